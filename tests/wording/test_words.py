@@ -122,6 +122,17 @@ def tolerances(proved: bool, worst: object = None) -> SimpleNamespace:
     return thing(proved=proved, worst=worst, sampled=thing(stable=48, samples=64, low=0.7, high=0.8))
 
 
+def compliant(**changed: object) -> Evidence:
+    """What the membranes' own stiffness makes of the inclined capsule, changed as a whole or at its ends."""
+    point, names = thing(label="B1", event=thing(words="period doubling")), ("compliant", "compliant_margin")
+    values = {"rigid": 0.62946, "digits": 3, "compliant": 0.58155, "compliant_margin": 0.0799}
+    of_end = {name: changed.pop(name) for name in names if name in changed}
+    end = thing(parameter=Parameter.LENGTH, point=point, **values | of_end)
+    usual = {"motion": thing(stable=True, contact_share=0.025), "reason": "", "margin_gone": False, "ends": (end,)}
+    usual |= {"swept_ends": (end, end) if changed.pop("two", False) else (end,), "end_of": lambda *_: end}
+    return Evidence(solved("inclined"), own_stiffness=thing(**usual | changed))
+
+
 HERE = {"sweep__to": 0.62, "device__length_m": 0.6}
 """A sweep of the inclined capsule without stable 1:1 motion, and a design point in it."""
 
@@ -145,7 +156,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     ),
     "without a design point": (
         lambda: Evidence(solved("inclined", device__length_m=None)),
-        ["Stable node in the sweep", "Over the stable range. Outside the membrane model"],
+        ["Stable node in the sweep", "Outside the membrane model Deflection"],
     ),
     "nothing in the sweep": (
         lambda: Evidence(solved("inclined", sweep__to=0.62, device__length_m=None)),
@@ -220,7 +231,48 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     ),
     "a pair of voltages": (
         lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36)),
-        ["U_ave = 27.86 kV to 28.02 kV"],
+        ["What voltage? Outside the membrane model Deflection 1"],
+    ),
+    "a pair of valid voltages": (
+        lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36, device__ball_mass_kg=1e-7)),
+        ["U_ave = 29.79 V to 29.95 V"],
+    ),
+    "compliant": (
+        lambda: compliant(),
+        [
+            "Stable 1:1 motion for 0.629 m < s",
+            "margin 4.7 % (compliant 8.0 %) in frequency, to period doubling B1, B1 in s: rigid 0.629 m, compliant",
+            "And with compliant membranes? B1 in s: rigid 0.629 m, compliant 0.582 m With their own stiffness contacts",
+            "4.7 % away in frequency by the model of rigid impacts, and 8.0 % with the membranes' own stiffness.",
+        ],
+    ),
+    "compliant, unstable": (
+        lambda: compliant(motion=thing(stable=False, contact_share=0.02), margin_gone=True),
+        [
+            "The motion is not stable",
+            "**With the membranes' own stiffness the motion is not stable.**",
+            "rigid impacts, but",
+        ],
+    ),
+    "compliant, no motion": (
+        lambda: compliant(motion=None, reason="lost at about K: no root", margin_gone=True),
+        ["The motion is lost Softer than rigid, lost at about K, no root", "stiffness the motion is lost.**"],
+    ),
+    "compliant, no ends": (
+        lambda: compliant(swept_ends=(), ends=(), end_of=lambda *_: None),
+        ["The motion stays stable", "Stable 1:1 motion for 0.629 m < s"],
+    ),
+    "compliant, a lost end": (
+        lambda: compliant(compliant=None, compliant_margin=None),
+        ["compliant lost", "margin 4.7 % (compliant not known)", "; with the membranes' own stiffness it is lost."],
+    ),
+    "compliant, two ends": (
+        lambda: compliant(two=True),
+        ["B1 in s: rigid 0.629 m, compliant 0.582 m; B1 in s: rigid 0.629 m"],
+    ),
+    "compliant, no margin": (
+        lambda: compliant(compliant_margin=-0.01),
+        ["margin 4.7 % (compliant −1 %)", "; with the membranes' own stiffness that margin is gone."],
     ),
     "unresolved": (
         lambda: Evidence(at_design(solved("inclined"), unresolved=(DesignInput.LENGTH, DesignInput.RESTITUTION))),

@@ -184,8 +184,6 @@ def _outside_geometry(results: Evidence) -> Iterator[Sentence]:
         "depth_mm": 1e3 * depth,
         "times": depth / radius,
         "radius_mm": 1e3 * radius,
-        "highest_v": solution.highest_v,
-        "bias_v": membrane.bias_voltage_v,
     }
     yield Sentence("deflection", numbers)
     if ways := _what_fits(cast(Fitting, solution.fitting)):

@@ -18,7 +18,7 @@ from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
     from vireport.design import Tolerances
-    from vireport.membranes import Compliance
+    from vireport.membranes import Compliance, OwnStiffness
     from vireport.motions import Atlas, Family, Motion
 
 Floats = NDArray[np.float64]
@@ -37,6 +37,7 @@ class Question(StrEnum):
     MOTION = "Is there stable motion?"
     WHERE = "Where is the 1:1 motion stable?"
     MARGIN = "With what margin?"
+    OWN_STIFFNESS = "And with compliant membranes?"
     TOLERANCES = "Do all devices within the tolerances work?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
@@ -170,6 +171,7 @@ class Evidence:
     atlas: Atlas | None = None
     criteria: tuple[Criterion, ...] = ()
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
+    own_stiffness: OwnStiffness | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:

@@ -11,6 +11,12 @@ from vireport.membranes.compliance_tables import (
     solvers_on_stiff_membranes,
     verdict,
 )
+from vireport.membranes.own_stiffness import (
+    OwnStiffness,
+    StabilityEnd,
+    own_stiffness,
+    own_stiffness_data,
+)
 from vireport.membranes.stiff_solvers import ADAPTIVE, FIXED, WRONG, RunOutcome, SolverRun
 
 __all__ = [
@@ -20,14 +26,18 @@ __all__ = [
     "Compliance",
     "Findings",
     "Grade",
+    "OwnStiffness",
     "RunOutcome",
     "SolverRun",
+    "StabilityEnd",
     "comparison_with_rigid",
     "compliance",
     "compliance_data",
     "factor_text",
     "findings",
     "lost",
+    "own_stiffness",
+    "own_stiffness_data",
     "quantity_label",
     "solvers_on_stiff_membranes",
     "verdict",

@@ -278,7 +278,7 @@ def compliance(
     membrane = solution.membrane
     if membrane is None:
         return Compliance("the contact needs the ball's mass: device.ball_mass_kg is not given")
-    chosen = _rigid_motion(solution)
+    chosen = rigid_motion(solution)
     if chosen is None:
         return Compliance("there is no stable 1:1 motion whose impacts could be compared")
     rigid, device = chosen
@@ -289,9 +289,9 @@ def compliance(
     varied, critical = _followed(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
     tell("compliant membranes: periodic motions")
-    orbits = _descend(factors, membrane.exponent, *_orbit_at(device, membrane, rigid))
+    orbits = descend(factors, membrane.exponent, *_orbit_at(device, membrane, rigid))
     tell("compliant membranes: critical points")
-    values = _descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
+    values = descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
     rungs = tuple(
         StiffnessRung(factor, orbit, value, why or why_not)
         for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
@@ -326,7 +326,7 @@ def _solver_runs(
             yield from run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
 
 
-def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
+def rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
     """The motion that is followed, and the device that has it."""
     chosen = stable_motion(solution)
     if chosen is None:
@@ -389,7 +389,7 @@ def _critical_at(
     return np.array([closed.velocity_bottom, closed.phi_bottom, critical.sweep_value]), find
 
 
-def _descend(factors: Sequence[float], exponent: float, start: Floats | None, find: Finder) -> list[tuple[Any, str]]:
+def descend(factors: Sequence[float], exponent: float, start: Floats | None, find: Finder) -> list[tuple[Any, str]]:
     """Follow something from rigid membranes down to each factor, extrapolating in epsilon; what is found, or why not.
 
     Once it is lost it stays lost on the softer rungs.

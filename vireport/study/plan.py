@@ -50,6 +50,7 @@ class Task(StrEnum):
     FIGURE_6 = "figure-6", "displacement of the capsule's ends and of the ball (figure-6)"
     ACCURACY = "accuracy", "error against run time of several methods"
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
+    OWN_STIFFNESS = "own-stiffness", "the motion and its margin with the membranes' own stiffness, if contacts are long"
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
@@ -183,6 +184,8 @@ PICTURES = Precondition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
 
+READERS = Precondition(lambda _, formats: formats - {Task.JSON, Task.CSV}, "only files for scripts are asked for")
+
 PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
 
 STEPS = (
@@ -205,6 +208,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
+    DeclaredStep(Task.OWN_STIFFNESS, (READERS, BALL), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     DeclaredStep(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),

@@ -219,9 +219,8 @@ CATALOGUE = (
         "at such depths.",
         {
             "deflection": "The impacts press the membrane up to {depth_mm:.3g} mm deep, {times:.2g} times its active "
-            "radius of {radius_mm:.3g} mm. The formulae still evaluate, to {highest_v:.3g} V above a bias of "
-            "{bias_v:.4g} V, but the cone-and-cap shape of Eqs. (5.3)-(5.5) cannot hold there: read the voltages as "
-            "a ranking, not as volts.",
+            "radius of {radius_mm:.3g} mm. The formulae still evaluate, but the cone-and-cap shape of Eqs. "
+            "(5.3)-(5.5) cannot hold there: read the voltages as a ranking, not as volts.",
             "fits": "The deflection would fit with any one of: {ways:; }.",
             "ball": "a ball of at most {mass_g:.4g} g",
             "stiffness": "a stiffness of at least {stiffness:.4g} N/m^h",
