@@ -10,10 +10,11 @@ import pytest
 from conftest import solved
 
 from vireport import analyse, load
+from vireport.compliant import compliant_model, own_stiffness, own_stiffness_data
+from vireport.compliant.return_map import SUBSTEPS, repeated, touch
 from vireport.gate import Evidence, Question, verdict_of
-from vireport.membranes import compliance, own_stiffness, own_stiffness_data
-from vireport.membranes.compliant_motion import BOTTOM, TOP, compliant_model, contact, lap, linearised
-from vireport.membranes.return_map import SUBSTEPS, repeated, touch
+from vireport.membranes import compliance
+from vireport.membranes.compliant_motion import BOTTOM, TOP, contact, lap, linearised
 from vireport.motions import Event
 from vireport.scenario import Parameter
 

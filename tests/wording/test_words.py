@@ -238,7 +238,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: Evidence(solved("inclined", **film(bias_voltage_v=6000.0))),
         [
             "Stable, but with more electrical energy than the impacts lose",
-            "deflection outside the membrane model: no voltage, more electrical energy than the impacts lose (efficiency ",
+            "outside the membrane model: no voltage, more electrical energy than the impacts lose (efficiency ",
             "the active radius: no volts. More electrical energy than the impacts lose (efficiency ",
             "**No device does this:** more electrical energy than the impacts lose (efficiency ",
             "Its voltages are a ranking, not volts: its impacts are outside the membrane model.",

@@ -203,3 +203,15 @@ def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, 
                 )
             point = replace(point, conversion=converted)
     return Solution(device, membrane, diagram, point)
+
+
+def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
+    """The design point, or one amid the first stable range, and the row of its first stable motion; None if none."""
+    design = solution.design
+    if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
+        part = solution.stable_ranges[0]
+        device = solution.device.with_values({solution.parameter: (part.start + part.end) / 2})
+        design = design_point(device, solution.diagram)
+    if design is None or not design.motions.stable.any():
+        return None
+    return design, int(np.argmax(design.motions.stable))

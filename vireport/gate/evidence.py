@@ -17,8 +17,9 @@ from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
+    from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
-    from vireport.membranes import Compliance, OwnStiffness
+    from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
 
 Floats = NDArray[np.float64]

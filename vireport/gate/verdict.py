@@ -23,8 +23,9 @@ from vireport.scenario import DesignInput, Parameter, ScalarInput
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
+    from vireport.compliant import OwnStiffness, StabilityEnd
     from vireport.design import Tolerances
-    from vireport.membranes import Grade, OwnStiffness, StabilityEnd
+    from vireport.membranes import Grade
     from vireport.motions import Atlas
     from vireport.physics import Shaker, Word
 

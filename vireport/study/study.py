@@ -66,8 +66,9 @@ from vireport.text import (
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Reproduction, WorkPrecision
     from vireport.checks.certificates import Certificate
+    from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
-    from vireport.membranes import Compliance, OwnStiffness
+    from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
@@ -229,7 +230,7 @@ def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) ->
 
 
 def _own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
-    from vireport.membranes import own_stiffness_data
+    from vireport.compliant import own_stiffness_data
 
     return own_stiffness_data(found)
 
@@ -315,7 +316,7 @@ def _with_own_stiffness(study: Study) -> Study:
     share = longest_contact(study.solution)
     if share is None or share <= LONG_CONTACT:
         return study
-    from vireport.membranes import own_stiffness
+    from vireport.compliant import own_stiffness
 
     return replace(study, own_stiffness=own_stiffness(study.solution))
 

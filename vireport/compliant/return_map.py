@@ -4,7 +4,7 @@ Contacts take a few per cent of the period, and flights are known in closed form
 legs whose ends are known beforehand: from the touch to a depth, by the root of the depth, in which delta^h is smooth;
 to the deepest point, by the velocity; for a time; and back to the surface, by the root of the depth again. No leg needs
 a search for its end, so that the map is an analytic function of the touch, and a complex step gives its derivatives.
-`compliant_motion` integrates in time with steps that adapt, by another method, and is the check of it.
+`membranes.compliant_motion` integrates in time with steps that adapt, by another method, and is the check of it.
 """
 
 from __future__ import annotations
@@ -16,12 +16,14 @@ from dataclasses import dataclass
 from math import ceil, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.checks import Floats
-from vireport.membranes.compliant_motion import CompliantModel
+from vireport.compliant.model import CompliantModel
 from vireport.physics import contacts, flight, law_of
 from vireport.simulation import BOTTOM, TOP
+
+Floats = NDArray[np.float64]
 
 SUBSTEPS = (2, 4, 6, 8, 10, 12, 14, 16)
 """Numbers of steps per leg that are extrapolated from. With all of them the return map of the paper's device is right
@@ -87,7 +89,7 @@ class Turn:
 
 
 def touch(model: CompliantModel, wall: int, velocity: Number, phase: Number, columns: int) -> Touch:
-    """Integrate a contact, as `compliant_motion.contact` does.
+    """Integrate a contact, as `membranes.compliant_motion.contact` does.
 
     Raises
     ------
@@ -100,7 +102,7 @@ def touch(model: CompliantModel, wall: int, velocity: Number, phase: Number, col
     h, gbar = model.membrane.exponent, model.gbar
     alone = contacts(np.array(speed.real), model.membrane, model.restitution)
     time, depth = float(alone.duration), float(alone.deflection)
-    # Units as in `compliant_motion.contact`, in which all stiffnesses look alike.
+    # Units as in `membranes.compliant_motion.contact`, in which all stiffnesses look alike.
     spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time
     damping = law_of(h, model.restitution).damping / speed * depth / time
     pull, turning = wall * time * time / depth, pi * time
@@ -176,7 +178,7 @@ def _extrapolated(
 def crossing(model: CompliantModel, wall: int, leaving: Number, phase: Number, guess: float) -> tuple[Number, Number]:
     """Fly from a membrane to the other one: time near a guess [t_c], and Z' there.
 
-    Whether the ball touches a membrane before is not looked at: `compliant_motion.flight` does.
+    Whether the ball touches a membrane before is not looked at: `model.free_flight` does.
 
     Raises
     ------

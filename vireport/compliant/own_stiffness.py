@@ -16,11 +16,10 @@ from typing import Any, cast
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.checks import Floats, stable_motion
-from vireport.design import DesignPoint, Solution
-from vireport.membranes.compliance import MULTIPLIER, Rigid, descend, rigid_motion
-from vireport.membranes.compliant_motion import CompliantModel, compliant_model, flight
-from vireport.membranes.return_map import SUBSTEPS, Turn, repeated
+from vireport.compliant.descent import MULTIPLIER, Floats, Rigid, descend, rigid_motion
+from vireport.compliant.model import CompliantModel, compliant_model, free_flight
+from vireport.compliant.return_map import SUBSTEPS, Turn, repeated
+from vireport.design import DesignPoint, Solution, stable_motion
 from vireport.motions import Point
 from vireport.physics import Device, Membrane
 from vireport.scenario import Parameter, ScalarInput
@@ -304,7 +303,7 @@ def _descended(followed: _Followed, start: Floats) -> tuple[Floats, Floats]:
         (TOP, turn.top, turn.phase_top.real, turn.flights[1]),
     )
     for wall, contact, phase, expected in departures:
-        time, reached, _ = flight(model, wall, contact.leaving.real, phase + pi * contact.duration.real)
+        time, reached, _ = free_flight(model, wall, contact.leaving.real, phase + pi * contact.duration.real)
         if reached == wall or abs(time - expected) > SAME_TIME * model.period:
             raise NumericalError("the ball falls back on the same membrane: not a motion with one impact on each")
     return x, np.abs(x - found)
