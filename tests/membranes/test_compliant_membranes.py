@@ -291,7 +291,7 @@ def test_strongly_compliant_membranes_are_a_result(study) -> None:
     soft = replace(study.solution, membrane=replace(study.solution.membrane, stiffness=1e-6))
     effects = compliance(soft, ladder=(1,), repeats=1)
     assert effects.own.orbit is None
-    assert "lost at about K times" in effects.own.reason
+    assert "followed to about K times" in effects.own.reason
     assert effects.grade == 2
     assert "not good enough" in verdict(effects)
     json.dumps(compliance_data(effects), allow_nan=False)

@@ -124,11 +124,12 @@ def tolerances(proved: bool, worst: object = None) -> SimpleNamespace:
 
 def compliant(**changed: object) -> Evidence:
     """What the membranes' own stiffness makes of the inclined capsule, changed as a whole or at its ends."""
-    point, names = thing(label="B1", event=thing(words="period doubling")), ("compliant", "compliant_margin")
-    values = {"rigid": 0.62946, "digits": 3, "compliant": 0.58155, "compliant_margin": 0.0799}
+    point, names = thing(label="B1", event=thing(words="period doubling")), ("compliant", "compliant_margin", "why")
+    values = {"rigid": 0.62946, "digits": 3, "compliant": 0.58155, "compliant_margin": 0.0799, "absence": None}
     of_end = {name: changed.pop(name) for name in names if name in changed}
+    of_end |= {"absence": of_end.pop("why", None)}
     end = thing(parameter=Parameter.LENGTH, point=point, **values | of_end)
-    usual = {"motion": thing(stable=True, contact_share=0.025), "reason": "", "margin_gone": False, "ends": (end,)}
+    usual = {"motion": thing(stable=True, contact_share=0.025), "absence": None, "margin_gone": False, "ends": (end,)}
     usual |= {"swept_ends": (end, end) if changed.pop("two", False) else (end,), "end_of": lambda *_: end}
     return Evidence(solved("inclined"), own_stiffness=thing(**usual | changed))
 
@@ -279,16 +280,38 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         ],
     ),
     "compliant, no motion": (
-        lambda: compliant(motion=None, reason="lost at about K: no root", margin_gone=True),
-        ["The motion is lost Softer than rigid, lost at about K, no root", "stiffness the motion is lost.**"],
+        lambda: compliant(motion=None, absence=thing(missing="lost", reason="a: b"), margin_gone=True),
+        ["The motion is lost A, b", "stiffness the motion is lost.**", "not stable with the membranes' own stiffness"],
+    ),
+    "compliant, not found": (
+        lambda: compliant(motion=None, absence=thing(missing="not found", reason="at K: no root")),
+        [
+            "not known with the membranes' own stiffness",
+            "not found with the membranes' own stiffness",
+            "The motion is not found At K, no root",
+            "stiffness the motion is not found.**",
+        ],
+    ),
+    "compliant, unstable amid the sweep": (
+        lambda: compliant(motion=thing(stable=False, contact_share=0.02)),
+        ["amid the stable range not stable with the membranes' own stiffness"],
     ),
     "compliant, no ends": (
         lambda: compliant(swept_ends=(), ends=(), end_of=lambda *_: None),
         ["The motion stays stable", "Stable 1:1 motion for 0.629 m < s"],
     ),
     "compliant, a lost end": (
-        lambda: compliant(compliant=None, compliant_margin=None),
-        ["compliant lost", "margin 4.7 % (compliant not known)", "; with the membranes' own stiffness it is lost."],
+        lambda: compliant(compliant=None, compliant_margin=None, why=thing(missing="lost", reason="it falls back")),
+        [
+            "compliant lost",
+            "margin 4.7 % (compliant lost)",
+            "; with the membranes' own stiffness it is lost.",
+            "of a period. B1 is lost: it falls back",
+        ],
+    ),
+    "compliant, an end without a margin": (
+        lambda: compliant(compliant_margin=None),
+        ["margin 4.7 % (compliant not known)", "; with the membranes' own stiffness it is not known."],
     ),
     "compliant, two ends": (
         lambda: compliant(two=True),

@@ -81,7 +81,7 @@ def descend(factors: Sequence[float], exponent: float, start: Floats | None, fin
                 # it lost.
                 step /= 2
                 if step < SHORTEST * goal:
-                    lost = f"lost at about K times {max(aim, 1e-300) ** -(exponent + 1):.2g}: {error}"
+                    lost = f"followed to about K times {max(aim, 1e-300) ** -(exponent + 1):.2g}: {error}"
                 continue
             (e0, x0), (e1, x1) = (e1, x1), (aim, x)
             reached = result if aim == goal else None

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
+from enum import StrEnum
 from math import copysign, pi
 from typing import Any, cast
 
@@ -20,7 +21,7 @@ from vireport.compliant.descent import MULTIPLIER, Floats, Rigid, descend, rigid
 from vireport.compliant.model import CompliantModel, compliant_model, free_flight
 from vireport.compliant.return_map import SUBSTEPS, Turn, repeated
 from vireport.design import DesignPoint, Solution, stable_motion
-from vireport.motions import Point
+from vireport.motions import Event, Point
 from vireport.physics import Device, Membrane
 from vireport.scenario import Parameter, ScalarInput
 from vireport.simulation import BOTTOM, TOP
@@ -49,6 +50,33 @@ SAME_TIME = 1e-6
 
 FEWEST, MOST = 3, 6
 """Significant digits of an end of stable motion, as far as what the membranes' stiffness moves it by justifies them."""
+
+
+class Missing(StrEnum):
+    """Why there is no compliant motion or end beside the rigid one."""
+
+    LOST = "lost"
+    """There is none: the ball touches a membrane on its way, or the motion ends at a fold before the design point."""
+    NOT_FOUND = "not found"
+    """The iteration leads to none nearby; there may be one."""
+    NOT_FOLLOWED = "not followed"
+    """It is of a kind that is not looked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Absence:
+    """Which it is of `Missing`, and what was met."""
+
+    missing: Missing
+    reason: str
+
+
+class _TouchedBefore(NumericalError):
+    """The ball touches a membrane on its way, so that what the return map leads to is no motion."""
+
+
+TOO_LOSSY = Absence(Missing.NOT_FOLLOWED, f"restitutions below {LEAST_RESTITUTION} are not followed")
+"""Of a ball that is damped so strongly that no contact of it is integrated to the stated error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +124,11 @@ class StabilityEnd:
     swept : bool
         Whether it ends a stable range of the sweep.
     compliant : float or None
-        Value of the input; None where it is lost.
+        Value of the input; None where there is none, or none is known.
     error : float
         Estimate of the error of that value.
-    reason : str
-        Why it is lost, or "".
+    absence : Absence or None
+        Why there is none.
     """
 
     parameter: ScalarInput
@@ -109,7 +137,7 @@ class StabilityEnd:
     swept: bool
     compliant: float | None
     error: float
-    reason: str
+    absence: Absence | None
 
     @property
     def rigid(self) -> float:
@@ -155,9 +183,9 @@ class OwnStiffness:
     at_design : bool
         Whether that is at the design point.
     motion : OwnMotion or None
-        None where it is lost.
-    reason : str
-        Why it is lost, or "".
+        None where there is none, or none is known.
+    absence : Absence or None
+        Why there is none.
     ends : tuple of StabilityEnd
         Those of the sweep's stable ranges, by ascending value, and then the nearest one to the design point.
     """
@@ -165,7 +193,7 @@ class OwnStiffness:
     rigid: Rigid
     at_design: bool
     motion: OwnMotion | None
-    reason: str
+    absence: Absence | None
     ends: tuple[StabilityEnd, ...]
 
     @property
@@ -176,8 +204,9 @@ class OwnStiffness:
 
     @property
     def margin_gone(self) -> bool:
-        """Whether the motion at the design point is not stable, or not there, although the rigid one is."""
-        return self.at_design and (self.motion is None or not self.motion.stable)
+        """Whether the motion at the design point is known to be not stable, or not there, although the rigid one is."""
+        lost = self.absence is not None and self.absence.missing is Missing.LOST
+        return self.at_design and (lost or (self.motion is not None and not self.motion.stable))
 
     @property
     def swept_ends(self) -> tuple[StabilityEnd, ...]:
@@ -193,40 +222,45 @@ class OwnStiffness:
 def own_stiffness(solution: Solution) -> OwnStiffness | None:
     """Follow the stable motion and its ends from rigid membranes to the scenario's own.
 
-    None where no ball mass is given, no 1:1 motion is stable, or the restitution is below `LEAST_RESTITUTION`.
+    None where no ball mass is given or no 1:1 motion is stable.
     """
     membrane, chosen = solution.membrane, rigid_motion(solution)
-    if membrane is None or chosen is None or solution.device.restitution < LEAST_RESTITUTION:
+    if membrane is None or chosen is None:
         return None
     rigid, device = chosen
-    design, row = cast(tuple[DesignPoint, int], stable_motion(solution))
     at_design = solution.design is not None and bool(solution.design.motions.stable.any())
+    ends = tuple(
+        _end(device, membrane, varied, point, at_design, swept) for varied, point, swept in _rigid_ends(solution)
+    )
+    if device.restitution < LEAST_RESTITUTION:
+        return OwnStiffness(rigid, at_design, None, TOO_LOSSY, ends)
+    design, row = cast(tuple[DesignPoint, int], stable_motion(solution))
     upwards = 2 * device.period_ratio * float(design.motions.q[row])
     try:
         followed = _Followed(device, membrane, rigid.parameter, None, upwards)
         start = np.array([rigid.velocity_bottom, rigid.phase_bottom])
-        motion, reason = _motion(followed, *_descended(followed, start)), ""
+        motion, absence = _motion(followed, *_descended(followed, start)), None
     except NumericalError as error:
-        motion, reason = None, str(error)
-    ends = tuple(
-        _end(device, membrane, varied, point, at_design, swept) for varied, point, swept in _rigid_ends(solution)
-    )
-    return OwnStiffness(rigid, at_design, motion, reason, ends)
+        motion, absence = None, _absence(error)
+        # Two motions that meet at a fold are not there beyond it.
+        passed = [end for end in ends if end.point.event is Event.FOLD and (end.compliant_margin or 0.0) < 0]
+        if at_design and passed:
+            absence = Absence(Missing.LOST, "it ends at a fold before the design point")
+    return OwnStiffness(rigid, at_design, motion, absence, ends)
+
+
+def _absence(error: NumericalError) -> Absence:
+    return Absence(Missing.LOST if isinstance(error, _TouchedBefore) else Missing.NOT_FOUND, str(error))
 
 
 def _rigid_ends(solution: Solution) -> Iterator[tuple[ScalarInput, Point, bool]]:
-    """Ends of the sweep's stable ranges, and the nearest end of the motion at the design point, of kinds followed."""
-    swept = [
-        point
-        for part in solution.stable_ranges
-        for _, point in part.ends
-        if point is not None and point.event in MULTIPLIER
-    ]
+    """Ends of the sweep's stable ranges, and the nearest end of the motion at the design point."""
+    swept = [point for part in solution.stable_ranges for _, point in part.ends if point is not None]
     for point in swept:
         yield solution.parameter, point, True
     if solution.design is not None and solution.design.motions.stable.any():
         nearest = next(iter(solution.design.endings()), None)
-        if nearest is not None and nearest.event in MULTIPLIER and not any(nearest.point is point for point in swept):
+        if nearest is not None and not any(nearest.point is point for point in swept):
             yield nearest.parameter, nearest.point, False
 
 
@@ -305,7 +339,7 @@ def _descended(followed: _Followed, start: Floats) -> tuple[Floats, Floats]:
     for wall, contact, phase, expected in departures:
         time, reached, _ = free_flight(model, wall, contact.leaving.real, phase + pi * contact.duration.real)
         if reached == wall or abs(time - expected) > SAME_TIME * model.period:
-            raise NumericalError("the ball falls back on the same membrane: not a motion with one impact on each")
+            raise _TouchedBefore("the ball falls back on the same membrane: not a motion with one impact on each")
     return x, np.abs(x - found)
 
 
@@ -330,13 +364,18 @@ def _end(
 ) -> StabilityEnd:
     """Follow an end of stable motion from rigid membranes to the scenario's own."""
     closed, design_value = point.closed, float(getattr(device, varied)) if at_design else None
+    absence = TOO_LOSSY if device.restitution < LEAST_RESTITUTION else None
+    if point.event not in MULTIPLIER:
+        absence = Absence(Missing.NOT_FOLLOWED, f"a {point.event.words} is not followed")
+    if absence is not None:
+        return StabilityEnd(varied, point, design_value, swept, None, 0.0, absence)
     start = np.array([closed.velocity_bottom, closed.phi_bottom, point.sweep_value])
     upwards = 2 * device.period_ratio * (0.5 + closed.u)
     try:
         x, corrected = _descended(_Followed(device, membrane, varied, MULTIPLIER[point.event], upwards), start)
     except NumericalError as error:
-        return StabilityEnd(varied, point, design_value, swept, None, 0.0, str(error))
-    return StabilityEnd(varied, point, design_value, swept, float(x[2]), float(corrected[2]), "")
+        return StabilityEnd(varied, point, design_value, swept, None, 0.0, _absence(error))
+    return StabilityEnd(varied, point, design_value, swept, float(x[2]), float(corrected[2]), None)
 
 
 def own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
@@ -360,7 +399,7 @@ def own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
             "stable": motion.stable,
             "error_estimate": motion.error,
         },
-        "lost": found.reason or None,
+        **_absence_data(found.absence),
         "ends": [
             {
                 "parameter": end.parameter,
@@ -371,10 +410,17 @@ def own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
                 "rigid": end.rigid,
                 "compliant": end.compliant,
                 "error_estimate": None if end.compliant is None else end.error,
-                "lost": end.reason or None,
+                **_absence_data(end.absence),
                 "rigid_margin": end.rigid_margin,
                 "compliant_margin": end.compliant_margin,
             }
             for end in found.ends
         ],
+    }
+
+
+def _absence_data(absence: Absence | None) -> dict[str, Any]:
+    return {
+        "missing": None if absence is None else absence.missing,
+        "reason": None if absence is None else absence.reason,
     }

@@ -62,6 +62,7 @@ class Conclusion(Enum):
     NOT_EVERY_DEVICE = Status.CAUTION, "Stable, but not for every device within the tolerances"
     TOLERANCES_OPEN = Status.CAUTION, "Stable, but tolerances not decided"
     NOT_COMPLIANT = Status.CAUTION, "Stable by rigid impacts, but not with the membranes' own stiffness"
+    COMPLIANT_UNKNOWN = Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
@@ -127,7 +128,7 @@ class NearestEnd:
     handover : Margin or None
         The pitchfork of the sweep before it, at which two asymmetric motions take over from a symmetric one.
     compliant : StabilityEnd or None
-        The end with the membranes' own stiffness too; None where contacts are short or it is not followed.
+        The end with the membranes' own stiffness too; None where contacts are short.
     """
 
     end: Margin | None
@@ -137,7 +138,7 @@ class NearestEnd:
 
     @property
     def not_known(self) -> bool:
-        """Whether an end may be nearer, or is lost with the membranes' own stiffness."""
+        """Whether an end may be nearer, or none is known with the membranes' own stiffness."""
         return bool(self.unresolved) or (self.compliant is not None and self.compliant.compliant is None)
 
 
@@ -306,11 +307,11 @@ class Verdict:
         parts = self.evidence.solution.stable_ranges
         return [(value, point) for part in parts for value, point in part.ends if point is not None]
 
-    def digits(self, parameter: ScalarInput, point: Point | None) -> int:
-        """Digits to show of an end of a stable range: those that the stiffness of the membranes leaves."""
+    def digits(self, parameter: ScalarInput, point: Point | None, most: int = SIGNIFICANT) -> int:
+        """Digits to show of a critical point: those that the stiffness of the membranes leaves, or `most`."""
         own = self.evidence.own_stiffness
         if own is None or point is None:
-            return SIGNIFICANT
+            return most
         end = own.end_of(parameter, point)
         return FEWEST_DIGITS if end is None else end.digits
 
@@ -405,6 +406,8 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.OTHER_MOTION
     if verdict.own_stiffness is not None and verdict.own_stiffness.data.margin_gone:
         return Conclusion.NOT_COMPLIANT
+    if verdict.own_stiffness is not None and verdict.own_stiffness.data.motion is None:
+        return Conclusion.COMPLIANT_UNKNOWN
     if _has(tolerances, Status.CAUTION) and not _judged(Question.TOLERANCES, verdict.evidence.criteria):
         refuted = tolerances is not None and tolerances.data.worst is not None
         return Conclusion.NOT_EVERY_DEVICE if refuted else Conclusion.TOLERANCES_OPEN

@@ -312,9 +312,10 @@ def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None
 
 
 def _with_own_stiffness(study: Study) -> Study:
-    """Add the motion with the membranes' own stiffness where contacts are long for the rigid model."""
-    share = longest_contact(study.solution)
-    if share is None or share <= LONG_CONTACT:
+    """Add the motion with the membranes' own stiffness where contacts are long, or found to matter, for rigid ones."""
+    share, compared = longest_contact(study.solution), study.compliance
+    contradicted = compared is not None and compared.grade is not None and compared.grade.contradicts
+    if share is None or not (share > LONG_CONTACT or contradicted):
         return study
     from vireport.compliant import own_stiffness
 
