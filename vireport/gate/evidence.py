@@ -175,9 +175,9 @@ class Evidence:
     compliance: Compliance | None = None
     tolerances: Tolerances | None = None
     atlas: Atlas | None = None
+    own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
-    own_stiffness: OwnStiffness | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:

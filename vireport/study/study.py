@@ -123,8 +123,8 @@ class Study:
     @property
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
-        findings = self.crosscheck, self.compliance, self.tolerances, self.atlas
-        return Evidence(self.solution, *findings, self.criteria, own_stiffness=self.own_stiffness)
+        findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
+        return Evidence(self.solution, *findings, self.criteria)
 
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:

@@ -243,8 +243,8 @@ CATALOGUE = (
         "The contact is long for the rigid model",
         "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
         "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
-        "See how far things move with the membrane's own stiffness: vireport accuracy, or an accuracy block in the "
-        "scenario, solves that motion. Or use a stiffer membrane or a lighter ball.",
+        "Act on the compliant ends and margins beside the rigid ones; vireport accuracy, or an accuracy block in the "
+        "scenario, has more of that motion. Or use a stiffer membrane or a lighter ball.",
         {
             "share": "A contact takes some {percent:.2g} % of the forcing period with the membrane's own stiffness, "
             "by an estimate without gravity and forcing.",
