@@ -109,6 +109,15 @@ def test_a_margin_that_the_own_stiffness_takes_is_a_caution(length: float, lost:
         assert study.verdict.word == rigid.word
 
 
+def test_a_range_whose_end_is_lost_is_not_called_good(example) -> None:
+    """Also where nothing else is wrong: here the membrane is wide enough for its deflection."""
+    study = analyse(load(example("horizontal"), ["device.membrane.active_radius_m=0.05"]))
+    assert study.solution.within_membrane
+    assert study.verdict.status == "caution"
+    assert study.verdict.word == "Stable, but not to the same end with the membranes' own stiffness"
+    assert "B1 in s: rigid 0.282 m, compliant lost" in study.verdict.headline
+
+
 def test_what_is_not_found_is_not_called_lost(example) -> None:
     """A ball that is so heavy that the contact lasts as long as its flight: the iteration leads nowhere."""
     study = analyse(load(example("inclined"), ["device.membrane.stiffness=20"]))

@@ -67,6 +67,7 @@ class Conclusion(Enum):
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
     OUTSIDE_MEMBRANE = Status.CAUTION, "Stable, but outside the membrane model"
+    END_UNKNOWN = Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"
     STABLE = Status.GOOD, "Stable"
 
     @property
@@ -416,8 +417,9 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.MARGIN_UNKNOWN if unresolved else Conclusion.MARGIN_SMALL
     if _has(verdict.rigid, Status.BAD):
         return Conclusion.NOT_RIGID
-    within = generated is None or generated.within
-    return Conclusion.STABLE if within else Conclusion.OUTSIDE_MEMBRANE
+    if generated is not None and not generated.within:
+        return Conclusion.OUTSIDE_MEMBRANE
+    return Conclusion.END_UNKNOWN if _has(verdict.own_stiffness, Status.CAUTION) else Conclusion.STABLE
 
 
 def _has(fact: Fact[object] | None, status: Status) -> bool:
