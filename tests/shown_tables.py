@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import pi
+from math import floor, log10, pi
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SYMBOLS, Device, device_of, mean
@@ -116,6 +116,30 @@ def number(value: float | None, digits: int = 6) -> Amount:
 
 def percentage(fraction: float, digits: int = 2) -> Amount:
     return Amount(100 * fraction, "%", digits)
+
+
+def compliant_end(x: Results, parameter: str, value: float) -> dict[str, Any] | None:
+    """What the membranes' own stiffness makes of an end of stable motion; None where contacts are short."""
+    ends = x.data["own_stiffness"]["ends"] if x.data["own_stiffness"] is not None else ()
+    return next((end for end in ends if (end["parameter"], end["rigid"]) == (parameter, value)), None)
+
+
+def digits_of(x: Results, parameter: str, value: float, most: int) -> int:
+    """How many digits of a critical point a long contact leaves: up to the first that it moves, and the next."""
+    if x.data["own_stiffness"] is None or not _critical(x, parameter, value):
+        return most
+    end = compliant_end(x, parameter, value)
+    if end is None or end["compliant"] is None:
+        return 3
+    moved = floor(log10(abs(value))) - floor(log10(abs(end["compliant"] - value)))
+    return min(6, max(3, moved + 2))
+
+
+def _critical(x: Results, parameter: str, value: float) -> bool:
+    of_sweep = [point["sweep_value"] for point in x.points] if parameter == x.parameter else []
+    around = [of["sweep_value"] for of in x.design["margins"] if of["parameter"] == parameter] if x.design else []
+    beyond = [part.get(f"{end}_beyond_sweep") for part in x.data["stable_range"] for end in ("from", "to")]
+    return value in of_sweep + around + [of["sweep_value"] for of in beyond if of is not None]
 
 
 # Requirements: of each key what its value should be, in the unit of its limit.
@@ -304,7 +328,8 @@ def ranges_around(x: Results) -> list[Row]:
         row = {"Parameter": f"{quantity[0].upper()}{quantity[1:]} {symbol}", "Unit": unit, "Design point": number(at)}
         for title, value, mark in zip(("From", "To"), ends, ("", " 2"), strict=True):
             room = (value - at) / at if at else None
-            row[title], row[f"ended by{mark}"] = number(value, 8), _ended(x, parameter, value)
+            row[title] = number(value, digits_of(x, parameter, value, 8))
+            row[f"ended by{mark}"] = _ended(x, parameter, value)
             row[f"room{mark}"] = (
                 number(None) if room is None
                 else Said("{}{}", "+" if room > 0 else "−" if room < 0 else "", percentage(abs(room)))
@@ -326,8 +351,8 @@ def margins(x: Results) -> list[Row]:
                 "Point": margin["label"] or "—",
                 "Kind": WORDS_OF[margin["kind"]],
                 "Motion": margin["family"],
-                "at": number(value, 8),
-                "distance": number(distance, 6),
+                "at": number(value, digits_of(x, parameter, value, 8)),
+                "distance": number(distance, 6 if x.data["own_stiffness"] is None else 2),
                 "relative": Said("{}{}", "+" if distance > 0 else "−", percentage(abs(distance) / at)),
                 "ends stable motion": "yes" if margin["ends_stability"] else "no",
             }
@@ -416,18 +441,19 @@ def energy(x: Results) -> list[Row]:
 def points_where(x: Results) -> list[Row]:
     rows = []
     for point in x.points:
-        device = x.device.at(x.parameter, point["sweep_value"])
-        rows.append(
-            {
-                "Point": point["label"],
-                "Kind": WORDS_OF[point["kind"]],
-                "Motion": point["family"],
-                x.symbol: Amount(point["sweep_value"], x.unit, 9),
-                "± bound": Bound(point["error_bound"]),
-                "d": number(device.d, 12),
-                "ḡ": number(device.gbar, 8),
-            }
-        )
+        value = point["sweep_value"]
+        device = x.device.at(x.parameter, value)
+        row = {"Point": point["label"], "Kind": WORDS_OF[point["kind"]], "Motion": point["family"]}
+        if x.data["own_stiffness"] is None:
+            row[x.symbol] = Amount(value, x.unit, 9)
+            row |= {"± bound": Bound(point["error_bound"]), "d": number(device.d, 12), "ḡ": number(device.gbar, 8)}
+        else:
+            end, digits = compliant_end(x, x.parameter, value), digits_of(x, x.parameter, value, 9)
+            row[f"{x.symbol} rigid"] = Amount(value, x.unit, digits)
+            of_compliant = "—" if end is None else end["missing"] or Amount(end["compliant"], x.unit, digits)
+            row[f"{x.symbol} compliant"] = of_compliant
+            row |= {"d rigid": number(device.d, digits), "ḡ rigid": number(device.gbar, digits)}
+        rows.append(row)
     return rows
 
 
@@ -499,9 +525,9 @@ def stable_ranges(x: Results) -> list[Row]:
         {
             "Parameter": f"{quantity[0].upper()}{quantity[1:]} {symbol}",
             "Unit": unit,
-            "From": number(part["from"], 8),
+            "From": number(part["from"], digits_of(x, x.parameter, part["from"], 8)),
             "ended by": _ended_in_sweep(x, part["from_reason"]),
-            "To": number(part["to"], 8),
+            "To": number(part["to"], digits_of(x, x.parameter, part["to"], 8)),
             "ended by 2": _ended_in_sweep(x, part["to_reason"]),
         }
         for part in x.data["stable_range"]
@@ -849,7 +875,7 @@ def inequality(x: Results, part: dict[str, Any], parameter: str) -> Said:
     signs = [
         "≤" if part[f"{end}_reason"] in ("end of the sweep", "limit of the input") else "<" for end in ("from", "to")
     ]
-    low, high = (in_input(parameter, part[end]) for end in ("from", "to"))
+    low, high = (in_input(parameter, part[end], digits_of(x, parameter, part[end], 6)) for end in ("from", "to"))
     return Said(f"{{}} {signs[0]} {SYMBOLS[parameter][1]} {signs[1]} {{}}", low, high)
 
 
@@ -866,12 +892,15 @@ def sentences(x: Results) -> Iterator[Said]:
         for part in x.data["stable_range"]:
             for end in ("from", "to"):
                 if (why := part[f"{end}_reason"]) in (kinds := {of["label"]: of for of in x.points}):
-                    yield Said(f"{{}}: {WORDS_OF[kinds[why]['kind']]} {why}", swept(x, part[end]))
+                    yield Said(
+                        f"{{}}: {WORDS_OF[kinds[why]['kind']]} {why}",
+                        swept(x, part[end], digits_of(x, x.parameter, part[end], 6)),
+                    )
                 elif part[end] in (x.sweep["from"], x.sweep["to"]) and (beyond := part[f"{end}_beyond_sweep"]):
                     kind, ends = WORDS_OF[beyond["kind"]], (part[end], beyond["sweep_value"])
                     yield Said(
                         f"At {{}} only the sweep ends: stable motion continues to the {kind} at {{}}.",
-                        *(swept(x, value, 8) for value in ends),
+                        *(swept(x, value, digits_of(x, x.parameter, value, 8)) for value in ends),
                     )
     for alert in x.data["alerts"]:
         mark = {"error": "✗ Error", "warning": "! Warning", "note": "i Note"}[alert["severity"]]
@@ -880,7 +909,10 @@ def sentences(x: Results) -> Iterator[Said]:
         yield Said(f"Remedy. {remedy}")
     if x.points and x.data["stable_range"] and any(alert["code"] == "VR011" for alert in x.data["alerts"]):
         largest = max(point["error_bound"] for point in x.points)
-        yield Said(f"far above that of the solution, {{}} {x.unit} in {x.symbol}", Bound(largest))
+        yield Said(
+            f"s solutions of the equations of rigid impacts, in results.json, the points are known to {{}} {x.unit}.",
+            Bound(largest),
+        )
     if x.data["requirements"] is not None and not all(met for *_, met in _asked(x)):
         yield Said("Verdict ✗ Requirements not met.")
     if x.design is not None:
@@ -953,18 +985,41 @@ def _of_stable(x: Results) -> Iterator[Said]:
         quantity, symbol, _ = SYMBOLS[end["parameter"]]
         distance = end["sweep_value"] - getattr(x.device, end["parameter"])
         share = percentage(abs(distance) / getattr(x.device, end["parameter"]))
-        name = _name(end)
+        name, at = _name(end), end["sweep_value"]
+        shown_at = in_input(end["parameter"], at, digits_of(x, end["parameter"], at, 6))
+        words, compliant = _margin(x, end)
         yield Said(
-            f"{{}} in {quantity} {name[0].upper()}{name[1:]} at {symbol} = {{}}, "
+            f"{words} in {quantity} {name[0].upper()}{name[1:]} at {symbol} = {{}}, "
             f"{'below' if distance < 0 else 'above'} the design point",
-            share, in_input(end["parameter"], end["sweep_value"]),
+            share, *compliant, shown_at,
         )  # fmt: skip
-        yield Said(f"), {{}} away in {quantity}.", share)
+        if not compliant:
+            yield Said(f"), {{}} away in {quantity}.", share)
+        elif isinstance(compliant[0], Amount) and compliant[0].value > 0:
+            yield Said(
+                f"), {{}} away in {quantity} by the model of rigid impacts, and {{}} with the membranes' own",
+                share, *compliant,
+            )  # fmt: skip
+        else:
+            yield Said(f"), {{}} away in {quantity} by the model of rigid impacts; with the membranes'", share)
+    yield from _compliant(x)
     if not x.sweep:
         nearest = x.ending[0]["parameter"]
         ordered = sorted(x.design["stable_range"], key=lambda part: part["parameter"] != nearest)
         for part in ordered:
             yield inequality(x, part, part["parameter"])
+
+
+def _margin(x: Results, end: dict[str, Any]) -> tuple[str, list[Amount | str]]:
+    """The margin to the nearest end, with what there is of the compliant one, and that."""
+    of = compliant_end(x, end["parameter"], end["sweep_value"])
+    if of is None:
+        return "{}", []
+    at = getattr(x.device, end["parameter"])
+    if of["compliant"] is None:
+        return "{} (compliant {})", [of["missing"]]
+    # Positive on the side of the rigid end.
+    return "{} (compliant {})", [percentage((of["compliant"] - at) / (end["sweep_value"] - at) * abs(end["relative"]))]
 
 
 def _stable_speeds(x: Results) -> list[tuple[float, float]]:
@@ -1006,12 +1061,9 @@ def _of_membrane(x: Results) -> Iterator[Said]:
     everywhere = list(_admissible_speeds(x))
     deepest = max(device.deflection(max(speeds)) for speeds in everywhere)
     if deepest > radius:
-        highest = max(device.gain(max(speeds)) for speeds in everywhere)
         yield Said(
-            "press the membrane up to {} mm deep, {} times its active radius of {} mm. The formulae still evaluate, to "
-            "{} above a bias of {},",
-            number(1e3 * deepest, 3), number(deepest / radius, 2), number(1e3 * radius, 2), Amount(highest, "V"),
-            Amount(of["bias_voltage_v"], "V", 4),
+            "press the membrane up to {} mm deep, {} times its active radius of {} mm. The formulae still",
+            number(1e3 * deepest, 3), number(deepest / radius, 2), number(1e3 * radius, 2),
         )  # fmt: skip
         ratio = (deepest / radius) ** (h + 1)
         yield Said("a ball of at most {};", Rounded(1e3 * device.ball_mass_kg / ratio, "g"))
@@ -1057,7 +1109,7 @@ def _alerts(x: Results) -> Iterator[Said]:
         share = float(contact.split(" some ")[1].split(" %")[0])
         yield Said("Contacts last up to {} of a period", Amount(share, "%", 2))
         if x.points:
-            yield Said("that the model neglects, {} of a period.", Amount(share, "%", 2))
+            yield Said("Digits are those that contacts of {} of a period leave.", Amount(share, "%", 2))
 
 
 def _of_tolerances(x: Results) -> Iterator[Said]:
@@ -1103,6 +1155,28 @@ def _of_simulation(x: Results) -> Iterator[Said]:
         yield Said(f"Of {basin['trials']} random starts, {{}} reach it", percentage(basin["share"]))
 
 
+NO_VOLTAGE = Said("eflection outside the membrane model: no voltage")
+
+
+def _within(x: Results) -> bool:
+    """Whether no impact of the stable motions presses a membrane deeper than its radius."""
+    deepest = max(x.device.deflection(max(speeds)) for speeds in _stable_speeds(x))
+    return deepest <= x.device.membrane["active_radius_m"]
+
+
+def _compliant(x: Results) -> Iterator[Said]:
+    """Rigid and compliant ends of the sweep's stable ranges, or without one the nearest end, beside each other."""
+    own = x.data["own_stiffness"]
+    if own is None or own["motion"] is None or not own["motion"]["stable"]:
+        return
+    of_sweep = [end for end in own["ends"] if end["of_sweep"]]
+    for end in of_sweep or own["ends"]:
+        name, digits = end["label"] or WORDS_OF[end["kind"]], digits_of(x, end["parameter"], end["rigid"], 6)
+        values = [in_input(end["parameter"], value, digits) for value in (end["rigid"], end["compliant"]) if value]
+        words = "{}" if end["compliant"] is not None else end["missing"]
+        yield Said(f"{name} in {SYMBOLS[end['parameter']][1]}: rigid {{}}, compliant {words}", *values)
+
+
 def headline(x: Results) -> Iterator[Said]:
     """What a terminal says in its last line."""
     for part in x.data["stable_range"]:
@@ -1110,15 +1184,19 @@ def headline(x: Results) -> Iterator[Said]:
     if x.stable:
         if x.ending:
             end = x.ending[0]
+            words, compliant = _margin(x, end)
             yield Said(
-                f"argin {{}} in {SYMBOLS[end['parameter']][0]}, to {_name(end)}", percentage(abs(end["relative"]))
-            )
+                f"argin {words} in {SYMBOLS[end['parameter']][0]}, to {_name(end)}",
+                percentage(abs(end["relative"])), *compliant,
+            )  # fmt: skip
         if x.device.ball_mass_kg is not None:
             volts = [mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds]
-            yield Said("U_ave = {}", Amount(min(volts), "V", 4))
+            yield Said("U_ave = {}", Amount(min(volts), "V", 4)) if _within(x) else NO_VOLTAGE
     elif x.design is None and x.device.ball_mass_kg is not None:
         volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]
-        yield Said("U_ave = {} to {}", Amount(min(volts), "V", 4), Amount(max(volts), "V", 4))
+        ends = Amount(min(volts), "V", 4), Amount(max(volts), "V", 4)
+        yield Said("U_ave = {} to {}", *ends) if _within(x) else NO_VOLTAGE
+    yield from _compliant(x)
     if x.data["requirements"] is not None:
         missed = [(key, title) for key, title, met in _asked(x) if not met]
         if missed:

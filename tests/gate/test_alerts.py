@@ -213,10 +213,10 @@ def rough(*labels: str) -> tuple[SimpleNamespace, ...]:
 
 
 def deep(**fitting: float) -> SimpleNamespace:
-    membrane = SimpleNamespace(active_radius_m=0.0063, bias_voltage_v=2000.0)
+    membrane = SimpleNamespace(active_radius_m=0.0063)
     nothing = dict.fromkeys(("ball_mass_kg", "stiffness", "active_radius_m"))
     fits = Fitting(**nothing | fitting)
-    return known(membrane=membrane, within_membrane=False, deepest_m=0.0189, highest_v=4e4, fitting=fits)
+    return known(membrane=membrane, within_membrane=False, deepest_m=0.0189, fitting=fits)
 
 
 def moved(stable: bool, *shifts: tuple[object, float]) -> dict[str, object]:
@@ -293,7 +293,7 @@ SAID = [
     (
         "VR010",
         {"solution": deep()},
-        ["18.9 mm deep, 3 times its active radius of 6.3 mm", "4e+04 V above a bias of 2000 V"],
+        ["18.9 mm deep, 3 times its active radius of 6.3 mm", "a ranking, not as volts"],
     ),
     (
         "VR010",

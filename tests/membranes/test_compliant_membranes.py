@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
 from vireport.base import NumericalError
+from vireport.compliant import compliant_model, free_flight
 from vireport.design import design_point
 from vireport.figures.stiffness import picture
 from vireport.membranes import (
@@ -28,10 +29,8 @@ from vireport.membranes import (
 from vireport.membranes.compliant_motion import (
     BOTTOM,
     TOP,
-    compliant_model,
     contact,
     find_orbit,
-    flight,
     lap,
     linearised,
 )
@@ -174,7 +173,7 @@ def test_flight_meets_a_membrane_that_is_only_grazed(models) -> None:
     """A flight whose turning point lies just beyond the wall it left hits that wall, and just short of it does not."""
     model = models[1.0]
     phase = 0.3
-    walls = [flight(model, BOTTOM, -v, phase)[1] for v in np.linspace(0.01, 1.5, 150)]
+    walls = [free_flight(model, BOTTOM, -v, phase)[1] for v in np.linspace(0.01, 1.5, 150)]
     assert set(walls) == {BOTTOM, TOP}
     changes = np.flatnonzero(np.diff(walls))
     assert len(changes) >= 1
@@ -182,8 +181,8 @@ def test_flight_meets_a_membrane_that_is_only_grazed(models) -> None:
         low, high = np.linspace(0.01, 1.5, 150)[[k, k + 1]]
         for _ in range(60):
             middle = (low + high) / 2
-            low, high = (middle, high) if flight(model, BOTTOM, -middle, phase)[1] == walls[k] else (low, middle)
-        assert flight(model, BOTTOM, -low, phase)[1] != flight(model, BOTTOM, -high, phase)[1]
+            low, high = (middle, high) if free_flight(model, BOTTOM, -middle, phase)[1] == walls[k] else (low, middle)
+        assert free_flight(model, BOTTOM, -low, phase)[1] != free_flight(model, BOTTOM, -high, phase)[1]
 
 
 @pytest.mark.slow
@@ -292,7 +291,7 @@ def test_strongly_compliant_membranes_are_a_result(study) -> None:
     soft = replace(study.solution, membrane=replace(study.solution.membrane, stiffness=1e-6))
     effects = compliance(soft, ladder=(1,), repeats=1)
     assert effects.own.orbit is None
-    assert "lost at about K times" in effects.own.reason
+    assert "followed to about K times" in effects.own.reason
     assert effects.grade == 2
     assert "not good enough" in verdict(effects)
     json.dumps(compliance_data(effects), allow_nan=False)

@@ -75,6 +75,7 @@ def test_a_report_run_again_gives_identical_results(name: str, given: bool, file
     assert results["overrides"] == (list(SET) if given else [])
     assert results["scenario"]["device"]["restitution"] == (0.55 if given else 0.5)
     assert results["provenance"]["scenario_name"] == "design-point.yaml"
+    assert results["own_stiffness"]["ends"], "contacts are long here, so that a report has the compliant motion"
 
 
 def test_both_carry_the_file_and_the_results(files, example, tmp_path: Path) -> None:

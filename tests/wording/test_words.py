@@ -122,6 +122,18 @@ def tolerances(proved: bool, worst: object = None) -> SimpleNamespace:
     return thing(proved=proved, worst=worst, sampled=thing(stable=48, samples=64, low=0.7, high=0.8))
 
 
+def compliant(**changed: object) -> Evidence:
+    """What the membranes' own stiffness makes of the inclined capsule, changed as a whole or at its ends."""
+    point, names = thing(label="B1", event=thing(words="period doubling")), ("compliant", "compliant_margin", "why")
+    values = {"rigid": 0.62946, "digits": 3, "compliant": 0.58155, "compliant_margin": 0.0799, "absence": None}
+    of_end = {name: changed.pop(name) for name in names if name in changed}
+    of_end |= {"absence": of_end.pop("why", None)}
+    end = thing(parameter=Parameter.LENGTH, point=point, **values | of_end)
+    usual = {"motion": thing(stable=True, contact_share=0.025), "absence": None, "margin_gone": False, "ends": (end,)}
+    usual |= {"swept_ends": (end, end) if changed.pop("two", False) else (end,), "end_of": lambda *_: end}
+    return Evidence(solved("inclined"), own_stiffness=thing(**usual | changed))
+
+
 def film(**given: float) -> dict[str, float]:
     values = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 1e9} | given
     return {f"device__membrane__{key}": value for key, value in values.items()}
@@ -150,7 +162,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     ),
     "without a design point": (
         lambda: Evidence(solved("inclined", device__length_m=None)),
-        ["Stable node in the sweep", "Over the stable range. Outside the membrane model"],
+        ["Stable node in the sweep", "Outside the membrane model Deflection"],
     ),
     "nothing in the sweep": (
         lambda: Evidence(solved("inclined", sweep__to=0.62, device__length_m=None)),
@@ -227,8 +239,8 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: Evidence(solved("inclined", **film(bias_voltage_v=6000.0))),
         [
             "Stable, but with more electrical energy than the impacts lose",
-            "(outside the membrane model), more electrical energy than the impacts lose (efficiency ",
-            "a ranking, not volts. More electrical energy than the impacts lose (efficiency ",
+            "outside the membrane model: no voltage, more electrical energy than the impacts lose (efficiency ",
+            "the active radius: no volts. More electrical energy than the impacts lose (efficiency ",
             "**No device does this:** more electrical energy than the impacts lose (efficiency ",
             "Its voltages are a ranking, not volts: its impacts are outside the membrane model.",
         ],
@@ -237,14 +249,77 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: Evidence(solved("inclined", **film(breakdown_field_v_m=1e7))),
         [
             "Stable, but above the breakdown field",
-            "a ranking, not volts. A field ",
+            "the active radius: no volts. A field ",
             " times the breakdown field.",
             "**No device does this:** a field ",
         ],
     ),
     "a pair of voltages": (
         lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36)),
-        ["U_ave = 27.86 kV to 28.02 kV"],
+        ["What voltage? Outside the membrane model Deflection 1"],
+    ),
+    "a pair of valid voltages": (
+        lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36, device__ball_mass_kg=1e-7)),
+        ["U_ave = 29.79 V to 29.95 V"],
+    ),
+    "compliant": (
+        lambda: compliant(),
+        [
+            "Stable 1:1 motion for 0.629 m < s",
+            "margin 4.7 % (compliant 8.0 %) in frequency, to period doubling B1, B1 in s: rigid 0.629 m, compliant",
+            "And with compliant membranes? B1 in s: rigid 0.629 m, compliant 0.582 m With their own stiffness contacts",
+            "4.7 % away in frequency by the model of rigid impacts, and 8.0 % with the membranes' own stiffness.",
+        ],
+    ),
+    "compliant, unstable": (
+        lambda: compliant(motion=thing(stable=False, contact_share=0.02), margin_gone=True),
+        [
+            "The motion is not stable",
+            "**With the membranes' own stiffness the motion is not stable.**",
+            "rigid impacts, but",
+        ],
+    ),
+    "compliant, no motion": (
+        lambda: compliant(motion=None, absence=thing(missing="lost", reason="a: b"), margin_gone=True),
+        ["The motion is lost A, b", "stiffness the motion is lost.**", "not stable with the membranes' own stiffness"],
+    ),
+    "compliant, not found": (
+        lambda: compliant(motion=None, absence=thing(missing="not found", reason="at K: no root")),
+        [
+            "not known with the membranes' own stiffness",
+            "not found with the membranes' own stiffness",
+            "The motion is not found At K, no root",
+            "stiffness the motion is not found.**",
+        ],
+    ),
+    "compliant, unstable amid the sweep": (
+        lambda: compliant(motion=thing(stable=False, contact_share=0.02)),
+        ["amid the stable range not stable with the membranes' own stiffness"],
+    ),
+    "compliant, no ends": (
+        lambda: compliant(swept_ends=(), ends=(), end_of=lambda *_: None),
+        ["The motion stays stable", "Stable 1:1 motion for 0.629 m < s"],
+    ),
+    "compliant, a lost end": (
+        lambda: compliant(compliant=None, compliant_margin=None, why=thing(missing="lost", reason="it falls back")),
+        [
+            "compliant lost",
+            "margin 4.7 % (compliant lost)",
+            "; with the membranes' own stiffness it is lost.",
+            "of a period. B1 is lost: it falls back",
+        ],
+    ),
+    "compliant, an end without a margin": (
+        lambda: compliant(compliant_margin=None),
+        ["margin 4.7 % (compliant not known)", "; with the membranes' own stiffness it is not known."],
+    ),
+    "compliant, two ends": (
+        lambda: compliant(two=True),
+        ["B1 in s: rigid 0.629 m, compliant 0.582 m; B1 in s: rigid 0.629 m"],
+    ),
+    "compliant, no margin": (
+        lambda: compliant(compliant_margin=-0.01),
+        ["margin 4.7 % (compliant −1 %)", "; with the membranes' own stiffness that margin is gone."],
     ),
     "unresolved": (
         lambda: Evidence(at_design(solved("inclined"), unresolved=(DesignInput.LENGTH, DesignInput.RESTITUTION))),

@@ -5,7 +5,6 @@ imports python-flint.
 """
 
 from vireport.checks.accuracy_tables import measurements, power, ranking, seconds, task_name
-from vireport.checks.benchmark import stable_motion
 from vireport.checks.crosscheck import CrossCheck, MotionCount, crosscheck, is_one_to_one
 from vireport.checks.hysteresis import Hysteresis
 from vireport.checks.methods import CLOSED, EXPLICIT, METHOD_NAMES, PRINTED, RK4, SIMULATED, SIMULATED_TRANSIENT, WHOLE
@@ -48,7 +47,6 @@ __all__ = [
     "ranking",
     "reproduce",
     "seconds",
-    "stable_motion",
     "task_name",
     "timed_in_turns",
 ]

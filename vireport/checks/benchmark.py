@@ -16,7 +16,7 @@ from vireport.design import (
     DesignPoint,
     Solution,
     around_length,
-    design_point,
+    stable_motion,
 )
 from vireport.motions import (
     TRACE_LEVELS,
@@ -244,18 +244,6 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
         for key, number in exact.items()
     )
     return Benchmark(motion, critical, point, solution.membrane, quantities, exact, offset)
-
-
-def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
-    """The design point, or one amid the first stable range, and the row of its first stable motion; None if none."""
-    design = solution.design
-    if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
-        part = solution.stable_ranges[0]
-        device = solution.device.with_values({solution.parameter: (part.start + part.end) / 2})
-        design = design_point(device, solution.diagram)
-    if design is None or not design.motions.stable.any():
-        return None
-    return design, int(np.argmax(design.motions.stable))
 
 
 def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:

@@ -7,8 +7,7 @@ from math import ceil, log
 
 import numpy as np
 
-from vireport.checks.benchmark import stable_motion
-from vireport.design import Solution
+from vireport.design import Solution, stable_motion
 from vireport.motions import eigenvalues
 from vireport.physics import Groups, wrapped
 from vireport.simulation import (

@@ -7,7 +7,7 @@ from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
 from vireport.design.proof import prove_again
 from vireport.design.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
-from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of
+from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of, stable_motion
 from vireport.design.tolerances import Failure, Tolerances, assess_tolerances, sample_steps
 
 __all__ = [
@@ -34,5 +34,6 @@ __all__ = [
     "restitution_effect",
     "sample_steps",
     "solution_of",
+    "stable_motion",
     "stable_ranges",
 ]

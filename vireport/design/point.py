@@ -71,9 +71,13 @@ class StableInterval:
     @property
     def inequality(self) -> str:
         """The range as text, strict at a critical point."""
+        return self.shown()
+
+    def shown(self, start_digits: int = 6, end_digits: int = 6) -> str:
+        """The range as text with so many significant digits of its ends."""
         low, high = ("≤" if point is None else "<" for _, point in self.ends)
-        parameter = self.parameter
-        return f"{parameter.show(self.start)} {low} {parameter.symbol} {high} {parameter.show(self.end)}"
+        start, end = self.parameter.show(self.start, start_digits), self.parameter.show(self.end, end_digits)
+        return f"{start} {low} {self.parameter.symbol} {high} {end}"
 
     def holds(self, value: float) -> bool:
         """Whether a value of the input is in the range."""

@@ -133,12 +133,7 @@ class Solution:
     @property
     def deepest_m(self) -> float:
         """Deepest deflection of a membrane in any motion along the sweep or solution at the design point [m]."""
-        return max((float(np.max(depth, initial=0.0)) for depth, _ in self._evaluated()), default=0.0)
-
-    @property
-    def highest_v(self) -> float:
-        """Highest voltage of an impact in those [V]."""
-        return max((float(np.max(volts, initial=0.0)) for _, volts in self._evaluated()), default=0.0)
+        return max((float(np.max(depth, initial=0.0)) for depth in self._evaluated()), default=0.0)
 
     @property
     def within_membrane(self) -> bool:
@@ -150,14 +145,13 @@ class Solution:
         """What would bring the deepest deflection within the membrane's geometry; None where it is."""
         return None if self.membrane is None or self.within_membrane else fitting(self.membrane, self.deepest_m)
 
-    def _evaluated(self) -> Iterator[tuple[Floats, Floats]]:
-        """Deflections and voltages of the admissible motions of the branches, and of the design point's solutions."""
+    def _evaluated(self) -> Iterator[Floats]:
+        """Deflections of the admissible motions of the branches, and of the design point's solutions."""
         for branch in self.branches:
             if (voltages := branch.voltages) is not None:
-                inside = branch.motions.admissible
-                yield voltages.deflection_m[inside], np.maximum(voltages.bottom_v, voltages.top_v)[inside]
+                yield voltages.deflection_m[branch.motions.admissible]
         if self.design is not None and (voltages := self.design.voltages) is not None:
-            yield voltages.deflection_m, np.maximum(voltages.bottom_v, voltages.top_v)
+            yield voltages.deflection_m
 
 
 def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, design: bool) -> Solution:
@@ -209,3 +203,15 @@ def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, 
                 )
             point = replace(point, conversion=converted)
     return Solution(device, membrane, diagram, point)
+
+
+def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
+    """The design point, or one amid the first stable range, and the row of its first stable motion; None if none."""
+    design = solution.design
+    if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
+        part = solution.stable_ranges[0]
+        device = solution.device.with_values({solution.parameter: (part.start + part.end) / 2})
+        design = design_point(device, solution.diagram)
+    if design is None or not design.motions.stable.any():
+        return None
+    return design, int(np.argmax(design.motions.stable))

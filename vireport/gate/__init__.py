@@ -1,6 +1,6 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import Alert, alerts, cause_of, longest_contact
+from vireport.gate.alerts import LONG_CONTACT, Alert, alerts, cause_of, longest_contact
 from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
 from vireport.gate.evidence import Criterion, Evidence, Limit, Question
 from vireport.gate.impacts import generated, impacts_of
@@ -19,6 +19,7 @@ from vireport.gate.verdict import SWEEP_END, Status, Verdict, WordedFact, Worded
 
 __all__ = [
     "DISPLACED",
+    "LONG_CONTACT",
     "REQUIREMENTS",
     "RINGS",
     "SWEEP_END",

@@ -7,7 +7,7 @@ its cause in the results, as numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -184,8 +184,6 @@ def _outside_geometry(results: Evidence) -> Iterator[Sentence]:
         "depth_mm": 1e3 * depth,
         "times": depth / radius,
         "radius_mm": 1e3 * radius,
-        "highest_v": solution.highest_v,
-        "bias_v": membrane.bias_voltage_v,
     }
     yield Sentence("deflection", numbers)
     if ways := _what_fits(cast(Fitting, solution.fitting)):
@@ -229,9 +227,12 @@ def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
 def longest_contact(solution: Solution) -> float | None:
     """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
 
-    None without a ball mass, without stable motion, and where the restitution has no contact law.
+    Along the sweep where none is stable at the design point. None without a ball mass, without stable motion, and where
+    the restitution has no contact law.
     """
     membrane, (bottom, top, frequency) = solution.membrane, Evidence(solution).impacts
+    if not bottom.size:
+        bottom, top, frequency = Evidence(replace(solution, design=None)).impacts
     if membrane is None or not bottom.size:
         return None
     return contact_share(np.minimum(bottom, -top), membrane, solution.device.restitution, frequency)

@@ -17,6 +17,7 @@ from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
+    from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
@@ -37,6 +38,7 @@ class Question(StrEnum):
     MOTION = "Is there stable motion?"
     WHERE = "Where is the 1:1 motion stable?"
     MARGIN = "With what margin?"
+    OWN_STIFFNESS = "And with compliant membranes?"
     TOLERANCES = "Do all devices within the tolerances work?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
@@ -173,6 +175,7 @@ class Evidence:
     compliance: Compliance | None = None
     tolerances: Tolerances | None = None
     atlas: Atlas | None = None
+    own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
 

@@ -334,7 +334,7 @@ def _agreement(results: Evidence, limit: Limit) -> Judgement:
     return Judgement(difference, f"largest difference {difference:.2g}", limit.value - difference, check.passed, again)
 
 
-_, MOTION, WHERE, MARGIN, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Question
+_, MOTION, WHERE, MARGIN, _, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Question
 
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
 

@@ -16,13 +16,14 @@ import numpy as np
 
 from vireport.design import DesignPoint, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
-from vireport.gate.evidence import Criterion, Evidence, Question
+from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
 from vireport.gate.requirements import unmet
 from vireport.motions import Event, Point, Stability, Symmetry
-from vireport.scenario import DesignInput, Parameter
+from vireport.scenario import DesignInput, Parameter, ScalarInput
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
+    from vireport.compliant import OwnStiffness, StabilityEnd
     from vireport.design import Tolerances
     from vireport.membranes import Grade
     from vireport.motions import Atlas
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 
 FIXED_D = (DesignInput.INCLINATION, DesignInput.RESTITUTION)
 """Inputs that d does not depend on."""
+
+FEWEST_DIGITS = 3
+"""Significant digits of a rigid end of stable motion where contacts are long and the compliant one is not known."""
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""
@@ -57,10 +61,13 @@ class Conclusion(Enum):
     OTHER_MOTION = Status.CAUTION, "Stable, but not 1:1"
     NOT_EVERY_DEVICE = Status.CAUTION, "Stable, but not for every device within the tolerances"
     TOLERANCES_OPEN = Status.CAUTION, "Stable, but tolerances not decided"
+    NOT_COMPLIANT = Status.CAUTION, "Stable by rigid impacts, but not with the membranes' own stiffness"
+    COMPLIANT_UNKNOWN = Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
     OUTSIDE_MEMBRANE = Status.CAUTION, "Stable, but outside the membrane model"
+    END_UNKNOWN = Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"
     STABLE = Status.GOOD, "Stable"
 
     @property
@@ -121,11 +128,19 @@ class NearestEnd:
         Along these an end may be nearer: rounding does not resolve it.
     handover : Margin or None
         The pitchfork of the sweep before it, at which two asymmetric motions take over from a symmetric one.
+    compliant : StabilityEnd or None
+        The end with the membranes' own stiffness too; None where contacts are short.
     """
 
     end: Margin | None
     unresolved: tuple[DesignInput, ...]
     handover: Margin | None
+    compliant: StabilityEnd | None
+
+    @property
+    def not_known(self) -> bool:
+        """Whether an end may be nearer, or none is known with the membranes' own stiffness."""
+        return bool(self.unresolved) or (self.compliant is not None and self.compliant.compliant is None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,6 +233,7 @@ class Verdict:
         A fact of None where nothing was simulated, and stability is that against small disturbances.
     voltage : Fact of StableVoltages or None
     shaker : Fact of Shaker, or None
+    own_stiffness : Fact of OwnStiffness, or None
     rigid : Fact of Grade, or None
     simulated : Fact of CrossCheck, or None
     """
@@ -232,6 +248,7 @@ class Verdict:
     reached: Fact[CrossCheck | None] | None
     voltage: Fact[StableVoltages | None]
     shaker: Fact[Shaker] | None
+    own_stiffness: Fact[OwnStiffness] | None
     rigid: Fact[Grade] | None
     simulated: Fact[CrossCheck] | None
 
@@ -263,6 +280,7 @@ class Verdict:
             "motion": self.motion,
             "where": self.where,
             "margin": self.margin,
+            "own_stiffness": self.own_stiffness,
             "tolerances": self.tolerances,
             "reached": self.reached,
             "voltage": self.voltage,
@@ -289,6 +307,23 @@ class Verdict:
         """The critical points that end the stable ranges of the sweep, each with its value."""
         parts = self.evidence.solution.stable_ranges
         return [(value, point) for part in parts for value, point in part.ends if point is not None]
+
+    def digits(self, parameter: ScalarInput, point: Point | None, most: int = SIGNIFICANT) -> int:
+        """Digits to show of a critical point: those that the stiffness of the membranes leaves, or `most`."""
+        own = self.evidence.own_stiffness
+        if own is None or point is None:
+            return most
+        end = own.end_of(parameter, point)
+        return FEWEST_DIGITS if end is None else end.digits
+
+    def inequality(self, part: StableInterval) -> str:
+        """A stable range as text, strict at a critical point."""
+        return part.shown(*(self.digits(part.parameter, point) for _, point in part.ends))
+
+    @property
+    def inequalities(self) -> list[str]:
+        """The stable ranges of the sweep as texts."""
+        return [self.inequality(part) for part in self.evidence.solution.stable_ranges]
 
     def worded(self, templates: Path | None = None) -> WordedVerdict:
         """The verdict in words.
@@ -330,11 +365,12 @@ def verdict_of(evidence: Evidence) -> Verdict:
         accepted=_accepted(criteria),
         motion=_motion(motions, criteria),
         where=_where(solution, design, motions),
-        margin=_margin(design) if design is not None else None,
+        margin=_margin(design, evidence.own_stiffness) if design is not None else None,
         tolerances=_tolerances(evidence.tolerances),
         reached=_reached(evidence.crosscheck) if stable else None,
         voltage=_voltage(solution),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
+        own_stiffness=_own_stiffness(evidence.own_stiffness),
         rigid=_rigid(evidence),
         simulated=_simulated(evidence.crosscheck),
     )
@@ -369,16 +405,21 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
     if _has(verdict.motion, Status.CAUTION):
         return Conclusion.OTHER_MOTION
+    if verdict.own_stiffness is not None and verdict.own_stiffness.data.margin_gone:
+        return Conclusion.NOT_COMPLIANT
+    if verdict.own_stiffness is not None and verdict.own_stiffness.data.motion is None:
+        return Conclusion.COMPLIANT_UNKNOWN
     if _has(tolerances, Status.CAUTION) and not _judged(Question.TOLERANCES, verdict.evidence.criteria):
         refuted = tolerances is not None and tolerances.data.worst is not None
         return Conclusion.NOT_EVERY_DEVICE if refuted else Conclusion.TOLERANCES_OPEN
     if _has(margin, Status.CAUTION):
-        unresolved = margin is not None and margin.data.unresolved
+        unresolved = margin is not None and margin.data.not_known
         return Conclusion.MARGIN_UNKNOWN if unresolved else Conclusion.MARGIN_SMALL
     if _has(verdict.rigid, Status.BAD):
         return Conclusion.NOT_RIGID
-    within = generated is None or generated.within
-    return Conclusion.STABLE if within else Conclusion.OUTSIDE_MEMBRANE
+    if generated is not None and not generated.within:
+        return Conclusion.OUTSIDE_MEMBRANE
+    return Conclusion.END_UNKNOWN if _has(verdict.own_stiffness, Status.CAUTION) else Conclusion.STABLE
 
 
 def _has(fact: Fact[object] | None, status: Status) -> bool:
@@ -455,12 +496,22 @@ def _where(
     return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
 
 
-def _margin(design: DesignPoint) -> Fact[NearestEnd]:
+def _margin(design: DesignPoint, own: OwnStiffness | None) -> Fact[NearestEnd]:
     end = next(iter(design.endings()), None)
-    near = end is not None and end.relative is not None and abs(end.relative) < NEAR_CRITICAL
-    status = Status.CAUTION if near or design.unresolved else Status.GOOD
     handover = _handover(design, end) if end is not None and not design.unresolved else None
-    return Fact(Question.MARGIN, status, NearestEnd(end, design.unresolved, handover))
+    compliant = own.end_of(end.parameter, end.point) if own is not None and end is not None else None
+    nearest = NearestEnd(end, design.unresolved, handover, compliant)
+    sizes = [end.relative if end is not None else None, compliant.compliant_margin if compliant is not None else None]
+    near = any(size is not None and abs(size) < NEAR_CRITICAL for size in sizes)
+    gone = own is not None and own.margin_gone
+    return Fact(Question.MARGIN, Status.CAUTION if near or gone or nearest.not_known else Status.GOOD, nearest)
+
+
+def _own_stiffness(own: OwnStiffness | None) -> Fact[OwnStiffness] | None:
+    if own is None:
+        return None
+    kept = own.motion is not None and own.motion.stable and all(end.compliant is not None for end in own.ends)
+    return Fact(Question.OWN_STIFFNESS, Status.NEUTRAL if kept else Status.CAUTION, own)
 
 
 def _handover(design: DesignPoint, end: Margin) -> Margin | None:

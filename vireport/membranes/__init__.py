@@ -1,4 +1,4 @@
-"""Membranes with their own stiffness: the motion with long contacts, and the stiff equations of it."""
+"""How far the rigid model is from compliant membranes: a ladder of stiffnesses, and solvers on the stiff equations."""
 
 from vireport.membranes.compliance import Compliance, Grade, compliance, compliance_data
 from vireport.membranes.compliance_tables import (

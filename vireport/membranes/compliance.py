@@ -16,17 +16,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.checks import Floats, stable_motion
+from vireport.checks import Floats
+from vireport.compliant import MULTIPLIER, CompliantModel, Finder, Rigid, compliant_model, descend, rigid_motion
 from vireport.design import Solution
 from vireport.membranes.compliant_motion import (
-    CompliantModel,
     CompliantOrbit,
-    compliant_model,
     find_critical,
     find_orbit,
 )
 from vireport.membranes.stiff_solvers import SolverRun, period_of, run_ladder
-from vireport.motions import Event, Point
+from vireport.motions import Point
 from vireport.physics import (
     Device,
     Membrane,
@@ -40,12 +39,6 @@ from vireport.scenario import Parameter
 
 if TYPE_CHECKING:
     from vireport.base import Progress
-
-SHORTEST = 1 / 8
-"""Share of the way in epsilon below which no smaller step is tried where a motion is lost."""
-
-MULTIPLIER = {Event.PERIOD_DOUBLING: -1.0, Event.FOLD: 1.0}
-"""Multiplier at each kind of critical point that is followed, the preferred kind first."""
 
 FITTED = 3
 """Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
@@ -61,19 +54,6 @@ VOLTAGE_LIMITS = 0.05, 0.2
 
 MARGIN_LIMITS = 0.1, 0.5
 """Shift of the critical point over the design point's distance from it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Rigid:
-    """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`."""
-
-    parameter: Parameter
-    value: float
-    chosen: str
-    velocity_bottom: float
-    velocity_top: float
-    phase_bottom: float
-    phase_top: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,7 +258,7 @@ def compliance(
     membrane = solution.membrane
     if membrane is None:
         return Compliance("the contact needs the ball's mass: device.ball_mass_kg is not given")
-    chosen = _rigid_motion(solution)
+    chosen = rigid_motion(solution)
     if chosen is None:
         return Compliance("there is no stable 1:1 motion whose impacts could be compared")
     rigid, device = chosen
@@ -289,9 +269,9 @@ def compliance(
     varied, critical = _followed(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
     tell("compliant membranes: periodic motions")
-    orbits = _descend(factors, membrane.exponent, *_orbit_at(device, membrane, rigid))
+    orbits = descend(factors, membrane.exponent, *_orbit_at(device, membrane, rigid))
     tell("compliant membranes: critical points")
-    values = _descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
+    values = descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
     rungs = tuple(
         StiffnessRung(factor, orbit, value, why or why_not)
         for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
@@ -326,19 +306,6 @@ def _solver_runs(
             yield from run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
 
 
-def _rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
-    """The motion that is followed, and the device that has it."""
-    chosen = stable_motion(solution)
-    if chosen is None:
-        return None
-    design, row = chosen
-    where = "at the design point" if design is solution.design else "in the middle of the first stable range"
-    m = design.motions
-    numbers = (float(a[row]) for a in (m.velocity_bottom, m.velocity_top, m.phi_bottom, m.phi_top))
-    rigid = Rigid(design.parameter, design.value, f"the stable motion {where}", *numbers)
-    return rigid, solution.device.with_values({design.parameter: design.value})
-
-
 def _followed(solution: Solution, device: Device) -> tuple[Parameter, Point | None]:
     """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
     own = float(getattr(device, solution.parameter))
@@ -351,10 +318,6 @@ def _followed(solution: Solution, device: Device) -> tuple[Parameter, Point | No
                 if margin.parameter.sweepable is not None:
                     return margin.parameter.sweepable, margin.point
     return solution.parameter, None
-
-
-Finder = Callable[[float, Floats], tuple[Any, Floats]]
-"""(factor, guess of the unknowns) -> what is found, and its unknowns."""
 
 
 def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats, Finder]:
@@ -387,39 +350,6 @@ def _critical_at(
         return None, find
     closed = critical.closed
     return np.array([closed.velocity_bottom, closed.phi_bottom, critical.sweep_value]), find
-
-
-def _descend(factors: Sequence[float], exponent: float, start: Floats | None, find: Finder) -> list[tuple[Any, str]]:
-    """Follow something from rigid membranes down to each factor, extrapolating in epsilon; what is found, or why not.
-
-    Once it is lost it stays lost on the softer rungs.
-    """
-    if start is None:
-        return [(None, "there is no period doubling and no fold to follow")] * len(factors)
-    (e0, x0), (e1, x1) = (0.0, start), (0.0, start)
-    rungs: list[tuple[Any, str]] = []
-    lost = ""
-    for factor in sorted(factors, reverse=True):
-        # epsilon = K^(-1/(h+1)) goes as the duration of a contact, in which the shift from the rigid motion is of
-        # first order: straight lines in epsilon extrapolate well down to its zero.
-        goal, reached = float(factor ** (-1 / (exponent + 1))), None
-        step = goal - e1
-        while not lost and reached is None:
-            aim = min(e1 + step, goal)
-            slope = (x1 - x0) / (e1 - e0) if e1 > e0 else np.zeros_like(x1)
-            try:
-                result, x = find(factor if aim == goal else aim ** -(exponent + 1), x1 + slope * (aim - e1))
-            except NumericalError as error:
-                # The motion may be there though the guess was too far off: only when steps of almost nothing fail is
-                # it lost.
-                step /= 2
-                if step < SHORTEST * goal:
-                    lost = f"lost at about K times {max(aim, 1e-300) ** -(exponent + 1):.2g}: {error}"
-                continue
-            (e0, x0), (e1, x1) = (e1, x1), (aim, x)
-            reached = result if aim == goal else None
-        rungs.append((reached, lost))
-    return rungs[::-1]
 
 
 def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[StiffnessRung]) -> Iterator[Convergence]:

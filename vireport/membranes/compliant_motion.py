@@ -1,19 +1,13 @@
 """The ball between two compliant membranes: its return map to nearly full accuracy, and the motions on it.
 
-In dimensionless units, Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where
-delta = Z - d/2 > 0, and the mirror image of the last term at the top one. The membranes move with the capsule, which
-does not feel the ball; k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact
-alone would have the restitution coefficient r (`physics.contact`).
-
-Flights are those of the simulation, in closed form. Contacts are integrated in units of their own duration and depth,
-in which they look the same however stiff the membrane is. What solvers make of the equation as it stands is in
-`stiff_solvers`.
+Contacts are integrated in units of their own duration and depth, in which they look the same however stiff the membrane
+is. What solvers make of the equation as it stands is in `stiff_solvers`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from math import cos, inf, pi
 from typing import Any
@@ -22,15 +16,12 @@ import numpy as np
 
 from vireport.base import NumericalError
 from vireport.checks import Floats, find_root
+from vireport.compliant import CompliantModel, compliant_model, free_flight
 from vireport.physics import Device, Membrane, contacts
 from vireport.scenario import Parameter
 from vireport.simulation import (
     BOTTOM,
-    FLIGHT,
     TOP,
-    VELOCITY,
-    WALL,
-    follow_one,
 )
 
 TOLERANCE = 1e-12
@@ -57,33 +48,6 @@ FORWARD = 1e-5
 DIFFERENCE = 2e-3
 """Step of fourth-order differences of the return map, in its scaled unknowns: truncation and rounding are both near
 1e-10 there."""
-
-
-@dataclass(frozen=True, slots=True)
-class CompliantModel:
-    """The dimensionless model of a device with compliant membranes.
-
-    Attributes
-    ----------
-    d, gbar : float
-        As in `Device.groups`.
-    membrane : Membrane
-        Its stiffness is k, so that with mass 1 `contacts` works in dimensionless numbers; the rest is as it was.
-    restitution : float
-        r of a contact alone.
-    period : float
-        2n, the time after which the motion repeats [t_c].
-    length_unit, velocity_unit : float
-        x_c [m], y_c [m/s].
-    """
-
-    d: float
-    gbar: float
-    membrane: Membrane
-    restitution: float
-    period: float
-    length_unit: float
-    velocity_unit: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,20 +139,6 @@ class CompliantOrbit:
         return max(self.bottom.duration, self.top.duration)
 
 
-def compliant_model(
-    device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
-) -> CompliantModel:
-    """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
-    at = device.at(parameter, float(value))
-    d, gbar, _ = device.groups(parameter, float(value))
-    speed = float(device.velocity_unit(parameter, float(value)))
-    length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
-    # Force K delta^h over the ball's mass m, in units of F/M: x_c^h K M/(m F).
-    per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
-    scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
-    return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
-
-
 def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> LongContact:
     """Integrate one contact from its touch to the departure.
 
@@ -254,34 +204,6 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
     raise NumericalError("the ball stays on the membrane instead of bouncing: there is no motion of single impacts")
 
 
-def flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:
-    """Fly from a membrane to the first touch of either one: time of flight [t_c], wall, and Z' there.
-
-    By the event search of the simulation, which misses none: the ball leaves as from an impact without loss.
-
-    Parameters
-    ----------
-    model : CompliantModel
-    wall : int
-        That is left.
-    leaving : float
-        Z' there, away from the wall [y_c].
-    phase : float
-        Forcing phase there [rad].
-
-    Raises
-    ------
-    NumericalError
-        If no membrane is touched within two periods of the motion.
-    """
-    start = float(wall), 0.0, -leaving, phase % (2 * pi)
-    # With restitution 1 the search lets the ball leave with just the velocity it has been given.
-    rows, _ = follow_one(np.array([model.d, model.gbar, 1.0]), start, 1, compiled=False)
-    if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
-        raise NumericalError("no membrane is touched within two periods")
-    return float(rows[1, FLIGHT]), int(rows[1, WALL]), float(rows[1, VELOCITY])
-
-
 def lap(model: CompliantModel, velocity: float, phase: float) -> Lap:
     """Apply the return map of the motions with one contact on each membrane to a touch of the bottom.
 
@@ -297,7 +219,7 @@ def lap(model: CompliantModel, velocity: float, phase: float) -> Lap:
         touch = contact(model, wall, velocity, phase + pi * elapsed)
         touches.append(touch)
         elapsed += touch.duration
-        time, reached, velocity = flight(model, wall, touch.leaving, phase + pi * elapsed)
+        time, reached, velocity = free_flight(model, wall, touch.leaving, phase + pi * elapsed)
         elapsed += time
         if reached == wall:
             raise NumericalError("the ball falls back on the same membrane: not a motion with one impact on each")

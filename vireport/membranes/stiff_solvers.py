@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from vireport.checks import Floats, timed_in_turns
-from vireport.membranes.compliant_motion import CompliantModel, CompliantOrbit
+from vireport.compliant import CompliantModel
+from vireport.membranes.compliant_motion import CompliantOrbit
 from vireport.physics import damping_number, flight
 
 FIXED = "RK4"

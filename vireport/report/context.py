@@ -201,12 +201,11 @@ class Report:
 
     @property
     def facts(self) -> tuple[WordedFact, ...]:
-        """The verdict's answers among the key numbers: voltages only as far as the membrane's geometry has them.
+        """The verdict's answers among the key numbers.
 
         The first sentences and the acceptance table have the others.
         """
         elsewhere = {Question.MOTION, Question.REACHED, Question.ACCEPTED}
-        elsewhere |= set() if self.solution.within_membrane else {Question.VOLTAGE}
         worded = zip(self.study.verdict.answers.values(), self.verdict.facts, strict=True)
         return tuple(words for fact, words in worded if fact.question not in elsewhere)
 

@@ -50,6 +50,7 @@ class Task(StrEnum):
     FIGURE_6 = "figure-6", "displacement of the capsule's ends and of the ball (figure-6)"
     ACCURACY = "accuracy", "error against run time of several methods"
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
+    OWN_STIFFNESS = "own-stiffness", "the motion and its margin with the membranes' own stiffness, if contacts are long"
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
@@ -207,6 +208,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
+    DeclaredStep(Task.OWN_STIFFNESS, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
     DeclaredStep(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),

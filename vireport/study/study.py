@@ -15,12 +15,14 @@ import numpy as np
 from vireport.base import Progress, UsageError
 from vireport.design import Solution, assess_tolerances, prove_again, region_of, solution_of
 from vireport.gate import (
+    LONG_CONTACT,
     Alert,
     Criterion,
     Evidence,
     Verdict,
     alerts,
     assess,
+    longest_contact,
     verdict_of,
 )
 from vireport.motions import Limits, Sweep
@@ -64,6 +66,7 @@ from vireport.text import (
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Reproduction, WorkPrecision
     from vireport.checks.certificates import Certificate
+    from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
@@ -90,6 +93,8 @@ class Study:
         Error against run time of several methods.
     compliance : Compliance or None
         The motion with compliant membranes.
+    own_stiffness : OwnStiffness or None
+        The motion and its margin with the membranes' own stiffness; None where contacts are short.
     tolerances : Tolerances or None
         Whether every device within the tolerances works, and the yield.
     certificates : tuple of Certificate or None
@@ -105,6 +110,7 @@ class Study:
     atlas: Atlas | None = None
     work: WorkPrecision | None = None
     compliance: Compliance | None = None
+    own_stiffness: OwnStiffness | None = None
     tolerances: Tolerances | None = None
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
@@ -117,7 +123,7 @@ class Study:
     @property
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
-        findings = self.crosscheck, self.compliance, self.tolerances, self.atlas
+        findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
         return Evidence(self.solution, *findings, self.criteria)
 
     @cached_property
@@ -162,6 +168,7 @@ class Study:
             "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
             **_motions_data(self.atlas, solution.membrane),
             **_accuracy_data(self.work, self.compliance),
+            "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
             "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
@@ -222,6 +229,12 @@ def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) ->
     return {"accuracy": accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
 
 
+def _own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
+    from vireport.compliant import own_stiffness_data
+
+    return own_stiffness_data(found)
+
+
 def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
     passed = all(criterion.passed for criterion in criteria)
     return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
@@ -264,6 +277,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_motions(study, scenario.motion_limits, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
+    if steps.runs(Task.OWN_STIFFNESS):
+        study = _with_own_stiffness(study)
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
@@ -294,6 +309,17 @@ def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None
     if not study.plan.runs(Task.COMPLIANT):
         return study
     return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, progress))
+
+
+def _with_own_stiffness(study: Study) -> Study:
+    """Add the motion with the membranes' own stiffness where contacts are long, or found to matter, for rigid ones."""
+    share, compared = longest_contact(study.solution), study.compliance
+    contradicted = compared is not None and compared.grade is not None and compared.grade.contradicts
+    if share is None or not (share > LONG_CONTACT or contradicted):
+        return study
+    from vireport.compliant import own_stiffness
+
+    return replace(study, own_stiffness=own_stiffness(study.solution))
 
 
 def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:

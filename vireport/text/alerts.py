@@ -229,9 +229,8 @@ CATALOGUE = (
         "at such depths.",
         {
             "deflection": "The impacts press the membrane up to {depth_mm:.3g} mm deep, {times:.2g} times its active "
-            "radius of {radius_mm:.3g} mm. The formulae still evaluate, to {highest_v:.3g} V above a bias of "
-            "{bias_v:.4g} V, but the cone-and-cap shape of Eqs. (5.3)-(5.5) cannot hold there: read the voltages as "
-            "a ranking, not as volts.",
+            "radius of {radius_mm:.3g} mm. The formulae still evaluate, but the cone-and-cap shape of Eqs. "
+            "(5.3)-(5.5) cannot hold there: read the voltages as a ranking, not as volts.",
             "fits": "The deflection would fit with any one of: {ways:; }.",
             "ball": "a ball of at most {mass_g:.4g} g",
             "stiffness": "a stiffness of at least {stiffness:.4g} N/m^h",
@@ -244,8 +243,8 @@ CATALOGUE = (
         "The contact is long for the rigid model",
         "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
         "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
-        "See how far things move with the membrane's own stiffness: vireport accuracy, or an accuracy block in the "
-        "scenario, solves that motion. Or use a stiffer membrane or a lighter ball.",
+        "Act on the compliant ends and margins beside the rigid ones; vireport accuracy, or an accuracy block in the "
+        "scenario, has more of that motion. Or use a stiffer membrane or a lighter ball.",
         {
             "share": "A contact takes some {percent:.2g} % of the forcing period with the membrane's own stiffness, "
             "by an estimate without gravity and forcing.",

@@ -1,0 +1,88 @@
+"""The dimensionless model of the ball between two compliant membranes.
+
+Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where delta = Z - d/2 > 0, and the
+mirror image of the last term at the top one. The membranes move with the capsule, which does not feel the ball;
+k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact alone would have the
+restitution coefficient r (`physics.contact`). Between contacts the flights are those of the simulation, in closed form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from vireport.base import NumericalError
+from vireport.physics import Device, Membrane
+from vireport.scenario import Parameter
+from vireport.simulation import FLIGHT, VELOCITY, WALL, follow_one
+
+
+@dataclass(frozen=True, slots=True)
+class CompliantModel:
+    """The dimensionless model of a device with compliant membranes.
+
+    Attributes
+    ----------
+    d, gbar : float
+        As in `Device.groups`.
+    membrane : Membrane
+        Its stiffness is k, so that with mass 1 `contacts` works in dimensionless numbers; the rest is as it was.
+    restitution : float
+        r of a contact alone.
+    period : float
+        2n, the time after which the motion repeats [t_c].
+    length_unit, velocity_unit : float
+        x_c [m], y_c [m/s].
+    """
+
+    d: float
+    gbar: float
+    membrane: Membrane
+    restitution: float
+    period: float
+    length_unit: float
+    velocity_unit: float
+
+
+def compliant_model(
+    device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
+) -> CompliantModel:
+    """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
+    at = device.at(parameter, float(value))
+    d, gbar, _ = device.groups(parameter, float(value))
+    speed = float(device.velocity_unit(parameter, float(value)))
+    length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
+    # Force K delta^h over the ball's mass m, in units of F/M: x_c^h K M/(m F).
+    per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
+    scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
+    return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
+
+
+def free_flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:
+    """Fly from a membrane to the first touch of either one: time of flight [t_c], wall, and Z' there.
+
+    By the event search of the simulation, which misses none: the ball leaves as from an impact without loss.
+
+    Parameters
+    ----------
+    model : CompliantModel
+    wall : int
+        That is left.
+    leaving : float
+        Z' there, away from the wall [y_c].
+    phase : float
+        Forcing phase there [rad].
+
+    Raises
+    ------
+    NumericalError
+        If no membrane is touched within two periods of the motion.
+    """
+    start = float(wall), 0.0, -leaving, phase % (2 * pi)
+    # With restitution 1 the search lets the ball leave with just the velocity it has been given.
+    rows, _ = follow_one(np.array([model.d, model.gbar, 1.0]), start, 1, compiled=False)
+    if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
+        raise NumericalError("no membrane is touched within two periods")
+    return float(rows[1, FLIGHT]), int(rows[1, WALL]), float(rows[1, VELOCITY])
