@@ -6,8 +6,12 @@ Nothing here is imported from the package: a wrong factor, unit or column there 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from math import pi, sin, sqrt
 from typing import Any
+
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 STANDARD_GRAVITY = 9.80665
 VACUUM_PERMITTIVITY = 8.8541878188e-12
@@ -96,6 +100,30 @@ class Device:
     def lost(self, speed: float) -> float:
         """Kinetic energy that an impact loses."""
         return self.ball_mass_kg * (1 - self.restitution**2) * speed**2 / 2
+
+
+@cache
+def contact_time(exponent: float, restitution: float) -> float:
+    """Duration of a contact m x'' = -K x^h (1 + D x'/v) that gives a restitution, over (m/K)^(1/(h+1)) v^((1-h)/(1+h)).
+
+    Integrated numerically, with D by shooting.
+    """
+
+    def left(damping: float) -> tuple[float, float]:
+        """Speed at which the ball leaves, over that at which it comes, and when."""
+
+        def gone(_: float, y: Any) -> float:
+            return y[0] if y[1] < 0 else 1.0
+
+        gone.terminal = True  # type: ignore[attr-defined]
+        flight = solve_ivp(
+            lambda _, y: [y[1], -max(y[0], 0.0) ** exponent * (1 + damping * y[1])],
+            (0, 1e4), [0.0, 1.0], events=gone, rtol=1e-9, atol=1e-12,
+        )  # fmt: skip
+        return -flight.y[1][-1], float(flight.t[-1])
+
+    damping = brentq(lambda x: left(x)[0] - restitution, 0.0, 1 / restitution)
+    return left(damping)[1]
 
 
 def device_of(scenario: dict[str, Any]) -> Device:

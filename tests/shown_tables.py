@@ -9,10 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import floor, log10, pi
+from math import ceil, floor, log10, pi
 from typing import Any
 
-from definitions import STANDARD_GRAVITY, SYMBOLS, Device, device_of, mean
+from definitions import STANDARD_GRAVITY, SYMBOLS, Device, contact_time, device_of, mean
 from shown import ANYTHING, Amount, Bound, Rounded, Row, Said
 
 WORDS_OF = {
@@ -58,6 +58,30 @@ class Results:
     def design_speeds(self) -> list[tuple[float, float]]:
         x = self.design
         return [self.speeds((x["velocity_bottom"][k], x["velocity_top"][k]), x["sweep_value"][k]) for k in self.stable]
+
+    @cached_property
+    def contact_share(self) -> float:
+        """Longest contact of stable motions over the forcing period; 0 without a ball mass, and without restitution."""
+        device = self.device
+        if device.ball_mass_kg is None or not device.restitution:
+            return 0.0
+        here = [(self.design["sweep_value"][0], speeds) for speeds in self.design_speeds]
+        rows = here or [
+            (branch["sweep_value"][k], self.speeds((bottom, top), branch["sweep_value"][k]))
+            for branch in self.data["branches"]
+            for k, (bottom, top) in enumerate(zip(branch["velocity_bottom"], branch["velocity_top"], strict=True))
+            if branch["admissible"][k] and branch["stability"][k].startswith("stable")
+        ]
+        h, stiffness = device.membrane["exponent"], device.membrane["stiffness"]
+        unit = contact_time(h, device.restitution) * (device.ball_mass_kg / stiffness) ** (1 / (h + 1))
+        return max(
+            (
+                unit * min(speeds) ** ((1 - h) / (1 + h)) * device.at(self.parameter, value).frequency_hz
+                for value, speeds in rows
+                if min(speeds) > 0
+            ),
+            default=0.0,
+        )
 
     def ends(self) -> Iterator[tuple[str, float, float, tuple[float, float]]]:
         """The ends of the stable ranges: why, where, d, and the velocities of the motions there."""
@@ -125,9 +149,14 @@ def compliant_end(x: Results, parameter: str, value: float) -> dict[str, Any] | 
 
 
 def digits_of(x: Results, parameter: str, value: float, most: int) -> int:
-    """How many digits of a critical point a long contact leaves: up to the first that it moves, and the next."""
-    if x.data["own_stiffness"] is None or not _critical(x, parameter, value):
+    """How many digits of a critical point the contacts leave: up to the first that they move, and the next.
+
+    Where contacts are short, nothing says how far they move it: some four times their share of the forcing period.
+    """
+    if not _critical(x, parameter, value):
         return most
+    if x.data["own_stiffness"] is None:
+        return min(most, max(3, 1 + ceil(-log10(4 * x.contact_share)))) if x.contact_share else most
     end = compliant_end(x, parameter, value)
     if end is None or end["compliant"] is None:
         return 3

@@ -145,19 +145,19 @@ HERE = {"sweep__to": 0.62, "device__length_m": 0.6}
 VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "swept": (
         lambda: Evidence(solved("inclined")),
-        ["Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m.", "Ends at 0.629457 m: period doubling B1. Sweep of length:"],
+        ["Stable 1:1 motion for 0.629 m < s ≤ 0.75 m.", "Ends at 0.629 m: period doubling B1. Sweep of length:"],
     ),
     "throughout": (lambda: Evidence(solved("inclined", sweep__from=0.65)), ["Throughout the sweep. Sweep of length:"]),
     "two ends": (
         lambda: Evidence(solved("inclined", sweep__to=1.6)),
-        ["Ends at 0.629457 m: period doubling B1; 1.43245 m: fold C1. Sweep"],
+        ["Ends at 0.629 m: period doubling B1; 1.43 m: fold C1. Sweep"],
     ),
     "elsewhere in the sweep": (
         lambda: Evidence(solved("inclined", device__length_m=0.6)),
         [
-            "Stable 1:1 motion for 0.629457 m < s ≤ 0.75 m. At the design point s = 0.6 m: no stable 1:1 motion.",
+            "Stable 1:1 motion for 0.629 m < s ≤ 0.75 m. At the design point s = 0.6 m: no stable 1:1 motion.",
             "2 admissible 1:1 motions at s = 0.6 m, none of them stable",
-            "Along the sweep the 1:1 motion is stable for 0.629457 m",
+            "Along the sweep the 1:1 motion is stable for 0.629 m",
         ],
     ),
     "without a design point": (
@@ -207,7 +207,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "handover": (
         lambda: Evidence(solved("horizontal")),
         [
-            "below the design point; before it, at s = 0.396734 m (C1), two",
+            "below the design point; before it, at s = 0.397 m (C1), two",
             "disturbances turn about it as they die out",
         ],
     ),

@@ -1,6 +1,6 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
-from vireport.gate.alerts import LONG_CONTACT, Alert, alerts, cause_of, longest_contact
+from vireport.gate.alerts import LONG_CONTACT, Alert, alerts, cause_of
 from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
 from vireport.gate.evidence import Criterion, Evidence, Limit, Question
 from vireport.gate.impacts import generated, impacts_of
@@ -45,7 +45,6 @@ __all__ = [
     "generated",
     "impacts_of",
     "keeps_motion",
-    "longest_contact",
     "required",
     "unmet",
     "verdict_of",

@@ -7,14 +7,12 @@ its cause in the results, as numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import cast
 
 import numpy as np
 
 from vireport.design import (
-    Solution,
-    contact_share,
     input_error,
     mass_elasticity,
     restitution_effect,
@@ -224,22 +222,8 @@ def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("gains", {**numbers, "restitution": float(device.restitution)})
 
 
-def longest_contact(solution: Solution) -> float | None:
-    """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
-
-    Along the sweep where none is stable at the design point. None without a ball mass, without stable motion, and where
-    the restitution has no contact law.
-    """
-    membrane, (bottom, top, frequency) = solution.membrane, Evidence(solution).impacts
-    if not bottom.size:
-        bottom, top, frequency = Evidence(replace(solution, design=None)).impacts
-    if membrane is None or not bottom.size:
-        return None
-    return contact_share(np.minimum(bottom, -top), membrane, solution.device.restitution, frequency)
-
-
 def _long_contact(results: Evidence) -> Iterator[Sentence]:
-    share = longest_contact(results.solution)
+    share = results.contact_share
     if share is not None and share > LONG_CONTACT:
         yield Sentence("share", {"percent": 100 * share})
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design import DesignPoint, Solution
+from vireport.design import DesignPoint, Solution, contact_share
 from vireport.motions import impact_velocities
 from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
@@ -233,6 +233,20 @@ class Evidence:
             columns.append((bottom[stable], top[stable], np.broadcast_to(frequency, len(stable))[stable]))
         bottom, top, frequency = (np.concatenate(column) for column in zip(*columns, strict=True))
         return bottom, top, frequency
+
+    @cached_property
+    def contact_share(self) -> float | None:
+        """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
+
+        Along the sweep where none is stable at the design point. None without a ball mass, without stable motion, and
+        where the restitution has no contact law.
+        """
+        membrane, (bottom, top, frequency) = self.solution.membrane, self.impacts
+        if not bottom.size:
+            bottom, top, frequency = Evidence(replace(self.solution, design=None)).impacts
+        if membrane is None or not bottom.size:
+            return None
+        return contact_share(np.minimum(bottom, -top), membrane, self.solution.device.restitution, frequency)
 
 
 def held_against(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:

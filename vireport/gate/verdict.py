@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum, StrEnum
+from math import ceil, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -34,6 +35,10 @@ FIXED_D = (DesignInput.INCLINATION, DesignInput.RESTITUTION)
 
 FEWEST_DIGITS = 3
 """Significant digits of a rigid end of stable motion where contacts are long and the compliant one is not known."""
+
+END_MOVED = 4.0
+"""What an end of stable motion moves by with the membranes' own stiffness, over its value and over the share of the
+forcing period that contacts take: 3 and 4 for the lengths of the examples."""
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""
@@ -310,11 +315,15 @@ class Verdict:
 
     def digits(self, parameter: ScalarInput, point: Point | None, most: int = SIGNIFICANT) -> int:
         """Digits to show of a critical point: those that the stiffness of the membranes leaves, or `most`."""
-        own = self.evidence.own_stiffness
-        if own is None or point is None:
+        own, share = self.evidence.own_stiffness, self.evidence.contact_share
+        if point is None:
             return most
-        end = own.end_of(parameter, point)
-        return FEWEST_DIGITS if end is None else end.digits
+        if own is not None:
+            end = own.end_of(parameter, point)
+            return FEWEST_DIGITS if end is None else end.digits
+        # Short contacts are not followed; they move the end by some multiple of their share, and one digit more is
+        # shown than those that this leaves.
+        return most if not share else min(most, max(FEWEST_DIGITS, 1 + ceil(-log10(END_MOVED * share))))
 
     def inequality(self, part: StableInterval) -> str:
         """A stable range as text, strict at a critical point."""

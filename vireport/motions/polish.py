@@ -198,7 +198,10 @@ def solve_motion(
         return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
 
     def duration(x: Sequence[Any], i: int) -> Any:
-        return (x[count + i + 1] if i + 1 < count else x[count] + 2 * k) - x[count + i]
+        flown = (x[count + i + 1] if i + 1 < count else x[count] + 2 * k) - x[count + i]
+        if not flown:
+            raise NumericalError(f"two impacts of {word.letters} come at one time")
+        return flown
 
     # A flight back to the membrane that it left covers nothing in no time either: divided by its duration, the distance
     # only vanishes where the ball has been away. Touches a moment after an impact are lost otherwise.
@@ -206,8 +209,6 @@ def solve_motion(
         x = whole(y)
         values = residuals(word, x, exact, DECIMALS)
         for i in back:
-            if not duration(x, i):
-                raise NumericalError(f"two impacts of {word.letters} come at one time")
             values[2 * i + 1] /= duration(x, i)
         # Of a symmetric motion the second half of the conditions repeats the first one, and is left out.
         return [*values[: len(y) - 1], equation(x, exact.at(x[2 * count :]), DECIMALS)]

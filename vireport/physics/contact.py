@@ -11,7 +11,7 @@ and the ball leaves where Phi is the same again. That gives the restitution coef
     ln((1+D)/(1 - r D)) = (1 + r) D,
 
 and a duration tau(h, r) (m/K)^(1/(h+1)) v^(-(h-1)/(h+1)). SI units or dimensionless, as the arguments are. The
-forcing and gravity, which act during a contact too, are in `trust.compliant_motion`, not here.
+forcing and gravity, which act during a contact too, are in `compliant.model`, not here.
 """
 
 from __future__ import annotations

@@ -27,7 +27,6 @@ from vireport.gate import (
     Question,
     WordedFact,
     WordedVerdict,
-    longest_contact,
 )
 from vireport.membranes import (
     Findings,
@@ -255,7 +254,7 @@ class Report:
     @property
     def contact_share(self) -> float | None:
         """Longest contact over the forcing period, which the rigid model neglects; None without a ball mass."""
-        return longest_contact(self.solution)
+        return self.study.evidence.contact_share
 
     @property
     def largest_bound(self) -> float:

@@ -22,7 +22,6 @@ from vireport.gate import (
     Verdict,
     alerts,
     assess,
-    longest_contact,
     verdict_of,
 )
 from vireport.motions import Limits, Sweep
@@ -313,7 +312,7 @@ def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None
 
 def _with_own_stiffness(study: Study) -> Study:
     """Add the motion with the membranes' own stiffness where contacts are long, or found to matter, for rigid ones."""
-    share, compared = longest_contact(study.solution), study.compliance
+    share, compared = Evidence(study.solution).contact_share, study.compliance
     contradicted = compared is not None and compared.grade is not None and compared.grade.contradicts
     if share is None or not (share > LONG_CONTACT or contradicted):
         return study
