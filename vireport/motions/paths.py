@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, copysign, inf, isfinite, nan, pi, sqrt
 from operator import itemgetter
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from vireport.base import NumericalError
 from vireport.motions.conditions import Condition
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.motion import AT_ZERO, IMAGE, Motion
-from vireport.motions.periodicity import Variation, linearised, trace
+from vireport.motions.periodicity import Model, Variation, linearised, trace
 from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.turning import Turn, turns
@@ -332,12 +332,14 @@ def _zero(
     """Where a function is zero between 0 and an end, and its slope there, by secants from a start and a slope.
 
     The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
-    some others. The tolerance of a correction is a share of the end.
+    some others. The tolerance of a correction is a share of the end. Where rounding keeps the corrections from becoming
+    so small, the zero is where the function was the least of all that were evaluated.
     """
     # One bracket in Python's numbers: arrays of one number take thirty times as long, some 300 times in an atlas.
-    low, high, x, before = 0.0, end, start, None
+    low, high, x, before, least = 0.0, end, start, None, (inf, start)
     for count in range(MOST_SECANTS):
         value = function(x)
+        least = min(least, (abs(value), x))
         low, high = (low, x) if (value > 0) == rises else (x, high)
         if before is not None and value != before[1]:
             slope = (value - before[1]) / (x - before[0])
@@ -345,9 +347,10 @@ def _zero(
         if not min(low, high) <= new <= max(low, high) or (count % 4 == 3 and count >= FREE_SECANTS):
             new = (low + high) / 2
         if abs(new - x) <= tolerance * abs(end):
-            break
+            return x, slope
         x = new
-    return x, slope
+    # On steps of 1e-8 the swept parameter itself is rounded to more than the tolerance: the function is a staircase.
+    return least[1], slope
 
 
 def _within_rank(matrix: Floats, right: Floats) -> Floats:
@@ -442,7 +445,7 @@ class Curve(Path):
     low, high : float
         Range of what varies, the coordinate.
     width : float
-        What the coordinate is measured by, the range of a sweep.
+        What the coordinate is measured by: the range of a sweep, or as much of it as has motions on both membranes.
     """
 
     word: Word
@@ -450,6 +453,13 @@ class Curve(Path):
     low: float
     high: float
     width: float
+
+    @classmethod
+    def along_sweep(cls, word: Word, model: Model, low: float, high: float) -> Self:
+        """The motions of one word along a range of the coordinate."""
+        # Of a sweep over six decades of frequency d has twelve, and all motions on both membranes are in one or two of
+        # them: measured by the whole range, a step of 1e-9 went past them, and events were placed anywhere.
+        return cls(word, model, low, high, min(high - low, model.reach(word.periods)))
 
     @cached_property
     def scale(self) -> Floats:
@@ -510,6 +520,18 @@ class Curve(Path):
     def _speeds(self, x: Floats) -> list[float]:
         """Velocities of impacts, towards their walls."""
         return [v * wall for v, wall in zip(x.tolist(), self.word.walls, strict=False)]
+
+    def _straight(self, x: Floats) -> bool:
+        """Whether nothing of the motions but their room changes along the curve, which is a straight line."""
+        return self.word.one_sided and not self.model.slopes(x[-1:])[1:].any()
+
+    def reach(self, point: PathPoint) -> float:
+        """Longest step, any along a straight line."""
+        return inf if self._straight(point.x) else super().reach(point)
+
+    def strain(self, arc: Arc) -> float:
+        """How long a step is as against the longest in which nothing can be missed: on a straight line, nothing can."""
+        return 0.0 if self._straight(arc.end.x) else super().strain(arc)
 
     def steepness(self, arc: Arc) -> float:
         """How much the trace changes within a step, as a share of the most for no event to be missed.

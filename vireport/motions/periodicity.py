@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from math import inf
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -73,6 +74,22 @@ class Model:
         if self.level.held is Held.D:
             return 0.0, 1.0
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
+
+    def reach(self, periods: int) -> float:
+        """The coordinate of about the farthest motions that strike both membranes; infinite where it is gbar.
+
+        Notes
+        -----
+        Between impacts the speed changes by at most (1 + gbar) t, and one impact in 2 k leaves at most r of it: it is
+        below 2 k (1 + gbar)/(1 - r), and so d below 2 k times that. Where the force varies, gbar at the farthest motions
+        is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)].
+        """
+        if self.level.held is Held.D:
+            return inf
+        most = (1 + self.r) / (1 - self.r)
+        gbar = self.level.value if self.level.held is Held.GBAR else most
+        farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - self.r)
+        return float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups where the coordinate is the only entry of `varied`."""
