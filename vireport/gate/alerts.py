@@ -119,6 +119,9 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     stable = results.atlas.stable_at(design.value) if results.atlas is not None else []
     if stable:
         yield Sentence("instead", {"others": ", ".join(dict.fromkeys(family.name for family, _ in stable))})
+    if results.from_rest is not None:
+        block = "motions" if results.from_rest.cycle is not None else "simulation"
+        yield Sentence("from_rest", {"motion": results.from_rest.name, "block": block})
 
 
 def _several_stable(results: Evidence) -> Iterator[Sentence]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, wilson
+from vireport.base import NumericalError, share_interval
 from vireport.design import devices_off, sample_steps
 from vireport.gate.designs import BORDER, Designs
 from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
@@ -290,7 +290,7 @@ def _may_yield(designs: Designs, limit: Limit) -> Mask:
     if asked is None:
         return kept
     steps = sample_steps(len(designs.half_widths), asked.distribution, asked.samples)
-    enough = (k for k in range(asked.samples) if 100 * wilson(k, asked.samples)[1] >= limit.value)
+    enough = (k for k in range(asked.samples) if 100 * share_interval(k, asked.samples)[1] >= limit.value)
     most = asked.samples - next(enough, asked.samples)  # all of them, where only the proof is enough
     # Whole Sobol sequences are balanced, not their beginnings: only a count that no further device can mend refutes.
     failed, first = np.zeros(designs.count, dtype=np.intp), 0
