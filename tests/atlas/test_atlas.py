@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import first
 
-from vireport import load, loads
+from vireport import analyse, load, loads
 from vireport.atlas import atlas, motion_of_cycle
 from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep, completed, follow, neighbours, polished
 from vireport.physics import Groups, Word
@@ -205,3 +205,38 @@ def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
     gaps = -np.diff(doublings[1:])  # the first doubling is apart from the others by two folds
     assert gaps[:-1] / gaps[1:] == pytest.approx([4.445, 4.650, 4.662], abs=1e-3)
     assert doublings[0] == pytest.approx(0.6294571410117573, abs=1e-15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "restitution"), [(10, 0.95), (16, 0.5)])
+def test_an_event_is_located_where_the_swept_parameter_is_a_staircase(count: int, restitution: float, example):
+    changes = [f"motions.impacts={count}", f"motions.periods={count}", f"device.restitution={restitution}"]
+    study = analyse(load(example("inclined"), [*changes, "sweep.from=0.05", "sweep.to=2"]), ["json"])
+    assert len(study.atlas.families) > 10
+
+
+WIDE = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, restitution: {r}, length_m: 0.7}}
+excitation: {{amplitude_n: 3.0}}
+inclination_deg: {beta}
+sweep: {{parameter: frequency_hz, from: {low}, to: {high}}}
+motions: {{impacts: 3, periods: 2}}
+"""
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("r", "beta"), [(0.375, 0.0), (0.538, 45.0), (0.9, 90.0)])
+@pytest.mark.parametrize(("low", "high"), [(1e-6, 1e6), (1e-9, 1e9), (1e-3, 1e12)])
+def test_motions_are_the_same_in_a_sweep_over_many_decades_of_frequency(r: float, beta: float, low: float, high: float):
+    def found(low: float, high: float) -> dict[tuple[str, int], set[float]]:
+        """Where families of each word begin or end by grazing or a fold."""
+        study = analyse(loads(WIDE.format(r=r, beta=beta, low=low, high=high)), ["json"])
+        places: dict[tuple[str, int], set[float]] = {}
+        for family in study.atlas.families:
+            assert Event.LOST not in {mark.event for mark in family.marks}
+            own = {round(mark.point.sweep_value, 6) for mark in family.marks if mark.point is not None}
+            places.setdefault((family.word.letters, family.word.periods), set()).update(own)
+        return places
+
+    assert found(low, high) == found(0.02, 200)

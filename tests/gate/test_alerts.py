@@ -274,6 +274,11 @@ SAID = [
         },
         ["none of the 3 solutions is admissible and stable. Stable there: 0.7 BBT."],
     ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="BBT", cycle=object())},
+        ["comes to this by simulation: BBT. A block 'motions:' shows it."],
+    ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),
     ("VR005", {"solution": known(design=ending(-0.0123))}, ["ends 1.23 % below the design point in length: fold D1."]),
     ("VR005", {"solution": known(design=ending(0.0123))}, ["ends 1.23 % above the design point in length: fold D1."]),
@@ -330,7 +335,7 @@ def test_a_velocity_that_moves_more_than_the_restitution_is_told_by_how_much(mon
 
 def evidence_of(results: dict[str, object]) -> SimpleNamespace:
     nothing = {"solution": known(), "criteria": (), "atlas": None, "crosscheck": None, "compliance": None}
-    return SimpleNamespace(**nothing | results)
+    return SimpleNamespace(**{"from_rest": None} | nothing | results)
 
 
 @pytest.mark.parametrize(("code", "results", "parts"), SAID, ids=[f"{code}-{k}" for k, (code, *_) in enumerate(SAID)])

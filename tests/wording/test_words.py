@@ -572,6 +572,7 @@ def points(*of: SimpleNamespace) -> tuple[list[SimpleNamespace]]:
 
 SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("accuracy", "task", ("orbit", None), "the motion"),
+    ("verdict", "from_rest", (SimpleNamespace(name="BBT every forcing period"),), "; from rest the ball comes to BBT"),
     ("accuracy", "task", ("critical", B1), "B1 (period doubling)"),
     ("accuracy", "task", ("critical", None), "the critical point"),
     ("accuracy", "short_task", ("orbit", None), "motion"),

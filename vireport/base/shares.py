@@ -13,11 +13,10 @@ def share_interval(hits: int, trials: int) -> tuple[float, float, float]:
     -----
     The lower end is the probability at which so many hits or more have 2.5 %, the upper one that at which so few or
     fewer have: quantiles of beta distributions. The interval covers the probability in at least 95 % of all cases,
-    whatever it is. Wilson's score does so only on average: of a probability of 99.95 % and 256 trials it covered 88 %,
-    as the one miss of every eighth series already put its upper end below.
+    whatever it is. Wilson's score does so only on average: of 99.95 % and 256 trials it covered less than 90 %.
     """
     # Imported here: only counts need it, and it takes longer to import than a report without them to begin.
-    from scipy.special import betaincinv
+    from scipy.special import betaincinv  # type: ignore[import-untyped]
 
     low = float(betaincinv(hits, trials - hits + 1, OUTSIDE)) if hits else 0.0
     high = float(betaincinv(hits + 1, trials - hits, 1 - OUTSIDE)) if hits < trials else 1.0

@@ -161,7 +161,8 @@ class Criterion:
 class Evidence:
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
-    `from_rest` is what the ball comes to from rest where the design point has no stable 1:1 motion. `criteria` are the requirements that were judged already, `required` those that are being judged.
+    `from_rest` is what the ball comes to from rest where the design point has no stable 1:1 motion.
+    `criteria` are the requirements that were judged already, `required` those that are being judged.
     """
 
     solution: Solution

@@ -523,7 +523,7 @@ class Curve(Path):
 
     def _straight(self, x: Floats) -> bool:
         """Whether nothing of the motions but their room changes along the curve, which is a straight line."""
-        return self.word.one_sided and not self.model.slopes(x[-1:])[1:].any()
+        return self.word.one_sided and not self.model.slopes((float(x[-1]),))[1:].any()
 
     def reach(self, point: PathPoint) -> float:
         """Longest step, any along a straight line."""

@@ -81,8 +81,8 @@ class Model:
         Notes
         -----
         Between impacts the speed changes by at most (1 + gbar) t, and one impact in 2 k leaves at most r of it: it is
-        below 2 k (1 + gbar)/(1 - r), and so d below 2 k times that. Where the force varies, gbar at the farthest motions
-        is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)].
+        below 2 k (1 + gbar)/(1 - r), and so d below 2 k times that. Where the force varies, gbar at the farthest
+        motions is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)].
         """
         if self.level.held is Held.D:
             return inf
