@@ -221,7 +221,7 @@ device: {{capsule_mass_kg: 0.1245, restitution: {r}, length_m: 0.7}}
 excitation: {{amplitude_n: 3.0}}
 inclination_deg: {beta}
 sweep: {{parameter: frequency_hz, from: {low}, to: {high}}}
-motions: {{impacts: 3, periods: 2}}
+motions: {{impacts: 2, periods: 2}}
 """
 
 
