@@ -170,7 +170,7 @@ RELATIONS = (
     bad(
         "power without a dielectric",
         GOOD + "requirements: {power_at_least_mw: 1}\n",
-        (20, "requirements.power_at_least_mw", "power and field need device.membrane.thickness_m"),
+        (20, "requirements.power_at_least_mw", "power, efficiency and field need device.membrane.thickness_m"),
     ),
     *(
         bad(f"design {name}", f"{GOOD}design: {{maximise: {what}, vary: [{rows}]}}\n", (20, f"design.{path}", message))

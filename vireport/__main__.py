@@ -35,7 +35,8 @@ def entry() -> int:
     except KeyboardInterrupt:  # while the command line was imported
         print("vireport: interrupted", file=sys.stderr)
         code = 128 + signal.SIGINT
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left that could be interrupted
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # nothing is left that could be interrupted
     return code
 
 

@@ -275,7 +275,7 @@ def test_figure_and_section_name_the_words(study):
         for family in study.atlas.families
         for first, last in family.stable_runs
         for mark in family.marks
-        if mark.point is not None and first <= mark.row <= last
+        if mark.point is not None and mark.point.label and first <= mark.row <= last
     ]
     vertices = {vertex.label for vertex in study.atlas.vertices}
     seen = {label for label, width in on_stable if width > 0.002}

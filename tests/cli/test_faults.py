@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shlex
@@ -9,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -208,6 +210,31 @@ def test_an_interrupt_while_files_are_put_in_place(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"results.json", "branches.csv"}
 
 
+def test_an_interrupt_while_arguments_are_read_does_not_say_that_all_was_done(tmp_path: Path) -> None:
+    code = """
+import typer, vireport.cli.app
+def empty(*arguments, **named):
+    try: interrupt()
+    except KeyboardInterrupt: pass
+    return real(*arguments, **named)
+real, typer.BadParameter = typer.BadParameter, empty"""
+    run = interrupted(code, "run", INCLINED, "-o", "", cwd=tmp_path)
+    assert run.returncode == 130, run.stderr
+    assert run.stderr.startswith(b"vireport: interrupted")
+    assert b"all was done" not in run.stderr
+
+
+def test_sigterm_ends_a_run_as_ctrl_c_does_and_leaves_no_folder(tmp_path: Path) -> None:
+    """It comes when files are written, before they are put in place."""
+    code = MOMENTS["between writing and renaming"].replace("interrupt()", "os.kill(os.getpid(), signal.SIGTERM)")
+    (tmp_path / "tmp").mkdir()
+    code += "\nos.environ['TMPDIR'] = 'tmp'"
+    run = interrupted(code, "run", INCLINED, "-o", "out", "--format", "html,json", cwd=tmp_path)
+    assert run.returncode == 143, run.stderr
+    assert run.stderr.startswith(b"vireport: interrupted")
+    assert [path for path in tmp_path.rglob("*") if path.name != "tmp"] == []
+
+
 def test_an_interrupted_map_says_how_it_goes_on(tmp_path: Path) -> None:
     code = "import vireport.maps as s\ns.run_map = interrupt"
     run = interrupted(code, "sweep", "map.yaml", cwd=tmp_path)
@@ -256,6 +283,69 @@ def test_a_full_disk_is_named_and_leaves_nothing(tmp_path: Path) -> None:
         assert run.returncode == 3, run.stderr
         assert b"cannot be written: File too large" in run.stderr
         assert names(tmp_path) == set()
+
+
+def test_a_report_needs_no_temporary_folder(tmp_path: Path, monkeypatch) -> None:
+    """With a full TMPDIR, or one that is not there: what Typst reads is passed in memory."""
+
+    def full(*arguments: object, **named: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(tempfile, "mkdtemp", full)
+    monkeypatch.setattr(tempfile, "mkstemp", full)
+    assert main(["run", INCLINED, "-o", str(tmp_path), "--format", "html,pdf,png,markdown", "-q"]) == 0
+    assert {"report.html", "report.pdf", "figure-2.png"} <= names(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        ([DESIGN, "-o", "OUT", "--format", "html,png,json,github"], 0, b""),
+        ([DESIGN], 2, b"design-point cannot be written: the current folder has been deleted"),
+        (["compare", DESIGN, "--vary", "inclination_deg=30,45"], 2, b"the current folder has been deleted"),
+        (["portrait", "results.json", "--at", "1"], 2, b"results.json: cannot be read"),
+        (["init"], 2, b"scenario.yaml cannot be written"),
+    ],
+    ids=["elsewhere", "run", "compare", "portrait", "init"],
+)
+def test_the_current_folder_may_have_been_deleted(arguments: list[str], code: int, told: bytes, tmp_path: Path) -> None:
+    (tmp_path / "gone").mkdir()
+    words = [str(tmp_path / "out") if word == "OUT" else word for word in arguments]
+    run = subprocess.run(
+        ["bash", "-c", f"rmdir ../gone && exec {shlex.join([*ENTRY, *words])}"],
+        cwd=tmp_path / "gone",
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+    )
+    assert run.returncode == code, run.stderr
+    assert told in run.stderr
+    assert b"Traceback" not in run.stderr
+
+
+def test_a_folder_may_have_a_name_that_is_not_utf_8(tmp_path: Path, monkeypatch) -> None:
+    here = tmp_path / os.fsdecode(b"here\xff")
+    here.mkdir()
+    monkeypatch.chdir(here)
+    folder = os.fsdecode(b"out\xfe")
+    assert main(["run", DESIGN, "-o", folder, "--format", "html,pdf,png,json", "-q"]) == 0
+    assert main(["run", f"{folder}/report.pdf", "-o", "again", "--format", "json", "-q"]) == 0
+    pytest.importorskip("pyarrow")
+    map_text = (ROOT / "examples/maps/map.yaml").read_text().replace("count: 60", "count: 3")
+    Path("map.yaml").write_text(map_text.replace("count: 80", "count: 3"))
+    for _ in range(2):
+        assert main(["sweep", "map.yaml", "-o", folder, "--workers", "1", "-q"]) == 0
+    assert {"report.pdf", "map.parquet", "map-stability.png"} <= names(Path(folder))
+
+
+@pytest.mark.parametrize("name", ["large.html", "large.pdf"])
+def test_a_page_or_baseline_beyond_reason_is_refused_before_it_is_parsed(name: str, tmp_path: Path, capsys) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"%PDF-" if name.endswith("pdf") else b"[")
+    os.truncate(path, 240 << 20)
+    assert main(["run", str(path)]) == 2
+    assert "is larger than 32 MiB, and no report" in capsys.readouterr().err
+    assert main(["diff", str(path), INCLINED]) == 2
+    assert "is larger than 32 MiB, and no results.json" in capsys.readouterr().err
 
 
 def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path, monkeypatch, capsys) -> None:
@@ -381,6 +471,18 @@ def test_a_plan_promises_nothing_that_will_not_appear(monkeypatch, capsys) -> No
     for step in ("accuracy", "simulation"):
         assert lines[step].startswith("run")
         assert "numba" in lines[step]
+
+
+def test_a_plan_says_how_long_what_is_long_takes(capsys) -> None:
+    best = str(ROOT / "examples" / "best-design.yaml")
+    assert main(["plan", best, "--set", "accuracy={}"]) == 0
+    lines = {line.split()[1]: line for line in capsys.readouterr().out.splitlines()}
+    assert lines["optimise"].startswith("skip")
+    assert "by vireport optimise: about 20 s" in lines["optimise"]
+    for step in ("accuracy", "compliant"):
+        assert "about a minute" in lines[step]
+    assert main(["plan", best, "--set", "tolerances.length_percent=1"]) == 0
+    assert "by vireport optimise: minutes" in capsys.readouterr().out
 
 
 def test_the_limits_in_messages_are_those_that_hold(capsys) -> None:

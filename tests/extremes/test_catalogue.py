@@ -26,6 +26,7 @@ from vireport.extremes.judge import (
     judge,
 )
 from vireport.motions import Motions
+from vireport.physics import Device
 from vireport.scenario import Parameter
 from vireport.simulation import FLIGHT, REST, VELOCITY
 from vireport.study import Study
@@ -48,6 +49,13 @@ HORIZONTAL = [case for case in catalogue(load(EXAMPLES / "horizontal.yaml")) if 
 def test_every_case_passes(case: Case) -> None:
     outcome = judge(case)
     assert outcome.verdict is CaseVerdict.PASSED, outcome.found
+
+
+def test_the_catalogue_notices_a_unit_of_velocity_that_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    unit = Device.velocity_unit
+    assert judge(CASES["units: y_c = F/(2 M f)"]).verdict is CaseVerdict.PASSED
+    monkeypatch.setattr(Device, "velocity_unit", lambda *arguments: unit(*arguments) * (1 + 1e-4))
+    assert judge(CASES["units: y_c = F/(2 M f)"]).verdict is CaseVerdict.FAILED
 
 
 @pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing", "design-point"])
@@ -139,6 +147,7 @@ FAULTS: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
     ),
     ("share of the period: q = 1/2, horizontal", "another d", lambda motion: replace(motion, d=motion.d * (1 + 1e-9))),
     ("membrane: deflection rb", "another voltage", lambda v: replace(v, average_v=v.average_v * (1 + 1e-9))),
+    ("units: y_c = F/(2 M f)", "a unit 1e-4 off", lambda units: {p: unit * (1 + 1e-4) for p, unit in units.items()}),
     ("critical points: fold in a sweep", "a fold that is moved", moved),
     (
         "critical points: narrow range of foci, gbar = 0.001",

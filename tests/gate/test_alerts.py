@@ -57,6 +57,12 @@ def test_an_unknown_code_is_refused_with_the_known_ones() -> None:
             [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e7}}"],
             [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e8}}"],
         ),
+        (
+            "VR017",
+            "inclined",
+            [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e8, bias_voltage_v: 6000}}"],
+            [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e8, bias_voltage_v: 5000}}"],
+        ),
         ("VR011", "inclined", [], ["device.membrane.stiffness=1e12"]),
         ("VR012", "inclined", [], ["device.membrane.exponent=12"]),
         ("VR022", "inclined", ["excitation.amplitude_n=0.85", "sweep.from=0.2"], []),
@@ -321,7 +327,7 @@ SAID = [
 ]
 """Alerts, what results raise them, and parts of the cause."""
 
-BY_RESULTS = {"VR008", "VR009", "VR011", "VR012", "VR014", "VR016"}
+BY_RESULTS = {"VR008", "VR009", "VR011", "VR012", "VR014", "VR016", "VR017"}
 """Alerts whose causes are looked at above and beside the verdict, on results of scenarios."""
 
 

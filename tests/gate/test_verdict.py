@@ -107,7 +107,7 @@ def test_the_stable_range_of_the_nearest_end_comes_first() -> None:
 
 
 def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
-    solution = study_of("inclined").solution
+    solution = solved("inclined", device__ball_mass_kg=1e-5)
     rigid = [said(solution, compliance=SimpleNamespace(grade=grade)) for grade in sorted(Grade)]
     assert [fact(verdict, Question.RIGID).status for verdict in rigid] == ["good", "caution", "bad"]
     assert [verdict.word == "Stable" for verdict in rigid] == [True, True, False]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import shutil
 from collections import namedtuple
+from io import BytesIO
 from pathlib import Path
 from random import Random
 
@@ -15,7 +17,9 @@ from map_texts import CHUNKS, TEXT, result, store_in, undisturbed_result, writte
 
 from vireport.base import OutputError, UsageError
 from vireport.maps import run_map
-from vireport.maps.store import RejectedFileError, encoded_chunk, read_chunk
+from vireport.maps.store import RejectedFileError, encoded_chunk, finished_counts, read_chunk
+
+FINISHED = [".lock", "map.parquet", "map.parquet.sha256"]
 
 
 class Stop(Exception):
@@ -38,7 +42,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def chunk_files(folder: Path) -> list[Path]:
-    return sorted((folder / ".chunks").glob("*.parquet"))
+    return sorted((folder / ".chunks").glob("*.chunk"))
 
 
 @pytest.fixture
@@ -56,7 +60,11 @@ def out(file: Path) -> Path:
 def test_same_bytes_on_any_number_of_cores(file: Path, workers: int) -> None:
     run_map(str(file), file.parent / "out", workers=workers, draw=False)
     assert result(file.parent / "out") == undisturbed_result()
-    assert sorted(path.name for path in (file.parent / "out").iterdir()) == [".lock", "map.parquet"]
+    assert sorted(path.name for path in (file.parent / "out").iterdir()) == [
+        ".lock",
+        "map.parquet",
+        "map.parquet.sha256",
+    ]
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), Stop()], ids=["ctrl-c", "error"])
@@ -119,43 +127,58 @@ def test_a_chunk_damaged_during_the_run_is_computed_again(file: Path, out: Path,
     assert result(out) == undisturbed_result()
 
 
-def test_any_flipped_bit_of_a_chunk_is_noticed_or_changes_nothing() -> None:
+def flipped(data: bytes, bit: int) -> bytes:
+    damaged = bytearray(data)
+    damaged[bit // 8] ^= 1 << bit % 8
+    return bytes(damaged)
+
+
+def test_any_flipped_bit_of_a_chunk_is_noticed() -> None:
     store = store_in(Path("nowhere"))
     data = encoded_chunk(store.plan, store.map_sha256, 2)
-    intact = read_chunk(store, 2, memory_file(data))
-    description = int.from_bytes(data[-8:-4], "little")
-    rng, noticed = Random(1), 0
-    places = rng.choices(range(len(data) - description), k=300)  # the values, and the description of the file
-    places += rng.choices(range(len(data) - description, len(data)), k=1000)
-    for place in places:
-        damaged = bytearray(data)
-        damaged[place] ^= 1 << rng.randrange(8)
-        try:
-            assert read_chunk(store, 2, memory_file(bytes(damaged))).equals(intact)
-        except RejectedFileError:
-            noticed += 1
-    assert noticed > 800
+    assert len(read_chunk(store, 2, data)) == 60
+    for bit in Random(1).sample(range(8 * len(data)), 1000):
+        with pytest.raises(RejectedFileError, match="is damaged"):
+            read_chunk(store, 2, flipped(data, bit))
 
 
-def memory_file(data: bytes):
-    import pyarrow
-
-    return pyarrow.BufferReader(data)
+@pytest.mark.parametrize("flips", [300, pytest.param(5000, marks=pytest.mark.slow)])
+def test_no_flipped_bit_of_a_finished_map_or_of_its_digest_is_accepted(file: Path, flips: int) -> None:
+    """Half of the flips are in the description at the end of the file, which no checksum of a page covers."""
+    out = file.parent / "out"
+    run_map(str(file), out, workers=1, draw=False)
+    store, data, digest = store_in(out), result(out), (out / "map.parquet.sha256").read_bytes()
+    assert finished_counts(store, []) is not None
+    description, rng = 8 * (len(data) - 8 - int.from_bytes(data[-8:-4], "little")), Random(flips)
+    rejected: list[str] = []
+    bits = [rng.randrange(8 * len(data)) for _ in range(flips // 2)]
+    bits += [rng.randrange(description, 8 * len(data)) for _ in range(flips // 2)]
+    for bit in bits:
+        (out / "map.parquet").write_bytes(flipped(data, bit))
+        assert finished_counts(store, rejected) is None
+    (out / "map.parquet").write_bytes(data)
+    for bit in range(8 * len(digest)):
+        (out / "map.parquet.sha256").write_bytes(flipped(digest, bit))
+        assert finished_counts(store, rejected) is None
+    assert len(rejected) == flips + 8 * len(digest)
+    run_map(str(file), out, workers=1, draw=False)
+    assert (result(out), (out / "map.parquet.sha256").read_bytes()) == (data, digest)
 
 
 def test_what_killed_runs_left_is_removed(file: Path, out: Path) -> None:
-    (out / ".chunks" / ".000000003.parquet.abcd").write_bytes(b"half a chunk")
+    (out / ".chunks" / ".000000003.chunk.abcd").write_bytes(b"half a chunk")
     (out / ".map.parquet.new").write_bytes(b"half a map")
+    (out / ".map.parquet.sha256.abcd").write_bytes(b"half a digest")
     (out / ".map-margin.png.abcd").write_bytes(b"half a picture")
-    shutil.copy(chunk_files(out)[0], out / ".chunks" / "000000099.parquet")
+    shutil.copy(chunk_files(out)[0], out / ".chunks" / "000000099.chunk")
     run_map(str(file), out, workers=1, draw=False)
     assert result(out) == undisturbed_result()
-    assert sorted(path.name for path in out.iterdir()) == [".lock", "map.parquet"]
+    assert sorted(path.name for path in out.iterdir()) == FINISHED
     # Killed between the last two steps: the map is there, and its chunks still are.
     (out / ".chunks").mkdir()
-    (out / ".chunks" / "000000000.parquet").write_bytes(b"a chunk")
+    (out / ".chunks" / "000000000.chunk").write_bytes(b"a chunk")
     run_map(str(file), out, workers=1, draw=False)
-    assert sorted(path.name for path in out.iterdir()) == [".lock", "map.parquet"]
+    assert sorted(path.name for path in out.iterdir()) == FINISHED
 
 
 def test_a_finished_map_is_verified_and_left_alone(file: Path) -> None:
@@ -171,8 +194,15 @@ def test_a_finished_map_is_verified_and_left_alone(file: Path) -> None:
     assert result(out) == undisturbed_result()
 
 
-def test_checksums_and_identity_are_in_the_finished_map() -> None:
-    file = pq.ParquetFile(memory_file(undisturbed_result()), page_checksum_verification=True)
+def test_digest_of_the_finished_map_is_that_of_sha256sum(file: Path) -> None:
+    out = file.parent / "out"
+    run_map(str(file), out, workers=1, draw=False)
+    listed = f"{hashlib.sha256(result(out)).hexdigest()}  map.parquet\n"
+    assert (out / "map.parquet.sha256").read_text(encoding="ascii") == listed
+
+
+def test_identity_is_in_the_finished_map() -> None:
+    file = pq.ParquetFile(BytesIO(undisturbed_result()))
     assert file.read().num_rows == 500
     metadata = file.metadata.metadata
     assert metadata[b"map"].decode() == TEXT
@@ -205,7 +235,7 @@ def test_a_file_that_is_no_map_is_not_replaced(file: Path, tmp_path: Path) -> No
     assert (tmp_path / "map.parquet").read_text(encoding="utf-8") == "something else"
 
 
-@pytest.mark.parametrize("place", ["map.parquet", ".lock", ".chunks/000000001.parquet", ".chunks"])
+@pytest.mark.parametrize("place", ["map.parquet", ".lock", ".chunks/000000001.chunk", ".chunks"])
 @pytest.mark.parametrize("kind", ["folder", "FIFO", "link"])
 def test_only_files_are_used(file: Path, tmp_path: Path, place: str, kind: str) -> None:
     path = tmp_path / "out" / place
@@ -244,9 +274,9 @@ def test_a_map_that_does_not_fit_on_the_disk_is_refused_beforehand(file: Path, m
     assert result(out) == undisturbed_result()
 
 
-@pytest.mark.parametrize("failing", [1, 3, CHUNKS])
+@pytest.mark.parametrize("failing", [1, 3, CHUNKS, CHUNKS + 1])
 def test_a_full_disk_is_told_and_the_run_resumed(file: Path, monkeypatch: pytest.MonkeyPatch, failing: int) -> None:
-    """Each chunk is renamed once it is written, and the whole map last."""
+    """Each chunk is renamed once it is written, then the digest of the whole map, and the map last."""
     out, rename, calls = file.parent / "out", os.replace, []
 
     def replace(source, target) -> None:
@@ -259,6 +289,7 @@ def test_a_full_disk_is_told_and_the_run_resumed(file: Path, monkeypatch: pytest
         patch.setattr(os, "replace", replace)
         with pytest.raises(OutputError, match=r"No space left.*run the same command again"):
             run_map(str(file), out, workers=1, draw=False)
-    assert len(chunk_files(out)) == failing
+    assert len(chunk_files(out)) == min(failing, CHUNKS)
+    assert not (out / "map.parquet").exists()
     run_map(str(file), out, workers=1, draw=False)
     assert result(out) == undisturbed_result()

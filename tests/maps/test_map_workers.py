@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import socketserver
+import struct
 import subprocess
 import sys
 import threading
@@ -57,10 +58,10 @@ def test_kill_9_of_a_run_loses_no_chunk_and_leaves_no_process(file: Path, tmp_pa
     script, out = tmp_path / "run.py", tmp_path / "out"
     script.write_text(RUN, encoding="utf-8")
     run = subprocess.Popen([sys.executable, str(script), str(file), str(out)], start_new_session=True)
-    wait_until(lambda: len(list((out / ".chunks").glob("*.parquet"))) >= 3 or run.poll() is not None)
+    wait_until(lambda: len(list((out / ".chunks").glob("*.chunk"))) >= 3 or run.poll() is not None)
     run.kill()
     run.wait()
-    assert 3 <= len(list((out / ".chunks").glob("*.parquet"))) < 167
+    assert 3 <= len(list((out / ".chunks").glob("*.chunk"))) < 167
     wait_until(lambda: not is_running(run.pid))
     run_map(str(file), out, workers=1, draw=False)
     run_map(str(file), tmp_path / "calm", workers=1, draw=False)
@@ -164,6 +165,39 @@ def test_something_else_in_the_place_of_a_scheduler_is_told(scheme: str, tmp_pat
         with pytest.raises(NumericalError, match="is no Dask scheduler"):
             compute_on(f"{scheme}://127.0.0.1:{server.server_address[1]}", tmp_path)
         server.shutdown()
+
+
+NONSENSE = {
+    "a frame that is no message": struct.pack("<QQQ", 21, 1, 5) + b"\xc1\xff\xff\xff\xff",
+    "more than there is memory for": struct.pack("<QQ", 1 << 62, 1 << 40),
+    "a page": b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("said", NONSENSE.values(), ids=NONSENSE)
+def test_a_scheduler_that_speaks_nonsense_is_told_in_one_line(said: bytes, file: Path) -> None:
+    class Nonsense(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            self.request.sendall(said)
+            self.request.recv(1000)
+
+    class Server(socketserver.ThreadingTCPServer):
+        daemon_threads = True
+
+    with Server(("127.0.0.1", 0), Nonsense) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        place = f"tcp://127.0.0.1:{server.server_address[1]}"
+        run = subprocess.run(
+            [sys.executable, "-m", "vireport", "sweep", file.name, "--scheduler", place],
+            cwd=file.parent,
+            capture_output=True,
+            text=True,
+        )
+        server.shutdown()
+    assert run.returncode == 3
+    (line,) = run.stderr.splitlines()
+    assert "is no Dask scheduler" in line
 
 
 @pytest.mark.slow

@@ -222,8 +222,8 @@ def test_own_membrane_moves_the_period_doubling_more_than_the_motion(effects) ->
 def test_period_doubling_is_where_a_multiplier_is_minus_one(study, effects) -> None:
     value = effects.own.critical_value
     model = compliant_model(study.solution.device, Parameter.LENGTH, value, study.solution.membrane)
-    point = effects.critical.point
-    orbit = find_orbit(model, np.array([point.velocity_bottom, point.phi]))
+    point = effects.critical.closed
+    orbit = find_orbit(model, np.array([point.velocity_bottom, point.phi_bottom]))
     assert min(orbit.multipliers, key=lambda x: abs(x + 1)) == pytest.approx(-1, abs=1e-7)
     for side, stable in ((-1e-4, False), (1e-4, True)):
         model = compliant_model(study.solution.device, Parameter.LENGTH, value + side, study.solution.membrane)

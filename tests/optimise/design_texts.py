@@ -1,4 +1,4 @@
-"""The device whose inputs the tests vary."""
+"""The device whose inputs the tests vary, and its requirements without the limits that a search takes by itself."""
 
 DEVICE = """\
 schema_version: 1
@@ -11,3 +11,16 @@ device:
 excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
 inclination_deg: 45
 """
+
+UNLIMITED = {
+    "deflection_at_most_m": 1e9,
+    "efficiency_at_most_percent": 1e9,
+    "field_at_most_percent": 1e9,
+}
+"""What takes the place of the limits of physics: the impacts of this device are beyond some of them."""
+
+
+def unlimited(required: str = "") -> str:
+    """Requirements, as pairs of key and value, beside which the limits of physics do not hold."""
+    open_limits = (f"{key}: {limit}" for key, limit in UNLIMITED.items() if f"{key}:" not in required)
+    return ", ".join((*([required] if required else []), *open_limits))

@@ -15,6 +15,7 @@ from vireport.physics import (
     Membrane,
     contact_cosine,
     conversion,
+    cycle_of,
     deflection,
     fitting,
     generated_voltage,
@@ -171,3 +172,35 @@ def test_what_fits_lies_on_the_border_of_the_geometry(mass: float, exponent: flo
         depth, radius = float(deflection(speed, changed)), changed.active_radius_m
         assert radius * (1 - 1e-11) < depth <= radius
     assert fitting(replace(membrane, exponent=20.0), 1e10).stiffness is None
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.8, 3.0])
+def test_the_cycle_that_is_drawn_has_the_energy_as_its_area(speed: float) -> None:
+    """The closed form, the area of the polygon, quadrature of V dQ on the way round, and 40 digits."""
+    gain = float(generated_voltage(np.array(speed), PAPER))
+    cycle = cycle_of(gain, PAPER, VHB)
+    closed = float(converted(speed).energy_bottom_j)
+    assert cycle.area_j == pytest.approx(closed, rel=1e-9)
+    assert (cycle.bias_v, cycle.peak_v) == (2000.0, 2000.0 + gain)
+
+    # The membrane as a capacitor whose area goes from the largest to the flat one while its charge stays.
+    flat = 8.8541878188e-12 * 4.7 * np.pi * PAPER.active_radius_m**2 / VHB.thickness_m
+    stretched = flat * (1 + gain / 2000.0)
+    charge = np.linspace(0, stretched * 2000.0, 2001)
+    put_in, given_back = np.trapezoid(charge / stretched, charge), np.trapezoid(charge / flat, charge)
+    assert cycle.area_j == pytest.approx(given_back - put_in, rel=1e-9)
+    assert cycle.charge_c == pytest.approx(charge[-1], rel=1e-14)
+    with mp.workdps(40):
+        gained = printed(speed, PAPER)
+        capacitance = mpf("8.8541878188e-12") * mpf(4.7) * mp.pi * mpf(PAPER.active_radius_m) ** 2 / mpf(1e-3)
+        held = capacitance * (2000 + gained)
+        exact = mp.quad(lambda q: q / capacitance - q * 2000 / held, [0, held])
+    assert closed == pytest.approx(float(exact), rel=1e-11)
+
+
+def test_what_is_gained_is_the_work_against_the_field() -> None:
+    """Twice the energy lost takes twice the efficiency: it counts what the restitution says is lost, once."""
+    x, gain = converted(0.8), generated_voltage(np.array(0.8), PAPER)
+    lossy = conversion((gain, gain), (0.8, -0.8), PAPER, VHB, 0.0, 0.5)
+    assert float(x.efficiency) == pytest.approx(float(lossy.efficiency) / 0.75, rel=1e-14)
+    assert float(lossy.efficiency) * 0.0041 * 0.8**2 == pytest.approx(2 * float(x.energy_top_j), rel=1e-13)

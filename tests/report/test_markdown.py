@@ -40,4 +40,4 @@ def test_templates_of_a_user_reword_it(tmp_path: Path) -> None:
     (tmp_path / "summary.typ.j2").write_text('{% include "_page.typ.j2" %}\n= Ours\n*{{ report.verdict.word }}*')
     run = ["run", str(EXAMPLES / "design-point.yaml"), "--templates", str(tmp_path), "--format", "markdown", "-q"]
     assert main([*run, "-o", str(tmp_path / "out")]) == 0
-    assert (tmp_path / "out/summary.md").read_bytes() == b"## Ours\n\n**Stable**\n"
+    assert (tmp_path / "out/summary.md").read_bytes() == b"## Ours\n\n**Stable, but outside the membrane model**\n"

@@ -71,6 +71,11 @@ def require_writable(folder: Path, names: Iterable[str] = ()) -> None:
     ------
     UsageError
     """
+    if not folder.is_absolute():
+        try:
+            os.getcwd()
+        except FileNotFoundError as error:
+            raise UsageError(f"{folder} cannot be written: the current folder has been deleted") from error
     there = folder
     while not os.path.lexists(there) and there != there.parent:
         there = there.parent

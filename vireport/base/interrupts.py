@@ -1,6 +1,8 @@
-"""Ctrl-C: recorded when it comes, so that no library can swallow it, and deferred while files are put in place.
+"""Ctrl-C and SIGTERM: recorded as they come, so that no library swallows them, and deferred as files are put in place.
 
-Before `install` is called, and in programs that use the package, Python's own handling of Ctrl-C is left alone.
+Both are raised as `KeyboardInterrupt`, so that of what is unfinished nothing is left.
+
+Before `install` is called, and in programs that use the package, Python's own handling of signals is left alone.
 """
 
 from __future__ import annotations
@@ -11,39 +13,44 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-EXIT_CODE = 128 + signal.SIGINT
-"""What a shell reports of a process that ended by Ctrl-C."""
-
-_received = _held = False
+_received = 0
+_held = False
 
 
 def install() -> None:
-    """Record Ctrl-C from here on; where the process was started to ignore it, it is still ignored."""
+    """Record both signals from here on; where the process was started to ignore one, it is still ignored."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
-        sys.unraisablehook = _without_interrupts
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _interrupt)
+    sys.unraisablehook = _without_interrupts
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     global _received
-    _received = True
+    _received = number
     if not _held:
         raise KeyboardInterrupt
 
 
 def _without_interrupts(unraisable: sys.UnraisableHookArgs) -> None:
-    """Ctrl-C in a callback of the interpreter cannot be raised there; `check` raises it at the next step."""
+    """A signal in a callback of the interpreter cannot be raised there; `check` raises it at the next step."""
     if unraisable.exc_type is not KeyboardInterrupt:
         sys.__unraisablehook__(unraisable)
 
 
 def received() -> bool:
-    """Whether there was a Ctrl-C."""
-    return _received
+    """Whether there was a signal."""
+    return _received > 0
+
+
+def exit_code() -> int:
+    """What a shell reports of a process that ended by the signal received; by Ctrl-C where none is recorded."""
+    return 128 + (_received or signal.SIGINT)
 
 
 def check() -> None:
-    """Raise a Ctrl-C that was deferred, or that a library has swallowed.
+    """Raise a signal that was deferred, or that a library has swallowed.
 
     Raises
     ------

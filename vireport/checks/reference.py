@@ -120,7 +120,7 @@ def reference_orbit(
         except ArithmeticError as error:
             raise NumericalError(str(error)) from error
         top = velocity_top(state, groups(device, parameter, value)[1], r, n)
-        unit = _velocity_unit(device, parameter, value)
+        unit = velocity_unit(device, parameter, value)
         return ReferenceOrbit(value, state[0], top, state[1], mpf(1) / 2 + state[2], unit)
 
 
@@ -157,8 +157,8 @@ def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Any, Any]:
     return x[Parameter.LENGTH] * mass * omega**2 / (force * mp.pi**2), weight / force
 
 
-def _velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
-    """y_c [m/s], Eq. (2.5)."""
+def velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
+    """y_c of a device whose `parameter` has `value` [m/s], Eq. (2.5)."""
     x = _at(device, parameter, value)
     return x[Parameter.AMPLITUDE] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x[Parameter.FREQUENCY])
 

@@ -1,7 +1,7 @@
 """The command line: each command reads its options, makes one call, and delivers what comes of it.
 
 Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the
-numbers could not be had or written, or an internal error; 130 interrupted.
+numbers could not be had or written, or an internal error; 130 interrupted, 143 ended by SIGTERM.
 
 Each command imports the rooms that it uses, and no other: `vireport --help` needs none of them.
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 import json as plain_json
 import os
 import sys
+from contextlib import nullcontext
 from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
@@ -54,7 +55,7 @@ COMPLETION = "_VIREPORT_COMPLETE"
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
     "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had or "
-    "written, or an internal error; 130 interrupted."
+    "written, or an internal error; 130 interrupted; 143 ended by SIGTERM."
 )
 
 
@@ -462,9 +463,10 @@ def portrait(
     from vireport.cli.portrait_outputs import NAMES, portrait_outcome
     from vireport.comparison import read_baseline
 
+    earlier = read_baseline(results)
     run = Path(results).resolve().parent.name if Path(results).name == "results.json" else results
     folder = _writable_folder(output, run, "-portrait", json, NAMES)
-    outcome = portrait_outcome(read_baseline(results), Path(results).name, at, json)
+    outcome = portrait_outcome(earlier, Path(results).name, at, json)
     deliver(outcome, folder, quiet)
 
 
@@ -516,9 +518,12 @@ def sweep(
     """Compute a map over two or more parameters. Begun anew, it resumes where it was interrupted."""
     from vireport.maps import run_map, terminal_progress
 
-    shown = None if quiet or not sys.stderr.isatty() else terminal_progress()
+    folder = output or _default_folder(map_file)
+    silent = quiet or not sys.stderr.isatty()
     try:
-        summary = run_map(map_file, output or _default_folder(map_file), scheduler, workers, shown, figures)
+        with nullcontext() if silent else terminal_progress() as shown:
+            summary = run_map(map_file, folder, scheduler, workers, shown, figures)
+        interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
     deliver(CommandOutcome(summary=summary), quiet=quiet)
@@ -631,6 +636,7 @@ def _run(arguments: list[str]) -> int:
     except typer.Exit as stop:
         return stop.exit_code
     except typer.TyperException as refused:
+        interrupts.check()  # one that came while the arguments were read: nothing was done
         asked = arguments[0] if arguments[0] in program.commands else "run"
         tell([f"{PROGRAM}: error: {refused.format_message()}", f"{PROGRAM} {asked} --help lists the options"], RED)
         return refused.exit_code
@@ -639,4 +645,4 @@ def _run(arguments: list[str]) -> int:
 
 def _interrupted(what: str = "") -> int:
     tell([f"vireport: interrupted{what and f' ({what})'}"], RED)
-    return interrupts.EXIT_CODE
+    return interrupts.exit_code()

@@ -27,7 +27,7 @@ from vireport.text import visible
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
 
-LARGEST_BASELINE = 1 << 30
+LARGEST_BASELINE = 1 << 25
 """Bytes of a baseline beyond which it is no results.json."""
 
 LONGEST_TEXT = 200
@@ -60,7 +60,7 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
             with open(path, "rb") as file:
                 data = file.read(LARGEST_BASELINE + 1)
         if len(data) > LARGEST_BASELINE:
-            raise UsageError(f"{name}: too large for a results.json")
+            raise UsageError(f"{name}: is larger than {LARGEST_BASELINE >> 20} MiB, and no results.json")
         baseline = json.loads(data)
     except OSError as error:
         raise UsageError(f"{name}: cannot be read ({error.strerror})") from error

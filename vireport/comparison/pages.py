@@ -23,7 +23,7 @@ from vireport.comparison.table import ComparisonRow
 from vireport.gate import SWEEP_END, WordedVerdict
 from vireport.scenario import Parameter
 from vireport.study import Provenance
-from vireport.text import ABSENT, Severity, Table, capital, numbers, percent, significant, texts, words, written
+from vireport.text import ABSENT, Table, capital, numbers, percent, significant, texts, words, written
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -98,10 +98,10 @@ class ComparisonReport:
 
     def alerts(self) -> Table | None:
         """The alerts with the scenarios that raise them; None where there is none."""
-        names: dict[tuple[bool, str, str, str], list[str]] = {}
+        names: dict[tuple[int, str, str, str], list[str]] = {}
         for name, study in self.comparison.by_name.items():
             for alert in study.alerts:
-                key = (alert.severity is not Severity.WARNING, alert.code, capital(alert.severity), words(alert.title))
+                key = (alert.severity.rank, alert.code, capital(alert.severity), words(alert.title))
                 names.setdefault(key, []).append(name)
         rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
         head = texts("Code", "Severity", "Alert", "Scenarios")

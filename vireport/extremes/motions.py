@@ -59,6 +59,9 @@ BEYOND = (1e4, 1e5)
 NO_LIFT = 1e-300
 """Deflection and voltage below which any of them counts as zero [m], [V]."""
 
+RAISED = 4 / 3
+"""Factor on the value of a parameter, so that taking the device's own in its place is noticed."""
+
 MOTIONS = "all motions, branches and critical points, as in 40 digits"
 
 
@@ -153,6 +156,25 @@ def _units(harvester: Harvester) -> Iterator[Case]:
             scaled = replace(device, membrane=replace(membrane, ball_mass_kg=membrane.ball_mass_kg * k**of_ball))
             name = f"{what} x 1e{decades:+d}, groups held"
             yield _motions("units", name, scaled.over, "the same motions and critical points")
+    answer, check = partial(_velocity_units, x), partial(_check_velocity_units, x)
+    yield Case("units", "y_c = F/(2 M f)", "the unit of velocity, as in 40 digits", answer, check)
+
+
+def _velocity_units(device: Device) -> dict[Parameter, float]:
+    """The unit of velocity [m/s] with each parameter as the one that is swept, a third above the device's value."""
+    return {
+        parameter: float(device.velocity_unit(parameter, RAISED * getattr(device, parameter)))
+        for parameter in Parameter
+    }
+
+
+def _check_velocity_units(device: Device, answer: dict[Parameter, float]) -> CaseFinding:
+    errors = [0.0]
+    with exact.precise():
+        for parameter, unit in answer.items():
+            right = exact.velocity_unit(device, parameter, RAISED * getattr(device, parameter))
+            errors.append(float(abs(unit - right) / right))
+    return CaseFinding(f"{answer[Parameter.LENGTH]:.6g} m/s", max(errors), 10 * SPACING)
 
 
 def _shares(harvester: Harvester) -> Iterator[Case]:

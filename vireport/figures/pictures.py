@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from vireport.figures import atlas, device, diagram, hysteresis, margins
+from vireport.figures import atlas, cycle, device, diagram, hysteresis, margins
 from vireport.figures.captions import held, pictured, shown_along
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
@@ -87,11 +87,13 @@ def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Pat
 
 
 def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
-    """The device, and what moves the nearest end of its stable motion."""
+    """The device, what moves the nearest end of its stable motion, and the electrical cycle of its impacts."""
     if study.plan.runs(Task.FIGURE_DEVICE):
         yield device.picture(study, templates)
     if study.plan.runs(Task.FIGURE_MARGINS) and (drawn := margins.picture(study, templates)) is not None:
         yield drawn
+    if study.plan.runs(Task.FIGURE_CYCLE) and (cycles := cycle.picture(study, templates)) is not None:
+        yield cycles
 
 
 def measured_pictures(study: Study, templates: Path | None = None) -> Iterator[Picture]:

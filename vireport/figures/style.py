@@ -168,7 +168,9 @@ def _typst() -> typst.Compiler:
     import typst
 
     font = findfont(FontProperties(family=STYLE["font.family"]))
-    return typst.Compiler(ignore_system_fonts=True, font_paths=[Path(font).parent])
+    folder = Path(font).parent
+    # Without a root, Typst looks for the current folder, which may have been deleted.
+    return typst.Compiler(root=folder, ignore_system_fonts=True, font_paths=[folder])
 
 
 def figure_css() -> str:

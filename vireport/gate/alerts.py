@@ -216,6 +216,19 @@ def _breakdown(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("field", {"highest": highest, "times": highest / limit, "limit": limit})
 
 
+def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
+    design, device = results.solution.design, results.solution.device
+    if design is None or design.conversion is None or not design.motions.stable.any():
+        return
+    converted, stable = design.conversion, design.motions.stable
+    worst = int(np.argmax(np.where(stable, converted.efficiency, -np.inf)))
+    efficiency = float(converted.efficiency[worst])
+    if efficiency > 1:
+        gained = float(converted.energy_bottom_j[worst] + converted.energy_top_j[worst])
+        numbers = {"gained_mj": 1e3 * gained, "lost_mj": 1e3 * gained / efficiency, "percent": 100 * efficiency}
+        yield Sentence("gains", {**numbers, "restitution": float(device.restitution)})
+
+
 def longest_contact(solution: Solution) -> float | None:
     """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
 
@@ -361,6 +374,7 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.ADMISSIBILITY_UNDECIDED: _admissibility_undecided,
     AlertCode.IMPLAUSIBLE_INPUT: _implausible,
     AlertCode.BREAKDOWN: _breakdown,
+    AlertCode.MORE_ENERGY_THAN_LOST: _more_energy_than_lost,
     AlertCode.SIMULATION_DISAGREES: _simulation_disagrees,
     AlertCode.COEXISTING_MOTIONS: _coexisting,
     AlertCode.CHATTER: _chatter,
@@ -373,10 +387,10 @@ def cause_of(known: Explanation, evidence: Evidence) -> str:
 
 
 def alerts(evidence: Evidence) -> tuple[Alert, ...]:
-    """Collect the alerts that results raise, warnings first."""
+    """Collect the alerts that results raise, the gravest first."""
     raised = [
         Alert(known.code, known.severity, known.title, cause, known.remedy)
         for known in CATALOGUE
         if (cause := cause_of(known, evidence))
     ]
-    return tuple(sorted(raised, key=lambda alert: (alert.severity is not Severity.WARNING, alert.code)))
+    return tuple(sorted(raised, key=lambda alert: (alert.severity.rank, alert.code)))

@@ -48,12 +48,16 @@ class Question(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limit:
-    """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions."""
+    """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions.
+
+    `usual` where the scenario does not give it.
+    """
 
     kind: LimitKind
     numbers: tuple[float, ...]
     unit: str
     words: tuple[str, ...] = ()
+    usual: bool = False
 
     @property
     def text(self) -> str:
@@ -109,7 +113,7 @@ class Criterion:
     """A line of the acceptance table.
 
     `key` is the first where two belong together; `question` whose answer in the verdict it is held beside; `line` that
-    in the scenario's file, None where the limit was set over the file.
+    in the scenario's file, None where the limit was set over the file, or is the usual one.
     """
 
     key: str
@@ -147,6 +151,7 @@ class Criterion:
             "limit": limit.text,
             "limit_value": limit.value if limit.numbers else None,
             "unit": limit.unit,
+            "by_default": limit.usual,
             "value": outcome.value,
             "value_text": outcome.text,
             "margin": outcome.margin,

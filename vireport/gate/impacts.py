@@ -50,8 +50,12 @@ class Impacts:
         U_ave, their mean, Eq. (5.1) [V].
     deflection_m : array_like or None
         Largest deflection of a membrane, Eq. (5.5) [m].
+    active_radius_m : array_like or None
+        Of the membrane, at which the geometry of its model ends [m].
     power_mw : array_like or None
-        Mean electrical power [mW]; like the field, None where the membrane's dielectric is not given.
+        Mean electrical power [mW]; like what follows, None where the membrane's dielectric is not given.
+    efficiency : array_like or None
+        Electrical efficiency [-].
     field_v_m, breakdown_field_v_m : array_like or None
         Highest electric field in a membrane, and the one that it withstands [V/m].
     """
@@ -60,7 +64,9 @@ class Impacts:
     gains: tuple[Any, ...] = ()
     average_v: Any = None
     deflection_m: Any = None
+    active_radius_m: Any = None
     power_mw: Any = None
+    efficiency: Any = None
     field_v_m: Any = None
     breakdown_field_v_m: Any = None
 
@@ -97,11 +103,11 @@ def impacts_of(
     """Impacts of 1:1 motions, with their speeds at the bottom and at the top, and what they generate."""
     if volts is None or membrane is None:
         return Impacts(speeds)
-    gained = (volts.bottom_v, volts.top_v), volts.average_v, volts.deflection_m
+    gained = (volts.bottom_v, volts.top_v), volts.average_v, volts.deflection_m, membrane.active_radius_m
     if converted is None:
         return Impacts(speeds, *gained)
     withstood = cast(Dielectric, membrane.dielectric).breakdown_field_v_m
-    return Impacts(speeds, *gained, converted.power_mw, converted.field_v_m, withstood)
+    return Impacts(speeds, *gained, converted.power_mw, converted.efficiency, converted.field_v_m, withstood)
 
 
 def at_design(results: Evidence) -> Impacts:
@@ -153,4 +159,4 @@ def _followed(speeds: Floats, membrane: Membrane | None) -> Impacts:
     gains, deepest = generated_voltage(speeds, membrane), deflection(speeds, membrane).max()
     mean = gains.mean()
     average, depth = (Rounded(value, FOLLOWED_ERROR * value) for value in (float(mean), float(deepest)))
-    return Impacts(known(speeds), known(gains), average, depth)
+    return Impacts(known(speeds), known(gains), average, depth, membrane.active_radius_m)

@@ -208,10 +208,26 @@ class Requirement:
         given = [getattr(required, key) for key in self.keys]
         if kind is LimitKind.AGREEMENT and given[0]:
             given = [None if scenario.simulation is None else scenario.simulation.tolerance]
+        usual = None in given and self._usual_holds(scenario)
+        if usual:
+            given = [self.demand.usual]
         if None in given:
             return None
         unit = unit_of(RequirementsBlock.model_fields[self.key])
-        return Limit(kind, tuple(sorted(given)), unit_of_swept(scenario.parameter) if unit == UNIT_OF_SWEPT else unit)
+        unit = unit_of_swept(scenario.parameter) if unit == UNIT_OF_SWEPT else unit
+        return Limit(kind, tuple(sorted(given)), unit, usual=usual)
+
+    def _usual_holds(self, scenario: Scenario) -> bool:
+        """Whether the usual limit, if there is one, is of something that the scenario evaluates."""
+        at_design = scenario.value_of(scenario.parameter) is not None
+        return self.demand.usual is not None and at_design and all(_gives(scenario, need) for need in self.demand.needs)
+
+
+def _gives(scenario: Scenario, path: str) -> bool:
+    block: object = scenario
+    for key in path.split("."):
+        block = getattr(block, key, None)
+    return block is not None
 
 
 def required(scenario: Scenario) -> Iterator[tuple[Requirement, Limit]]:
@@ -229,10 +245,13 @@ def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:
     results = replace(evidence, required=loaded.scenario.requirements)
     criteria = []
     for requirement, limit in required(loaded.scenario):
+        judgement = _judgement(results, requirement, limit)
+        if limit.usual and judgement.value is None:
+            continue  # nothing is known that it would limit, and nobody has asked
         lines = (loaded.line_of(f"requirements.{key}") for key in requirement.keys)
         line = next((line for line in lines if line is not None), None)
         what = requirement.key, requirement.title, requirement.question
-        criteria.append(Criterion(*what, limit, _judgement(results, requirement, limit), line))
+        criteria.append(Criterion(*what, limit, judgement, line))
     return tuple(criteria)
 
 
@@ -323,6 +342,8 @@ U_AVE = OfMotions(lambda motions, _: motions.average_v, grows=True)
 END_DIFFERENCE = OfMotions(lambda motions, ops: spread(motions.gains, ops))
 DEFLECTION = OfMotions(lambda motions, _: motions.deflection_m, grows=True)
 POWER = OfMotions(lambda motions, _: motions.power_mw, grows=True, only_one_to_one=True)
+DEFLECTION_SHARE = OfMotions(lambda motions, _: 100 / motions.active_radius_m * motions.deflection_m, grows=True)
+EFFICIENCY = OfMotions(lambda motions, _: 100 * motions.efficiency, only_one_to_one=True)
 FIELD = OfMotions(
     lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True, only_one_to_one=True
 )
@@ -350,7 +371,9 @@ REQUIREMENTS = (
     ),
     Requirement("u_bottom_top_difference_at_most_v", "Difference of voltage between the ends", VOLTAGE, END_DIFFERENCE),
     Requirement("deflection_at_most_m", "Deflection", VOLTAGE, DEFLECTION),
+    Requirement("deflection_at_most_percent", "Deflection over the membrane's radius", VOLTAGE, DEFLECTION_SHARE),
     Requirement("power_at_least_mw", "Mean electrical power", VOLTAGE, POWER),
+    Requirement("efficiency_at_most_percent", "Electrical efficiency", VOLTAGE, EFFICIENCY),
     Requirement("field_at_most_percent", "Electric field over breakdown field", VOLTAGE, FIELD),
     Requirement("yield_at_least_percent", "Yield within the tolerances", TOLERANCES, OfRun(_yield, _may_yield)),
     Requirement(

@@ -52,12 +52,15 @@ class Conclusion(Enum):
     NOT_VERIFIED = Status.CAUTION, "Not verified"
     NOT_STABLE = Status.BAD, "Not stable"
     NOT_MET = Status.BAD, "Requirements not met"
+    MORE_ENERGY_THAN_LOST = Status.BAD, "Stable, but with more electrical energy than the impacts lose"
+    BREAKDOWN = Status.BAD, "Stable, but above the breakdown field"
     OTHER_MOTION = Status.CAUTION, "Stable, but not 1:1"
     NOT_EVERY_DEVICE = Status.CAUTION, "Stable, but not for every device within the tolerances"
     TOLERANCES_OPEN = Status.CAUTION, "Stable, but tolerances not decided"
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
+    OUTSIDE_MEMBRANE = Status.CAUTION, "Stable, but outside the membrane model"
     STABLE = Status.GOOD, "Stable"
 
     @property
@@ -138,6 +141,9 @@ class StableVoltages:
     at_design : bool
     within : bool
         Whether no deflection exceeds the membrane's geometry.
+    efficiency, field_share : float or None
+        Most electrical energy over what the impacts lose, and highest field over the breakdown field, at the design
+        point; None where the membrane's dielectric or the design point is not given.
     """
 
     least_v: float
@@ -145,6 +151,30 @@ class StableVoltages:
     deepest_m: float
     at_design: bool
     within: bool
+    efficiency: float | None
+    field_share: float | None
+
+    @property
+    def impossible(self) -> bool:
+        """Whether more electrical energy is gained than the impacts lose, which contradicts the restitution."""
+        return self.efficiency is not None and self.efficiency > 1
+
+    @property
+    def breaks_down(self) -> bool:
+        """Whether the field exceeds what the membrane withstands."""
+        return self.field_share is not None and self.field_share > 1
+
+    @property
+    def contradictory(self) -> bool:
+        """Whether no device can have this."""
+        return self.impossible or self.breaks_down
+
+    @property
+    def status(self) -> Status:
+        """What it means for the design."""
+        if self.contradictory:
+            return Status.BAD
+        return Status.GOOD if self.within else Status.CAUTION
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -324,17 +354,19 @@ def _held(fact: Fact[Numbers], criteria: tuple[Criterion, ...]) -> Fact[Numbers]
 
 
 def _conclusion(verdict: Verdict) -> Conclusion:
-    """What weighs most: a contradicted solution, no motion, a requirement, the tolerances, the margin, the model.
+    """What weighs most: a contradicted solution, no motion, a requirement, physics, the tolerances, the margin, models.
 
     A required yield stands for the tolerances.
     """
-    tolerances, margin = verdict.tolerances, verdict.margin
+    tolerances, margin, generated = verdict.tolerances, verdict.margin, verdict.voltage.data
     if _has(verdict.simulated, Status.BAD):
         return Conclusion.NOT_VERIFIED
     if _has(verdict.motion, Status.BAD):
         return Conclusion.NOT_STABLE
     if _has(verdict.accepted, Status.BAD):
         return Conclusion.NOT_MET
+    if generated is not None and generated.status is Status.BAD:
+        return Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
     if _has(verdict.motion, Status.CAUTION):
         return Conclusion.OTHER_MOTION
     if _has(tolerances, Status.CAUTION) and not _judged(Question.TOLERANCES, verdict.evidence.criteria):
@@ -343,7 +375,10 @@ def _conclusion(verdict: Verdict) -> Conclusion:
     if _has(margin, Status.CAUTION):
         unresolved = margin is not None and margin.data.unresolved
         return Conclusion.MARGIN_UNKNOWN if unresolved else Conclusion.MARGIN_SMALL
-    return Conclusion.NOT_RIGID if _has(verdict.rigid, Status.BAD) else Conclusion.STABLE
+    if _has(verdict.rigid, Status.BAD):
+        return Conclusion.NOT_RIGID
+    within = generated is None or generated.within
+    return Conclusion.STABLE if within else Conclusion.OUTSIDE_MEMBRANE
 
 
 def _has(fact: Fact[object] | None, status: Status) -> bool:
@@ -458,8 +493,21 @@ def _voltage(solution: Solution) -> Fact[StableVoltages | None]:
     if solution.membrane is None or not volts.size:
         return Fact(Question.VOLTAGE, Status.NEUTRAL, None)
     within = float(depths.max()) <= solution.membrane.active_radius_m
-    generated = StableVoltages(float(volts.min()), float(volts.max()), float(depths.max()), at_design, within)
-    return Fact(Question.VOLTAGE, Status.GOOD if within else Status.CAUTION, generated)
+    converted = _converted(solution)
+    generated = StableVoltages(
+        float(volts.min()), float(volts.max()), float(depths.max()), at_design, within, *converted
+    )
+    return Fact(Question.VOLTAGE, generated.status, generated)
+
+
+def _converted(solution: Solution) -> tuple[float | None, float | None]:
+    """Largest efficiency of the stable motions at the design point, and highest field over the breakdown field."""
+    design, membrane = solution.design, solution.membrane
+    if design is None or design.conversion is None or membrane is None or membrane.dielectric is None:
+        return None, None
+    stable, converted = design.motions.stable, design.conversion
+    field = converted.field_v_m[stable].max() / membrane.dielectric.breakdown_field_v_m
+    return float(converted.efficiency[stable].max()), float(field)
 
 
 def _generated(solution: Solution) -> tuple[np.ndarray, np.ndarray, bool]:

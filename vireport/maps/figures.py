@@ -129,7 +129,7 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
     columns = {name: np.full((len(indices[1]), len(indices[0])), np.nan) for name in ("stability", *names)}
     codes = {word: float(k) for k, word in enumerate(STABILITIES)}
     first = 0
-    with pq.ParquetFile(result) as file:
+    with open(result, "rb") as opened, pq.ParquetFile(opened) as file:
         for batch in file.iter_batches(columns=list(columns)):
             i, j = np.unravel_index(np.arange(first, first + len(batch)), shape)
             first += len(batch)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -99,18 +101,13 @@ def _summary(plan: MapPlan, counts: StabilityCounts, files: list[Path]) -> str:
     )
 
 
-def terminal_progress() -> CellProgress:
-    """A bar with rate and remaining time on standard error."""
-    from tqdm import tqdm  # type: ignore[import-untyped]  # takes 50 ms, and only a terminal shows it
+@contextmanager
+def terminal_progress() -> Iterator[CellProgress]:
+    """A bar with the share that is done, the cells and the remaining time, on standard error."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
-    bar: tqdm | None = None
-
-    def show(done: int, total: int) -> None:
-        nonlocal bar
-        if bar is None:
-            bar = tqdm(total=total, initial=done, unit=" cells", unit_scale=True, dynamic_ncols=True, leave=False)
-        bar.update(done - bar.n)
-        if done >= total:
-            bar.close()
-
-    return show
+    columns = (BarColumn(), TaskProgressColumn(), MofNCompleteColumn(), "cells", TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("")
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,12 +1,15 @@
 """Where a map is kept: a Parquet file for each chunk while it is computed, and one for all of it when it is done.
 
-Every file says in its metadata which map and which chunk it is and what computed it, and its pages carry checksums.
-So a file is used for what it is, whatever happened to it or to the run that wrote it: one that is damaged, missing or
-in the wrong place is computed again. Files are written under another name and renamed.
+Every file says in its metadata which map and which chunk it is and what computed it, and has a SHA-256 digest of all
+its bytes: a chunk before them, the finished map in a file beside it, in the format of ``sha256sum``. A digest is
+compared before a file is read as Parquet, since a damaged one may end the process that reads it. So a file is used for
+what it is, whatever happened to it or to the run that wrote it: one that is damaged, missing or in the wrong place is
+computed again. Files are written under another name and renamed.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -16,25 +19,25 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
-from zlib import crc32
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
-import pyarrow.compute as pc  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from filelock import FileLock, Timeout
 
-from vireport.base import NumericalError, UsageError, __version__, writable, write_whole
+from vireport.base import UsageError, __version__, writable, write_whole
 from vireport.maps.cells import MapPlan
 from vireport.maps.evaluation import evaluate, schema_of
 
 RESULT = "map.parquet"
+DIGEST = "map.parquet.sha256"
 UNFINISHED = ".map.parquet.new"
 CHUNKS = ".chunks"
 LOCK = ".lock"
-CHUNK_NAME = re.compile(r"(\d{9})\.parquet")
+CHUNK_NAME = re.compile(r"(\d{9})\.chunk")
 
 ROW_GROUP = 131_072
 """Rows of a row group of the result, at least: readers work on one at a time."""
@@ -45,8 +48,8 @@ DICTIONARY = ("motions", "stable", "stability", "gbar", "d", "word")
 IDENTITY = b"vireport"
 """Key under which a file says what it is."""
 
-VALUES_CRC32 = b"values_crc32"
-"""Key of the checksum of all its values."""
+DIGEST_SIZE = hashlib.sha256().digest_size
+"""Bytes before the Parquet bytes of a chunk."""
 
 SAMPLE = 1024
 """Cells that are evaluated to estimate the size of a map."""
@@ -124,13 +127,18 @@ class Store:
         return self.folder / RESULT
 
     @property
+    def digest(self) -> Path:
+        """The digest of the finished map."""
+        return self.folder / DIGEST
+
+    @property
     def chunks(self) -> Path:
         """The folder in which the chunks of the map are kept."""
         return self.folder / CHUNKS
 
     def chunk(self, number: int) -> Path:
         """The file in which a chunk is kept, by its number."""
-        return self.chunks / f"{number:09d}.parquet"
+        return self.chunks / f"{number:09d}.chunk"
 
     def identity(self, chunk: int | None = None) -> Identity:
         """Return the identity of the whole map or of a chunk, computed here and now."""
@@ -149,8 +157,9 @@ def opened(store: Store) -> Iterator[None]:
     lock = FileLock(store.folder / LOCK, timeout=0)
     with writing(store.folder):
         store.folder.mkdir(parents=True, exist_ok=True)
-        for path, kind in ((lock.lock_file, stat.S_IFREG), (store.chunks, stat.S_IFDIR), (store.result, stat.S_IFREG)):
-            _require(Path(path), kind)
+        _require(store.chunks, stat.S_IFDIR)
+        for path in (lock.lock_file, store.result, store.digest):
+            _require(Path(path), stat.S_IFREG)
         try:
             # Two runs in one folder would delete each other's unfinished files.
             lock.acquire()
@@ -161,8 +170,8 @@ def opened(store: Store) -> Iterator[None]:
     try:
         with writing(store.folder):
             store.chunks.mkdir(exist_ok=True)
-            temporary = (*store.folder.glob(".map-*.png.*"), *store.chunks.glob(".*.parquet.*"))
-            for path in (store.folder / UNFINISHED, *temporary):
+            named = ((store.folder, ".map.parquet.*"), (store.folder, ".map-*.png.*"), (store.chunks, ".*.chunk.*"))
+            for path in chain.from_iterable(folder.glob(pattern) for folder, pattern in named):
                 path.unlink(missing_ok=True)
         yield
     finally:
@@ -199,7 +208,8 @@ def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
     sink = pa.BufferOutputStream()
     table = evaluate(plan, plan.numbers(chunk))
     _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [table])
-    return bytes(sink.getvalue())
+    data = bytes(sink.getvalue())
+    return hashlib.sha256(data).digest() + data
 
 
 def write_chunk(store: Store, chunk: int) -> None:
@@ -208,72 +218,36 @@ def write_chunk(store: Store, chunk: int) -> None:
 
 
 def _write(sink: Any, plan: MapPlan, metadata: dict[bytes, bytes], row_groups: Iterable[pa.Table]) -> None:
-    """Write a Parquet file with checksums of its pages, and of its values in all."""
     schema = schema_of(plan).with_metadata(metadata)
     recurring = [name for name in schema.names if name in plan.names or name in DICTIONARY]
-    checksum = 0
-    with pq.ParquetWriter(
-        sink, schema, compression="none", use_dictionary=recurring, write_page_checksum=True
-    ) as writer:
+    with pq.ParquetWriter(sink, schema, compression="none", use_dictionary=recurring) as writer:
         for table in row_groups:
-            checksum = _checksum(table, checksum)
             writer.write_table(table.replace_schema_metadata(metadata), row_group_size=len(table))
-        writer.add_key_value_metadata({VALUES_CRC32.decode(): str(checksum)})
 
 
-def _checksum(table: pa.Table, value: int) -> int:
-    """CRC-32 of the values of a table after that of others; what is null counts as NaN, of which a map has none."""
-    for column in table.columns:
-        numbers = column
-        if pa.types.is_dictionary(column.type) or pa.types.is_string(column.type):
-            texts = pc.dictionary_encode(column.cast(pa.string()).combine_chunks())
-            value = crc32("\0".join(texts.dictionary.to_pylist()).encode(), value)
-            numbers = pc.fill_null(texts.indices, -1)
-        value = crc32(numbers.to_numpy(), value)
-    return value
-
-
-def read_chunk(store: Store, chunk: int, source: Any) -> pa.Table:
-    """Read and verify a chunk from a file or from a buffer.
+def read_chunk(store: Store, chunk: int, data: bytes) -> pa.Table:
+    """Verify the bytes of the file of a chunk, and read its cells.
 
     Raises
     ------
     RejectedFileError
     """
-    return pa.concat_tables(_verified(source, store.plan, store.identity(chunk)))
+    digest, parquet = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
+    if hashlib.sha256(parquet).digest() != digest:
+        raise RejectedFileError("is damaged")
+    with pq.ParquetFile(pa.BufferReader(parquet)) as file:
+        _require_identity(file, store.identity(chunk))
+        return file.read()
 
 
-def _verified(source: Any, plan: MapPlan, expected: Identity) -> Iterator[pa.Table]:
-    """Read the row groups of a Parquet file; all of them have been read before it is known whether they are right.
-
-    Checksums of pages do not cover the description of the file at its end, so that the values are compared too.
-    """
-    checksum, identity = 0, None
+def _require_identity(file: pq.ParquetFile, expected: Identity) -> None:
+    """Refuse what another map, version or chunk has left; the digest of the file has been compared."""
     try:
-        with pq.ParquetFile(source, page_checksum_verification=True) as file:
-            schema, metadata = file.schema_arrow, file.metadata.metadata
-            identity = _identity_in(metadata)
-            # Values of another map are not read at all: they may be large, and are refused anyway.
-            for group in range(file.num_row_groups if identity == expected else 0):
-                table = file.read_row_group(group)
-                checksum = _checksum(table, checksum)
-                yield table
-            complete = metadata.get(VALUES_CRC32) == str(checksum).encode()
-            intact = complete and schema.remove_metadata().equals(schema_of(plan), check_metadata=True)
-    except Exception as error:  # a damaged file may make the library fail in any way
-        raise RejectedFileError("is damaged", identity) from error
-    if identity is not None and identity != expected:
+        identity = Identity(**json.loads(file.metadata.metadata[IDENTITY]))
+    except (KeyError, TypeError):  # of a version that wrote other metadata
+        identity = None
+    if identity != expected:
         raise RejectedFileError("is of another map or version, or another chunk", identity)
-    if not intact:
-        raise RejectedFileError("is damaged", identity)
-
-
-def _identity_in(metadata: dict[bytes, bytes] | None) -> Identity | None:
-    """What a file says it is; None where it is no file of a map, or one of a version that wrote other metadata."""
-    try:
-        return Identity(**json.loads((metadata or {})[IDENTITY]))
-    except (KeyError, TypeError, ValueError):
-        return None
 
 
 def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
@@ -292,7 +266,7 @@ def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
             continue
         _require(path, stat.S_IFREG)
         try:
-            read_chunk(store, int(name[1]), path)
+            read_chunk(store, int(name[1]), path.read_bytes())
             stored.add(int(name[1]))
         except RejectedFileError as error:
             unusable.append((path, error))
@@ -325,58 +299,65 @@ def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None
     Raises
     ------
     UsageError
-        Where there is a file of that name which is another map, or none at all.
+        Where there is a file of that name which is another map, or may be none at all.
     """
     if not store.result.exists():
+        return None
+    if not store.digest.exists():
+        raise UsageError(
+            f"{store.result}: is no map, or its digest {DIGEST} is missing (delete it, or name another folder "
+            "with --output)"
+        )
+    if store.digest.read_bytes() != _digest_of(store.result):
+        rejected.append(f"{store.result} is damaged: computed again")
         return None
     try:
         return _counted(store, store.result)
     except RejectedFileError as error:
-        if error.identity is None:
-            raise UsageError(
-                f"{store.result}: is no map, or damaged beyond recognition (delete it, or name another folder with "
-                "--output)"
-            ) from error
-        _refuse_other_map(store, [error.identity])
+        _refuse_other_map(store, [error.identity] if error.identity else [])
         rejected.append(f"{store.result} {error}: computed again")
         return None
 
 
+def _digest_of(path: Path) -> bytes:
+    """The digest of a finished map, as ``sha256sum map.parquet`` prints it."""
+    with open(path, "rb") as file:
+        return f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {RESULT}\n".encode()
+
+
 def _counted(store: Store, path: Path) -> StabilityCounts:
-    """Read and verify the whole map, and count its cells by the type of their motion."""
+    """Count the cells of the whole map by the type of their motion."""
     counts: StabilityCounts = Counter()
-    for table in _verified(path, store.plan, store.identity()):
-        for pair in table.column("stability").value_counts().to_pylist():
-            counts[pair["values"]] += pair["counts"]
+    with open(path, "rb") as finished, pq.ParquetFile(finished) as file:
+        _require_identity(file, store.identity())
+        for group in range(file.num_row_groups):
+            for pair in file.read_row_group(group, ["stability"]).column(0).value_counts().to_pylist():
+                counts[pair["values"]] += pair["counts"]
     return counts
 
 
 def merge(store: Store, rejected: list[str]) -> StabilityCounts:
-    """Put the chunks together as the finished map, and verify it.
+    """Put the chunks together as the finished map, with its digest.
 
     Returns
     -------
     Counter
         Cells by the type of their motion.
-
-    Raises
-    ------
-    NumericalError
-        Where what was written cannot be read again.
     """
     unfinished = store.folder / UNFINISHED
     metadata = store.identity().metadata() | {b"map": store.text.encode()}
     try:
-        _write(unfinished, store.plan, metadata, _row_groups(store, rejected))
-        with open(unfinished, "rb+") as file:
+        # Opened here, as Arrow takes no name that is not UTF-8.
+        with open(unfinished, "wb") as file:
+            _write(file, store.plan, metadata, _row_groups(store, rejected))
+            file.flush()
             # Without it a power failure after the rename could leave the name with an empty file, and the chunks are
             # removed next.
             os.fsync(file.fileno())
-        # Read back before the rename: what bears the name of the result has been verified.
         counts = _counted(store, unfinished)
+        # The digest comes first: a map without one may be a file of the user's, and is not replaced.
+        write_whole(store.digest, _digest_of(unfinished))
         os.replace(unfinished, store.result)
-    except RejectedFileError as error:
-        raise NumericalError(f"{store.result} {error} when it is read after writing (is the disk sound?)") from error
     finally:
         unfinished.unlink(missing_ok=True)
     return counts
@@ -397,11 +378,12 @@ def _row_groups(store: Store, rejected: list[str]) -> Iterator[pa.Table]:
     for number in range(store.plan.chunks):
         path = store.chunk(number)
         try:
-            gathered.append(read_chunk(store, number, path))
-        except RejectedFileError as error:
-            rejected.append(f"{path} {error}: computed again")
+            gathered.append(read_chunk(store, number, path.read_bytes()))
+        except (FileNotFoundError, RejectedFileError) as error:
+            reason = str(error) if isinstance(error, RejectedFileError) else "is missing"
+            rejected.append(f"{path} {reason}: computed again")
             write_chunk(store, number)
-            gathered.append(read_chunk(store, number, path))
+            gathered.append(read_chunk(store, number, path.read_bytes()))
         if sum(map(len, gathered)) >= ROW_GROUP or number + 1 == store.plan.chunks:
             # Chunks may number their words differently: without one dictionary the writer would need several.
             yield pa.concat_tables(gathered).unify_dictionaries().combine_chunks()

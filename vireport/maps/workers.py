@@ -19,7 +19,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from functools import partial
 from importlib import import_module
-from io import BytesIO
+from logging import CRITICAL
 from multiprocessing import connection, forkserver, parent_process, resource_tracker
 from multiprocessing.context import BaseContext
 from typing import Any
@@ -62,8 +62,10 @@ SAME_VERSIONS = ("vireport", "numpy")
 NEEDED = (*SAME_VERSIONS, "pyarrow", "filelock")
 """Packages without which a worker cannot even read its tasks."""
 
-SILENT = dict.fromkeys(("asyncio", "distributed", "distributed.client", "tornado", "tornado.application"), "critical")
-"""Logs of a lost connection, unless others are configured: what there is to say of it is said by this module."""
+SILENT = dict.fromkeys(("asyncio", "distributed", "distributed.client", "tornado", "tornado.application"), CRITICAL)
+SILENT["distributed.protocol.core"] = CRITICAL + 1
+"""Logs of a lost connection, unless others are configured: what there is to say of it is said by this module. What
+cannot be decoded Dask logs as critical, with its traceback."""
 
 RESUME = "What is computed so far is kept: run the same command again to go on"
 
@@ -232,7 +234,7 @@ def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]
         submit = partial(executor.submit, encoded_chunk, store.plan, store.map_sha256)
         for number, data in _complete(todo, submit, watch.room):
             try:
-                read_chunk(store, number, BytesIO(data))
+                read_chunk(store, number, data)
             except RejectedFileError as error:
                 raise NumericalError(
                     f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"

@@ -19,10 +19,10 @@ from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Orbits
 from vireport.motions.periodicity import Grouped
 from vireport.motions.points import place_of, solved_on_sweep
-from vireport.motions.polish import Equation, Solved, in_decimals, solve_motion
+from vireport.motions.polish import DECIMALS, Equation, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import touches
-from vireport.physics import Groups, Word
+from vireport.physics import ARRAYS, Groups, Word
 
 SHORT = 1e-3
 """Time since the impact, below which a touch is a ball that comes back before it has left. It is found from its
@@ -66,7 +66,8 @@ def at_condition(condition: Condition, word: Word) -> Equation:
 
 def at_value(sweep: Sweep, value: float) -> Equation:
     """The equation that the swept parameter has a value."""
-    return lambda x, groups, ops: x[-1] - sweep.coordinate_of(value, ops)
+    asked = {ops: sweep.coordinate_of(value, ops) for ops in (DECIMALS, ARRAYS)}
+    return lambda x, groups, ops: x[-1] - asked[ops]
 
 
 def solve_one_to_one(

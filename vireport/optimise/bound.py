@@ -318,6 +318,13 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
         output = generated(speeds, membrane, 0.0, period_s)
         columns.append(objectives(bottom, bottom, *output, period_s))
         judged.append((impacts_of(speeds, *output, membrane), device.shaker(Parameter.LENGTH, device.length_m)))
+    largest = columns[0][problem.objective]
+    if problem.objective is Objective.POWER and problem.most_efficient is not None:
+        # Restitution 0 above makes the efficiency one of all the kinetic energy: the power that the fastest impacts
+        # have is their power over that, and no design within the limit makes more of it than this.
+        varies = DesignPath.RESTITUTION in problem.paths
+        lost = 1.0 if varies else 1 - problem.loaded.scenario.device.restitution**2
+        largest = np.fmin(largest, problem.most_efficient * lost * largest / columns[0][Objective.EFFICIENCY])
     # A limit from below is held against the largest that the box may reach, one from above against the least: what
     # fails so fails everywhere in the box.
     for quantity, limit in problem.limits:
@@ -330,4 +337,4 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
             continue  # at neither end of the speeds is it known to be the least or the largest
         kept = value >= limit.value * (1 - ROUNDING) if limit.is_least else value <= limit.value * (1 + ROUNDING)
         meets &= kept
-    return np.broadcast_to(columns[0][problem.objective], meets.shape), meets
+    return np.broadcast_to(largest, meets.shape), meets

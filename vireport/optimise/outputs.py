@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from vireport.design import Tolerances
 from vireport.gate import OfMotions, OfShaker, Question
-from vireport.optimise.grid import JudgedDesign
+from vireport.optimise.grid import SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
 from vireport.scenario import Objective
 from vireport.study import Provenance, Task, json_bytes
@@ -60,6 +60,7 @@ def optimise_json(result: SearchResult, provenance: Provenance) -> bytes:
         {
             "objective": problem.objective,
             "unit": problem.objective.unit,
+            "limits_by_default": {row.key: limit.value for row, limit in problem.usual},
             "best": _data(result, result.best),
             "nearest": _data(result, result.nearest),
             "front": [_data(result, point) for point in result.front],
@@ -91,6 +92,7 @@ def _data(result: SearchResult, point: JudgedDesign | None) -> dict[str, Any] | 
         "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
         "value": point.value if isfinite(point.value) else None,
         "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
+        "at_limit": {path: "upper" if upper else "lower" for path, upper in result.problem.at_limits(point.t)},
         "requirements": [criterion.to_dict() | {"line": None} for criterion in point.study.criteria],
         "alerts": [alert.to_dict() for alert in point.study.alerts],
     }
@@ -161,9 +163,27 @@ def _parts(result: SearchResult) -> Iterator[str | Table]:
         )
         caption = "The best design" if best is not None else "The nearest design"
         yield Table(caption, (*texts("Input"), *numbers("Value", "In the scenario", "From", "To")), rows)
+    if best is not None and (ends := _ends_text(result, best)):
+        yield ends
+    if problem.usual:
+        yield _usual_text(result)
     yield _evidence_text(result)
     if len(result.front) > 1:
         yield _front_table(result)
+
+
+def _ends_text(result: SearchResult, best: JudgedDesign) -> str:
+    """Which inputs end the search where the best design is at an end of their range."""
+    ends = [
+        f"{path} is at its {'upper' if upper else 'lower'} limit" for path, upper in result.problem.at_limits(best.t)
+    ]
+    return f"{', '.join(ends)}; a wider range may give more." if ends else ""
+
+
+def _usual_text(result: SearchResult) -> str:
+    """The limits that hold though the scenario does not give them."""
+    limits = "; ".join(f"{row.title} {limit.text} ({row.key})" for row, limit in result.problem.usual)
+    return f"Limits that hold because the scenario gives no others: {limits}."
 
 
 def _in_unit(result: SearchResult, value: float, digits: int) -> str:
@@ -254,10 +274,11 @@ def _front_table(result: SearchResult) -> Table:
 
 
 def _costs(result: SearchResult) -> list[float]:
-    """What a per cent of margin costs between the designs of the front."""
+    """What a per cent of margin costs between the designs of the front; nothing where a limit holds both values."""
+    falls = ((before.value - after.value, before, after) for before, after in pairwise(result.front))
     return [
-        (before.value - after.value) / (100 * (after.margin - before.margin))
-        for before, after in pairwise(result.front)
+        fall / (100 * (after.margin - before.margin)) if fall > SAME_VALUE * abs(before.value) else 0.0
+        for fall, before, after in falls
     ]
 
 

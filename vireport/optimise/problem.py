@@ -5,6 +5,7 @@ A design is a point t of the unit cube, 0 and 1 in each coordinate being the end
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, cast
@@ -19,6 +20,7 @@ from vireport.gate import Designs, Limit, OfMargin, OfMotions, OfRun, OfShaker, 
 from vireport.motions import CRITICAL, Event
 from vireport.physics import Conversion, Device, Membrane, Voltages
 from vireport.scenario import (
+    DEMANDS,
     DesignBlock,
     DesignInput,
     DesignPath,
@@ -26,6 +28,7 @@ from vireport.scenario import (
     Loaded,
     Need,
     Objective,
+    RequirementsBlock,
     loads,
     to_dict,
 )
@@ -37,6 +40,19 @@ from vireport.study import (
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+PHYSICAL = {
+    "efficiency_at_most_percent": (100.0, ()),
+    "field_at_most_percent": (100.0, ()),
+    "deflection_at_most_percent": (100.0, ("deflection_at_most_m",)),
+}
+"""Limits that hold unless the requirements give them: their values in per cent, and what else gives them.
+
+No energy beyond what the impacts lose, no field beyond breakdown, no deflection beyond the membrane's geometry. Without
+them a search ends beyond at least one: there the formulae go on rising, and no device does."""
+
+AT_LIMIT = 1e-6
+"""Share of a range within which a design is at its end."""
 
 SPARED = "sweep", "simulation", "motions", "accuracy"
 """Blocks that designs go without where no requirement needs them."""
@@ -53,11 +69,13 @@ class Problem:
     design : Design
         What it says of the search.
     required : tuple of (Requirement, Limit)
-        What the scenario requires.
+        What the scenario requires, with the limits of `PHYSICAL`.
     margins : tuple of (tuple of Event, float)
         The margins required, as shares, to critical points of some kinds.
     tolerated : float
         Share of the tolerances at all corners of which a design must have stable motion.
+    usual : tuple of (Requirement, Limit)
+        Those of the requirements that the scenario does not give.
     """
 
     loaded: Loaded
@@ -65,6 +83,7 @@ class Problem:
     required: tuple[tuple[Requirement, Limit], ...]
     margins: tuple[tuple[tuple[Event, ...], float], ...]
     tolerated: float = 0.0
+    usual: tuple[tuple[Requirement, Limit], ...] = ()
 
     @property
     def objective(self) -> Objective:
@@ -76,6 +95,13 @@ class Problem:
         """The requirements that arrays of designs are judged by, exactly, with their limits."""
         pairs = ((requirement.quantity, limit) for requirement, limit in self.required)
         return [(quantity, limit) for quantity, limit in pairs if isinstance(quantity, OfMotions | OfShaker)]
+
+    @property
+    def most_efficient(self) -> float | None:
+        """The efficiency that no design may exceed, as a share; None where it is not limited."""
+        block = self.loaded.scenario.requirements
+        percent = None if block is None else block.efficiency_at_most_percent
+        return None if percent is None else percent / 100
 
     @property
     def is_costly(self) -> bool:
@@ -124,6 +150,16 @@ class Problem:
         """What these are in the scenario."""
         data = to_dict(self.loaded.scenario)
         return [float(cast(Any, reduce(dict.__getitem__, path.split("."), data))) for path in self.paths]
+
+    def at_limits(self, t: Floats) -> Iterator[tuple[DesignPath, bool]]:
+        """The inputs that are at an end of their range, which could be wider, and whether it is the upper one."""
+        for varied, share in zip(self.design.vary, t.tolist(), strict=True):
+            low, high = sorted((varied.from_, varied.to))
+            least, most = varied.path.limits
+            if share <= AT_LIMIT and low > least:
+                yield varied.path, False
+            elif share >= 1 - AT_LIMIT and high < most:
+                yield varied.path, True
 
     @property
     def widths(self) -> Floats:
@@ -214,7 +250,8 @@ def problem_of(loaded: Loaded) -> Problem:
         If it asks for none, or requires another motion than 1:1.
     """
     scenario = loaded.scenario
-    if scenario.design is None:
+    design = scenario.design
+    if design is None:
         name = loaded.document.name
         raise UsageError(f"{name}: has no design block (give one: what may vary, and what to maximise)")
     allowed = () if scenario.requirements is None else scenario.requirements.allowed
@@ -223,13 +260,36 @@ def problem_of(loaded: Loaded) -> Problem:
             f"{loaded.document.name}: requirements: {', '.join(allowed)} cannot be required of a best design, which is "
             "looked for among 1:1 motions only (allow BT as well, or require no word)"
         )
-    asked = tuple(required(scenario))
+    loaded, usual = _within_physics(loaded)
+    scenario, asked = loaded.scenario, tuple(required(loaded.scenario))
     margins = tuple(
         (row.quantity.kinds, limit.value / 100) for row, limit in asked if isinstance(row.quantity, OfMargin)
     )
     least = None if scenario.requirements is None else scenario.requirements.yield_at_least_percent
     proved = scenario.tolerances is not None and least in (None, 100)
-    return Problem(loaded, scenario.design, asked, margins, float(proved))
+    limits = tuple((row, limit) for row, limit in asked if row.key in usual)
+    return Problem(loaded, design, asked, margins, float(proved), limits)
+
+
+def _within_physics(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:
+    """A scenario that requires what is physically possible too, and the keys that it did not give."""
+    scenario = loaded.scenario
+    block, membrane = scenario.requirements or RequirementsBlock(), Membrane.of(scenario)
+    evaluated = {
+        Need.BALL_MASS: membrane is not None,
+        Need.DIELECTRIC: membrane is not None and membrane.dielectric is not None,
+    }
+    lacking = {
+        key: limit
+        for key, (limit, others) in PHYSICAL.items()
+        if all(getattr(block, name) is None for name in (key, *others)) and all(evaluated[need] for need in _needs(key))
+    }
+    limited = block.model_copy(update=lacking) if lacking else scenario.requirements
+    return replace(loaded, scenario=scenario.model_copy(update={"requirements": limited})), tuple(lacking)
+
+
+def _needs(key: str) -> tuple[Need, ...]:
+    return next(demand.needs for demand, keys in DEMANDS.items() if key in keys)
 
 
 def objectives(

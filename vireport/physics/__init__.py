@@ -6,12 +6,14 @@ from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_num
 from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
 from vireport.physics.energy import (
     Conversion,
+    Cycle,
     Dielectric,
     Fitting,
     Membrane,
     Voltages,
     contact_cosine,
     conversion,
+    cycle_of,
     deflection,
     fitting,
     generated_voltage,
@@ -21,7 +23,6 @@ from vireport.physics.flight import Flight
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import (
     ARRAYS,
-    COMPLEX,
     DIGITS,
     FLOATS,
     FUNCTION,
@@ -40,7 +41,6 @@ __all__ = [
     "AFFINE",
     "AFFINE_ROUNDING",
     "ARRAYS",
-    "COMPLEX",
     "DIGITS",
     "FINEST_D",
     "FINEST_GBAR",
@@ -53,6 +53,7 @@ __all__ = [
     "UNIT",
     "Affine",
     "Conversion",
+    "Cycle",
     "DecimalOps",
     "Device",
     "Dielectric",
@@ -68,6 +69,7 @@ __all__ = [
     "contact_cosine",
     "contacts",
     "conversion",
+    "cycle_of",
     "damping_number",
     "deflection",
     "fitting",

@@ -207,6 +207,56 @@ class Conversion:
     field_v_m: Any
 
 
+def flat_capacitance(membrane: Membrane, dielectric: Dielectric) -> Any:
+    """C0 = epsilon_0 epsilon_r pi Rc^2/k of the undeformed membrane of thickness k [F]."""
+    flat = np.pi * membrane.active_radius_m**2
+    return VACUUM_PERMITTIVITY * dielectric.relative_permittivity * flat / dielectric.thickness_m
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """What a membrane goes through at an impact, in the plane of charge and voltage: a triangle from the origin.
+
+    Charged at its largest area up to the bias, then isolated until it is flat, then discharged.
+
+    Attributes
+    ----------
+    charge_c : float
+        That it holds while it is isolated [C].
+    bias_v, peak_v : float
+        Voltage before and after it is flat again, Uin and U_imp [V].
+    """
+
+    charge_c: float
+    bias_v: float
+    peak_v: float
+
+    @property
+    def corners(self) -> tuple[Floats, Floats]:
+        """Charges [C] and voltages [V] on the way round, back to the first."""
+        return np.array([0.0, 1, 1, 0]) * self.charge_c, np.array([0.0, self.bias_v, self.peak_v, 0.0])
+
+    @property
+    def area_j(self) -> float:
+        """Electrical energy that is gained, the integral of the voltage over the charge on the way round [J]."""
+        charge, volts = self.corners
+        return float(-np.sum((volts[1:] + volts[:-1]) / 2 * np.diff(charge)))
+
+
+def cycle_of(gain: float, membrane: Membrane, dielectric: Dielectric) -> Cycle:
+    """The cycle of an impact that gains U_imp - Uin, Eq. (5.2); `conversion` derives it.
+
+    Parameters
+    ----------
+    gain : float
+        U_imp - Uin [V].
+    membrane : Membrane
+    dielectric : Dielectric
+    """
+    peak = membrane.bias_voltage_v + gain
+    return Cycle(float(flat_capacitance(membrane, dielectric)) * peak, membrane.bias_voltage_v, peak)
+
+
 def conversion(
     gains: tuple[Any, Any],
     speeds: tuple[Any, Any],
@@ -247,8 +297,7 @@ def conversion(
     the circuit's losses and the electrical force on the membrane, which r stands for, are not included. An impact on a
     membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball.
     """
-    bias, flat = membrane.bias_voltage_v, np.pi * membrane.active_radius_m**2
-    capacitance = VACUUM_PERMITTIVITY * dielectric.relative_permittivity * flat / dielectric.thickness_m
+    bias, capacitance = membrane.bias_voltage_v, flat_capacitance(membrane, dielectric)
     bottom, top = (capacitance / 2 * gain * (gain + bias) for gain in gains)
     lost = membrane.ball_mass_kg * (1 - restitution) * (1 + restitution) / 2
     spent = lost * (speeds[0] * speeds[0] + speeds[1] * speeds[1])

@@ -8,7 +8,6 @@ rounding error. Affine numbers are in `affine`; balls are in `vireport.proofs`, 
 
 from __future__ import annotations
 
-import cmath
 import math
 from decimal import Decimal, getcontext
 from functools import lru_cache
@@ -101,8 +100,8 @@ def wrapped(angle: Any) -> Any:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-ARRAYS, FLOATS, COMPLEX = DoubleOps(np), DoubleOps(math), DoubleOps(cmath)
-"""Functions of arrays of doubles, of single ones, and of single complex numbers, for derivatives."""
+ARRAYS, FLOATS = DoubleOps(np), DoubleOps(math)
+"""Functions of arrays of doubles, complex ones among them for derivatives, and of single doubles."""
 
 
 class DecimalOps:
@@ -124,11 +123,11 @@ class DecimalOps:
 
     def sin(self, x: Decimal) -> Decimal:
         """Sine, by the quadrant and a Taylor series."""
-        return self._quadrant(x, 0)
+        return _quadrant(x, 0, getcontext().prec)
 
     def cos(self, x: Decimal) -> Decimal:
         """Cosine, likewise."""
-        return self._quadrant(x, 1)
+        return _quadrant(x, 1, getcontext().prec)
 
     @staticmethod
     def exp(x: Decimal) -> Decimal:
@@ -154,14 +153,16 @@ class DecimalOps:
             angle -= (self.sin(angle * degree) - sine) / (cosine * degree)
         return angle
 
-    def _quadrant(self, x: Decimal, shift: int) -> Decimal:
-        quarter = self.pi / 2
-        turns = int((x / quarter).to_integral_value())
-        rest = x - turns * quarter
-        quadrant = (turns + shift) % 4
-        first, k = (Decimal(1), 1) if quadrant % 2 else (rest, 2)
-        series = _alternating_series(first, rest * rest, k)
-        return -series if quadrant >= 2 else series
+
+@lru_cache(maxsize=32)  # the conditions of a motion and what is asked of it besides need the sines of the same phases
+def _quadrant(x: Decimal, shift: int, digits: int) -> Decimal:
+    quarter = _pi(digits) / 2
+    turns = int((x / quarter).to_integral_value())
+    rest = x - turns * quarter
+    quadrant = (turns + shift) % 4
+    first, k = (Decimal(1), 1) if quadrant % 2 else (rest, 2)
+    series = _alternating_series(first, rest * rest, k)
+    return -series if quadrant >= 2 else series
 
 
 def _alternating_series(term: Decimal, square: Decimal, k: int) -> Decimal:

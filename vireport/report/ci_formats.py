@@ -54,7 +54,7 @@ def _xml(text: str) -> str:
 
 
 def github(study: Study) -> str:
-    """Annotations of GitHub Actions: an error for each requirement that is not met, a warning for each such alert."""
+    """Annotations of GitHub Actions: an error for each requirement that is not met, and alerts by their severity."""
     failed = (criterion for criterion in study.criteria if not criterion.passed)
     lines = []
     for criterion in failed:
@@ -62,9 +62,9 @@ def github(study: Study) -> str:
         message = f"{criterion.outcome.text}, required {criterion.limit.text}{why}"
         lines.append(_annotation("error", _place(study, criterion.line), criterion.title, message))
     lines += [
-        _annotation("warning", _place(study, None), f"{alert.code} {alert.title}", f"{alert.cause} {alert.remedy}")
+        _annotation(alert.severity, _place(study, None), f"{alert.code} {alert.title}", f"{alert.cause} {alert.remedy}")
         for alert in study.alerts
-        if alert.severity is Severity.WARNING
+        if alert.severity is not Severity.NOTE
     ]
     return "".join(f"{line}\n" for line in lines)
 
@@ -80,7 +80,10 @@ def _place(study: Study, line: int | None) -> dict[str, str]:
 
 def _from_root(path: Path) -> Path:
     """A path as the job's system counts it: from the root of the repository, where that is known."""
-    root, whole = Path(os.environ.get("GITHUB_WORKSPACE") or Path.cwd()).resolve(), path.resolve()
+    try:
+        root, whole = Path(os.environ.get("GITHUB_WORKSPACE") or Path.cwd()).resolve(), path.resolve()
+    except FileNotFoundError:  # the current folder has been deleted
+        return path
     return whole.relative_to(root) if whole.is_relative_to(root) else path
 
 

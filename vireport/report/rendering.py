@@ -13,10 +13,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Literal
 
 from vireport.base import RenderError
+from vireport.wording import TEMPLATES
 
 if TYPE_CHECKING:
     import typst
@@ -110,12 +110,16 @@ def _page(report: AnyReport, source: str) -> bytes:
     return _MATHS.sub(lambda match: match[0].translate(_ACCENTS), page).encode("utf-8")
 
 
+def _of_paper(report: AnyReport) -> dict[str, str]:
+    """The drawings that the template of a PDF sets, by their names."""
+    return {f"{name}.svg": picture.svg.decode("utf-8") for name, picture in report.pictures.items()}
+
+
 def _of_page(report: AnyReport) -> dict[str, str]:
-    """The files that the template of an HTML page reads, by their names: drawings, style, script and its data."""
+    """What the template of an HTML page reads, by its names: drawings, style, script and its data."""
     if not report.pictures:
         return {}
     from vireport.figures import figure_css
-    from vireport.wording import TEMPLATES
 
     script, css = ((TEMPLATES / name).read_text(encoding="utf-8") for name in ("live.js", "live.css"))
     return {
@@ -169,22 +173,20 @@ def _compiled(
 
     unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
     lacking = "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))
-    inputs = {"output": output, "lacking": lacking, "paper": paper}
-    with TemporaryDirectory(prefix="vireport-") as root:
-        for picture in report.pictures.values():
-            (Path(root) / f"{picture.name}.svg").write_bytes(picture.svg)
-        for name, text in (_of_page(report) if output == "html" else {}).items():
-            (Path(root) / name).write_text(text, encoding="utf-8")
-        compiler = typst.Compiler(root=root, ignore_system_fonts=True, sys_inputs=inputs)
-        try:
-            file = compiler.compile(
-                source.encode("utf-8"),
-                format=output,
-                pdf_standards=list(standards),  # type: ignore[arg-type]
-                timestamp=report.provenance.epoch,
-            )
-        except typst.TypstError as error:
-            raise RenderError(f"{report.template}: {_diagnostic(error, report.template)}") from error
+    # What a template reads is passed to Typst as it is: no file has to be written that a full disk refuses, or that a
+    # process which is killed leaves behind.
+    inputs = _of_page(report) if output == "html" else _of_paper(report)
+    inputs |= {"output": output, "lacking": lacking, "paper": paper}
+    compiler = typst.Compiler(root=TEMPLATES, ignore_system_fonts=True, sys_inputs=inputs)
+    try:
+        file = compiler.compile(
+            source.encode("utf-8"),
+            format=output,
+            pdf_standards=list(standards),  # type: ignore[arg-type]
+            timestamp=report.provenance.epoch,
+        )
+    except typst.TypstError as error:
+        raise RenderError(f"{report.template}: {_diagnostic(error, report.template)}") from error
     if not isinstance(file, bytes):
         raise RenderError(f"{report.template}: no single file came out of it")
     return file
@@ -202,7 +204,7 @@ def _not_in_fonts(letters: str) -> list[str]:
     head = '#set document(title: "x")\n#set text(font: "Libertinus Serif", lang: "en")\n'
     try:
         # Conformance to PDF/UA is what makes Typst say which ones.
-        typst.Compiler(ignore_system_fonts=True).compile(
+        typst.Compiler(root=TEMPLATES, ignore_system_fonts=True).compile(
             f"{head}{apart}".encode(), format="pdf", pdf_standards=["ua-1"], timestamp=0
         )
     except typst.TypstError as error:
@@ -211,10 +213,10 @@ def _not_in_fonts(letters: str) -> list[str]:
 
 
 def _diagnostic(error: typst.TypstError, template: str) -> str:
-    """What Typst says about the filled template, without our temporary folder and the ends of long lines."""
+    """What Typst says about the filled template, without the folder of our templates and the ends of long lines."""
     _, _, text = (error.diagnostic.strip() or error.message).rpartition("issues/5512 for more information\n\n")
     text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{template}, filled", text)
-    text = re.sub(r"[^\s(]*/vireport-\w+/", "", text)
+    text = text.replace(f"{TEMPLATES}{os.sep}", "")
     text = re.sub(r"failed to download package.*", "packages are not loaded from the network", text)
     return "\n".join(shorten(line) for line in text.splitlines())
 

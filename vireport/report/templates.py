@@ -46,7 +46,7 @@ class AnyReport(Hashable, Protocol):
     template : str
         The template that the report begins with.
     pictures : mapping of str to Picture
-        By their names; a template has each as a file ``name.svg``.
+        By their names; a template has each as ``sys.inputs.at("name.svg")``.
     live : str
         What makes figures of the HTML page live, or "".
     provenance : Provenance

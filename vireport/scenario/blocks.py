@@ -271,7 +271,7 @@ class Need(StrEnum):
 
     SWEEP = "sweep", "a range of the swept parameter, or a motion that is followed along it, needs"
     BALL_MASS = "device.ball_mass_kg", "voltage and deflection need"
-    DIELECTRIC = "device.membrane.thickness_m", "power and field need"
+    DIELECTRIC = "device.membrane.thickness_m", "power, efficiency and field need"
     TOLERANCES = "tolerances", "a yield needs"
     SIMULATION = "simulation", "a cross-check needs"
 
@@ -290,12 +290,16 @@ class Demand:
         Whether it is judged at the design point, so that a swept parameter needs a design value.
     over : Parameter or None
         What a range is of, which itself needs no design value; None for the swept parameter.
+    usual : float or None
+        The limit that holds beside other requirements where none is given and the quantity is evaluated; None where
+        nothing is required then.
     """
 
     kind: LimitKind
     needs: tuple[Need, ...] = ()
     at_design: bool = True
     over: Parameter | None = None
+    usual: float | None = None
 
 
 _STABLE_RANGE = Demand(RANGE, (Need.SWEEP,), at_design=False)
@@ -321,6 +325,9 @@ def _percent(title: str, kind: str) -> Any:
     )
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
+
+MOST_EFFICIENT = 100.0
+"""Most of the energy that impacts lose which can become electrical [%]: what is gained is part of what is lost."""
 
 LONGEST_WORD = 16
 WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=True)]
@@ -375,6 +382,14 @@ class RequirementsBlock(Block):
     deflection_at_most_m: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
         None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
     )
+    deflection_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
+        None,
+        "Deflection over radius at most",
+        "%",
+        "Largest deflection of a membrane at the design point, over its active radius, beyond which the geometry of "
+        "the membrane model ends. A search for the best design takes 100 unless this or deflection_at_most_m is given.",
+        example=100.0,
+    )
     power_at_least_mw: Annotated[float | None, Demand(AT_LEAST, (Need.DIELECTRIC,))] = _positive(
         None,
         "Power at least",
@@ -382,11 +397,23 @@ class RequirementsBlock(Block):
         "Least mean electrical power of the stable motions at the design point.",
         example=1,
     )
+    efficiency_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.DIELECTRIC,), usual=MOST_EFFICIENT)] = (
+        _positive(
+            None,
+            "Efficiency at most",
+            "%",
+            "Most electrical energy of the stable motions at the design point, over what their impacts lose by the "
+            f"restitution. {MOST_EFFICIENT:.0f} unless it is given, beside other requirements where the energy is "
+            "evaluated, and in a search for the best design.",
+            example=MOST_EFFICIENT,
+        )
+    )
     field_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.DIELECTRIC,))] = _positive(
         None,
         "Field at most",
         "%",
-        "Highest electric field in a membrane at the design point, over its breakdown field.",
+        "Highest electric field in a membrane at the design point, over its breakdown field. A search for the best "
+        "design takes 100 unless it is given.",
         example=50.0,
     )
     acceleration_at_most_g: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(

@@ -52,6 +52,7 @@ class Task(StrEnum):
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
+    FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
@@ -74,7 +75,7 @@ class Task(StrEnum):
 
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
-    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS),
+    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_CYCLE),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
@@ -203,6 +204,7 @@ STEPS = (
     DeclaredStep(Task.MOTIONS, (MOTIONS, SWEEP), "a motions block, or a word that is required, asks for them"),
     DeclaredStep(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
+    DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
@@ -245,6 +247,10 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = _cost(scenario)
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
+            elif runs and row.task is Task.COMPLIANT:
+                what = f"{Task.COMPLIANT.what}: about a minute"
+            elif row.task is Task.OPTIMISE:
+                what = _search(scenario)
             elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):
                 periods = "periods" if limits.periods > 1 else "period"
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
@@ -283,4 +289,10 @@ def _cost(scenario: Scenario) -> str:
 def _methods() -> str:
     """The comparison of methods, with what it will lack."""
     lacking = "" if find_spec("numba") is not None else f", without those that need numba: {install_command('numba')}"
-    return f"{Task.ACCURACY.what}{lacking}"
+    return f"{Task.ACCURACY.what}: about a minute{lacking}"
+
+
+def _search(scenario: Scenario) -> str:
+    """The best design, with what its search will take: a run for each of the best cells, where these are needed."""
+    costly = scenario.tolerances or scenario.motion_limits or scenario.simulation
+    return f"{Task.OPTIMISE.what}, by vireport optimise: {'minutes' if costly else 'about 20 s'}"

@@ -37,16 +37,26 @@ class AlertCode(StrEnum):
     ADMISSIBILITY_UNDECIDED = "VR014"
     IMPLAUSIBLE_INPUT = "VR015"
     BREAKDOWN = "VR016"
+    MORE_ENERGY_THAN_LOST = "VR017"
     SIMULATION_DISAGREES = "VR020"
     COEXISTING_MOTIONS = "VR021"
     CHATTER = "VR022"
 
 
 class Severity(StrEnum):
-    """Whether an alert keeps a reader from acting on the numbers, or only tells more about them."""
+    """Whether the numbers cannot be, whether a reader should not act on them as they are, or what else they tell.
 
+    With an error no verdict is good.
+    """
+
+    ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
+
+    @property
+    def rank(self) -> int:
+        """Its place among all, the gravest first."""
+        return list(Severity).index(self)
 
 
 class Sentence(NamedTuple):
@@ -304,7 +314,7 @@ CATALOGUE = (
     ),
     Explanation(
         AlertCode.BREAKDOWN,
-        Severity.WARNING,
+        Severity.ERROR,
         "The electric field exceeds the breakdown field",
         "A membrane that is charged at its largest deflection and isolated has its highest field, U_imp over its "
         "thickness, when it is flat again. In a stable motion of the design point that is above the field that the "
@@ -312,6 +322,21 @@ CATALOGUE = (
         "Lower the bias voltage, use a thicker membrane, or limit the deflection.",
         {
             "field": "The field reaches {highest:.3g} V/m, {times:.3g} times the breakdown field of {limit:.3g} V/m.",
+        },
+    ),
+    Explanation(
+        AlertCode.MORE_ENERGY_THAN_LOST,
+        Severity.ERROR,
+        "More electrical energy than the impacts lose",
+        "What a membrane gains electrically is taken from the ball, as part of the kinetic energy that the restitution "
+        "coefficient says is lost. In a stable motion of the design point the cycle of constant charge gains more than "
+        "that: with these membranes the restitution cannot be what is given. The electrical force would stop the ball, "
+        "and the motion, its stability and its voltages would be others.",
+        "Measure the restitution with the bias voltage on, and give that; or lower the bias voltage, or use a thicker "
+        "membrane, until the efficiency is well below 100 %.",
+        {
+            "gains": "The impacts gain {gained_mj:.3g} mJ in a period and lose {lost_mj:.3g} mJ: an efficiency of "
+            "{percent:.4g} %, which contradicts the restitution of {restitution:.4g}.",
         },
     ),
     Explanation(

@@ -1,0 +1,249 @@
+"""What no device can do is accepted by no run and found by no search: energy from nothing, breakdown, torn films."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bs4 import BeautifulSoup
+from conftest import first
+
+from vireport import analyse, loads
+from vireport.cli import main
+from vireport.gate import Status
+from vireport.optimise import optimise, outputs, problem_of
+from vireport.optimise.bound import largest_value
+
+IMPOSSIBLE = """\
+schema_version: 1
+device:
+  capsule_mass_kg: 0.1245
+  ball_mass_kg: 6.0e-5
+  restitution: 0.5
+  length_m: 0.7
+  membrane: {thickness_m: 2.0e-5, relative_permittivity: 4.7, breakdown_field_v_m: 4.0e+8}
+excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
+inclination_deg: 45
+"""
+"""Within field and geometry, with an efficiency of 327 %."""
+
+POWER = "requirements.power_at_least_mw=0.001"
+BIAS = "{path: device.membrane.bias_voltage_v, from: 100, to: 3000}"
+BALL = "{path: device.ball_mass_kg, from: 1e-5, to: 1e-3}"
+LENGTH = "{path: device.length_m, from: 0.6, to: 0.9}"
+DEVICES = 40
+
+
+def searched(objective: str, *vary: str, text: str = IMPOSSIBLE, cells: int = 100, required: str = "") -> str:
+    requirements = f"requirements: {{{required}}}\n" if required else ""
+    return f"{text}{requirements}design: {{maximise: {objective}, cells: {cells}, vary: [{', '.join(vary)}]}}\n"
+
+
+def random_device(seed: int) -> str:
+    """A device with a thin film and a light ball, within field and geometry."""
+    draw = np.random.default_rng(seed)
+    ball, thickness = 10 ** draw.uniform(-5, -4.2), 10 ** draw.uniform(-4.8, -3.7)
+    permittivity, bias = draw.uniform(2, 10), 10 ** draw.uniform(3.0, 3.45)
+    membrane = f"thickness_m: {thickness!r}, relative_permittivity: {permittivity!r}, breakdown_field_v_m: 6.0e+8"
+    membrane += f", bias_voltage_v: {bias!r}"
+    old = "thickness_m: 2.0e-5, relative_permittivity: 4.7, breakdown_field_v_m: 4.0e+8"
+    text = IMPOSSIBLE.replace(old, membrane).replace("6.0e-5", repr(float(ball)))
+    return text.replace("length_m: 0.7", f"length_m: {draw.uniform(0.66, 0.85)!r}")
+
+
+def efficiency_of(study) -> float:
+    design = study.solution.design
+    return float(design.conversion.efficiency[design.motions.stable].max())
+
+
+def test_a_device_that_gains_more_than_its_impacts_lose_is_not_accepted(tmp_path: Path, capsys) -> None:
+    scenario = tmp_path / "impossible.yaml"
+    scenario.write_text(IMPOSSIBLE)
+    assert main(["run", str(scenario), "--json", "--set", POWER]) == 1
+    data = json.loads(capsys.readouterr().out)
+    power, efficiency = data["requirements"]["criteria"]
+    assert power["passed"]
+    assert (efficiency["key"], efficiency["passed"], efficiency["by_default"]) == (
+        *("efficiency_at_most_percent", False, True),
+    )
+    assert efficiency["value"] == pytest.approx(327.46, abs=0.01)
+    assert (data["alerts"][0]["code"], data["alerts"][0]["severity"]) == ("VR017", "error")
+    assert "an efficiency of 327.5 %" in data["alerts"][0]["cause"]
+
+
+@pytest.mark.parametrize("over", [[], [POWER, "requirements.efficiency_at_most_percent=400"]])
+def test_what_is_impossible_is_no_good_verdict_even_where_it_is_allowed(over: list[str]) -> None:
+    study = analyse(loads(IMPOSSIBLE, overrides=over))
+    assert all(criterion.passed for criterion in study.criteria)
+    assert study.verdict.status is Status.BAD
+    assert study.verdict.word == "Stable, but with more electrical energy than the impacts lose"
+    assert "(efficiency 327.5 %)" in study.verdict.headline
+
+
+@pytest.mark.parametrize(
+    ("over", "status", "word"),
+    [
+        (["device.membrane.bias_voltage_v=800"], Status.GOOD, "Stable"),
+        (["device.membrane.breakdown_field_v_m=5e7"], Status.BAD, "Stable, but with more electrical energy than"),
+        (
+            ["device.membrane.bias_voltage_v=800", "device.membrane.breakdown_field_v_m=5e7"],
+            *(Status.BAD, "Stable, but above the breakdown field"),
+        ),
+        (
+            ["device.ball_mass_kg=0.0041", "device.membrane={}"],
+            *(Status.CAUTION, "Stable, but outside the membrane model"),
+        ),
+    ],
+)
+def test_each_limit_of_physics_is_part_of_the_verdict(over: list[str], status: Status, word: str) -> None:
+    verdict = analyse(loads(IMPOSSIBLE, overrides=over)).verdict
+    assert verdict.status is status
+    assert verdict.word.startswith(word)
+
+
+def test_the_usual_limit_needs_energy_that_is_evaluated_and_a_requirement() -> None:
+    margin = "requirements.margin_any_percent=1"
+    keys = [
+        [criterion.key for criterion in analyse(loads(IMPOSSIBLE, overrides=over)).criteria]
+        for over in ([], [margin], [margin, "device.membrane={}"], [margin, "device.length_m=0.1"])
+    ]
+    only = ["margin_any_percent"]
+    assert keys == [[], [*only, "efficiency_at_most_percent"], only, only]
+
+
+def test_of_random_electrical_devices_none_is_accepted_above_what_impacts_lose() -> None:
+    above = 0
+    for seed in range(DEVICES):
+        study = analyse(loads(random_device(seed), overrides=[POWER]))
+        accepted = all(criterion.passed for criterion in study.criteria)
+        efficiency = efficiency_of(study)
+        above += efficiency > 1
+        assert accepted == (efficiency <= 1), seed
+        assert study.verdict.status is not Status.GOOD or efficiency <= 1
+        assert ("VR017" in {alert.code for alert in study.alerts}) == (efficiency > 1)
+    assert DEVICES / 5 < above < DEVICES * 4 / 5
+
+
+@pytest.mark.parametrize(("objective", "vary"), [("efficiency", (BIAS,)), ("power_mw", (LENGTH, BALL))])
+def test_a_search_does_not_end_beyond_what_is_possible(objective: str, vary: tuple[str, ...]) -> None:
+    text = IMPOSSIBLE.replace("4.7", "1.5") if objective == "power_mw" else IMPOSSIBLE
+    problem = problem_of(loads(searched(objective, *vary, text=text)))
+    result = optimise(problem)
+    study = result.best.study
+    assert efficiency_of(study) <= 1
+    assert study.solution.within_membrane
+    assert study.verdict.status is not Status.BAD
+    assert objective != "efficiency" or result.best.value == pytest.approx(1, abs=1e-6)
+    free = searched(objective, *vary, text=text, required="efficiency_at_most_percent: 1e6")
+    assert efficiency_of(optimise(problem_of(loads(free))).best.study) > 1.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(DEVICES))
+def test_no_search_among_random_electrical_devices_ends_above_what_impacts_lose(seed: int) -> None:
+    objective = ("efficiency", "power_mw", "u_ave_v")[seed % 3]
+    result = optimise(problem_of(loads(searched(objective, LENGTH, BIAS, text=random_device(seed)))))
+    designs = [point for point in (result.best, *result.front) if point is not None]
+    assert designs
+    for point in designs:
+        assert efficiency_of(point.study) <= 1
+        assert point.study.solution.within_membrane
+        assert not {"VR016", "VR017"} & {alert.code for alert in point.study.alerts}
+
+
+def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tmp_path: Path, capsys) -> None:
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(searched("u_ave_v", LENGTH, BIAS))
+    assert main(["optimise", str(scenario), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["limits_by_default"] == {
+        "deflection_at_most_percent": 100,
+        "efficiency_at_most_percent": 100,
+        "field_at_most_percent": 100,
+    }
+    assert {line["key"] for line in data["best"]["requirements"]} == set(data["limits_by_default"])
+    assert main(["optimise", str(scenario), "-o", str(tmp_path / "out"), "--set", "design.cells=16"]) == 0
+    assert "Limits that hold because the scenario gives no others: Deflection" in capsys.readouterr().out
+    assert main(["run", str(tmp_path / "out/best.yaml"), "--json"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("required", "usual"),
+    [
+        ("deflection_at_most_m: 0.02", {"efficiency_at_most_percent", "field_at_most_percent"}),
+        ("field_at_most_percent: 300", {"efficiency_at_most_percent", "deflection_at_most_percent"}),
+        ("efficiency_at_most_percent: 40", {"field_at_most_percent", "deflection_at_most_percent"}),
+    ],
+)
+def test_limits_that_are_given_hold_instead(required: str, usual: set[str]) -> None:
+    problem = problem_of(loads(searched("u_ave_v", LENGTH, required=required)))
+    assert {row.key for row, _ in problem.usual} == usual
+    key, value = required.split(": ")
+    assert {row.key: limit.value for row, limit in problem.required}[key] == float(value)
+
+
+SOFT = "device.membrane.stiffness"
+
+
+@pytest.mark.parametrize(
+    ("path", "ends", "said"),
+    [(SOFT, (4.5e5, 9e5), "lower"), (SOFT, (9e5, 4.5e5), "lower"), ("device.length_m", (0.7, 0.75), "upper")],
+)
+def test_a_best_design_at_an_end_of_its_range_says_so(
+    path: str, ends: tuple[float, float], said: str, capsys, tmp_path
+):
+    """Softer membranes go deeper, and longer capsules have faster impacts."""
+    vary, loose = f"{{path: {path}, from: {ends[0]}, to: {ends[1]}}}", "efficiency_at_most_percent: 1e6"
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(searched("u_ave_v", vary, required=loose, cells=16))
+    assert main(["optimise", str(scenario), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["best"]["at_limit"] == {path: said}
+    told = outputs.text(optimise(problem_of(loads(scenario.read_text()))))
+    assert f"{path} is at its {said} limit; a wider range may give more." in " ".join(told.split())
+
+
+def test_a_best_design_that_a_limit_holds_is_at_no_end() -> None:
+    result = optimise(problem_of(loads(searched("efficiency", BIAS))))
+    assert list(result.problem.at_limits(result.best.t)) == []
+    assert "wider range" not in outputs.text(result)
+
+
+def test_an_end_beyond_which_there_is_nothing_is_not_named() -> None:
+    problem = problem_of(loads(searched("u_ave_v", "{path: inclination_deg, from: 0, to: 80}")))
+    assert [list(problem.at_limits(np.array([t]))) for t in (0.0, 0.5)] == [[], []]
+    assert list(problem.at_limits(np.array([1.0]))) == [("inclination_deg", True)]
+
+
+@pytest.mark.parametrize("seed", first(1, range(3)))
+def test_the_proved_power_is_at_most_what_the_impacts_may_lose(seed: int) -> None:
+    """Even where the search has found nothing, no design has more power than its fastest impacts lose."""
+    text = searched("power_mw", LENGTH, BALL, text=random_device(seed), required="efficiency_at_most_percent: 50")
+    problem = problem_of(loads(text))
+    best = optimise(problem).best
+    bound = largest_value(problem, best.value)
+    assert best.value <= bound
+    t = np.random.default_rng(seed).uniform(size=(20, 2))
+    for row in t:
+        study = problem.study(row)
+        design = study.solution.design
+        if design.motions.stable.any() and all(line.passed for line in study.criteria):
+            assert design.conversion.power_mw[design.motions.stable].min() <= bound
+
+
+def test_the_report_shows_what_is_impossible_as_bad_and_says_what_its_bound_leaves_out(tmp_path: Path) -> None:
+    scenario = tmp_path / "impossible.yaml"
+    scenario.write_text(IMPOSSIBLE)
+    run = ["run", str(scenario), "--set", POWER, "--format", "html", "-q", "-o", str(tmp_path / "out")]
+    assert main(run) == 1
+    page = BeautifulSoup((tmp_path / "out/report.html").read_text(), "html.parser")
+    (alert,) = (panel for panel in page.select(".panel") if "VR017" in panel.text)
+    assert "bad" in alert["class"]
+    text = page.text.replace("\xa0", " ")
+    assert "No device does this: more electrical energy than the impacts lose (efficiency 327.5 %)." in text
+    (row,) = (row for row in page.select("tr") if "Electrical efficiency" in row.text)
+    cells = [cell.text.strip() for cell in row.select("td, th")]
+    assert (cells[1], cells[-1]) == ("✗ NOT MET", "by default")
+    assert "An upper bound: constant charge at a fixed bias, no leakage, no load." in text
+    assert "Electrical cycle of each impact" in text

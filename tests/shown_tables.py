@@ -1,0 +1,1279 @@
+"""What each table and sentence of a report should show, from results.json and the definitions.
+
+A table of the report is held by a row of `TABLES`: its caption and a function that gives, of each row, what should
+stand under each head. One that has only words is named in `WORDS_ONLY`. A table that is in neither fails the tests.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from math import pi
+from typing import Any
+
+from definitions import STANDARD_GRAVITY, SYMBOLS, Device, device_of, mean
+from shown import ANYTHING, Amount, Bound, Rounded, Row, Said
+
+WORDS_OF = {
+    "period_doubling": "period doubling", "fold": "fold", "pitchfork": "pitchfork", "grazing": "grazing",
+    "node_focus": "node to focus",
+}  # fmt: skip
+UNBOUNDED = (0.0, 90.0, 0.99)
+"""Ends of inputs beyond which no value is allowed, or looked at."""
+
+
+class Results:
+    """The data of results.json, and the device of its scenario."""
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self.data, self.scenario = data, data["scenario"]
+        self.device: Device = device_of(data["scenario"])
+        self.design, self.points = data["design_point"], data["critical_points"]
+        self.sweep = self.scenario["sweep"]
+        self.parameter: str = self.sweep["parameter"] if self.sweep else "length_m"
+
+    @property
+    def symbol(self) -> str:
+        return SYMBOLS[self.parameter][1]
+
+    @property
+    def unit(self) -> str:
+        return SYMBOLS[self.parameter][2]
+
+    @cached_property
+    def stable(self) -> list[int]:
+        """Rows of the stable motions at the design point."""
+        x = self.design
+        if x is None:
+            return []
+        return [k for k, word in enumerate(x["stability"]) if x["admissible"][k] and word.startswith("stable")]
+
+    def speeds(self, velocities: tuple[float, float], value: float) -> tuple[float, float]:
+        """Impact speeds at bottom and top in m/s, at a value of the swept parameter."""
+        unit = self.device.at(self.parameter, value).velocity_unit
+        return unit * velocities[0], -unit * velocities[1]
+
+    @cached_property
+    def design_speeds(self) -> list[tuple[float, float]]:
+        x = self.design
+        return [self.speeds((x["velocity_bottom"][k], x["velocity_top"][k]), x["sweep_value"][k]) for k in self.stable]
+
+    def ends(self) -> Iterator[tuple[str, float, float, tuple[float, float]]]:
+        """The ends of the stable ranges: why, where, d, and the velocities of the motions there."""
+        for part in self.data["stable_range"]:
+            for end in ("from", "to"):
+                value, why = part[end], part[f"{end}_reason"]
+                for branch in self.data["branches"]:
+                    if branch["mirror_of"] is None:
+                        for k, at in enumerate(branch["sweep_value"]):
+                            if at == value and self._stable_beside(branch, k, part):
+                                yield why, value, branch["d"][k], (
+                                    branch["velocity_bottom"][k], branch["velocity_top"][k],
+                                )  # fmt: skip
+
+    @staticmethod
+    def _stable_beside(branch: dict[str, Any], row: int, part: dict[str, Any]) -> bool:
+        beside = [k for k in (row - 1, row + 1) if 0 <= k < len(branch["d"])]
+        return any(
+            branch["stability"][k].startswith("stable")
+            and branch["admissible"][k]
+            and part["from"] <= branch["sweep_value"][k] <= part["to"]
+            for k in beside
+        )
+
+    def places(self) -> list[tuple[str, float, float, float, float]]:
+        """Where voltages are given: what it is, the swept parameter, d and both impact speeds."""
+        x = self.design
+        rows = [
+            ("Design point", x["sweep_value"][k], x["d"][k], *speeds)
+            for k, speeds in zip(self.stable, self.design_speeds, strict=True)
+        ]
+        for why, value, d, velocities in self.ends():
+            name = "End of the sweep" if why == "end of the sweep" else f"{why}, end of the stable range"
+            rows.append((name, value, d, *self.speeds(velocities, value)))
+        return rows
+
+    @cached_property
+    def ending(self) -> list[dict[str, Any]]:
+        """The margins at which stable motion ends, the nearest first."""
+        margins = [margin for margin in self.design["margins"] if margin["ends_stability"]] if self.design else []
+        return sorted(margins, key=lambda margin: abs(margin["relative"]))
+
+
+def swept(x: Results, value: float, digits: int = 6, unit: bool = True) -> Amount:
+    """A value of the swept parameter."""
+    return in_input(x.parameter, value, digits, unit)
+
+
+def in_input(parameter: str, value: float, digits: int = 6, unit: bool = True) -> Amount:
+    return Amount(value, SYMBOLS[parameter][2] if unit else "", digits)
+
+
+def number(value: float | None, digits: int = 6) -> Amount:
+    return Amount(value, "", digits)
+
+
+def percentage(fraction: float, digits: int = 2) -> Amount:
+    return Amount(100 * fraction, "%", digits)
+
+
+# Requirements: of each key what its value should be, in the unit of its limit.
+
+
+def _worst(x: Results, of: Callable[[float, float], float], least: bool) -> float:
+    return (min if least else max)(of(*speeds) for speeds in x.design_speeds)
+
+
+def power_w(x: Results, bottom: float, top: float) -> float:
+    """Both energies of a period over its time."""
+    return (x.device.energy(bottom) + x.device.energy(top)) / x.device.period_s
+
+
+def field(x: Results, *speeds: float) -> float:
+    """U_imp over the thickness [V/m], the higher of both."""
+    of = x.device.membrane
+    return (max(map(x.device.gain, speeds)) + of["bias_voltage_v"]) / of["thickness_m"]
+
+
+def breakdown(x: Results, *speeds: float) -> float:
+    return field(x, *speeds) / x.device.membrane["breakdown_field_v_m"]
+
+
+def efficiency(x: Results, *speeds: float) -> float:
+    """Energy gained over energy lost at the impacts."""
+    return sum(map(x.device.energy, speeds)) / sum(map(x.device.lost, speeds))
+
+
+REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
+    "u_ave_at_least_v": (
+        "Uave", "V", "at least",
+        lambda x: _worst(x, lambda *speeds: mean([x.device.gain(speed) for speed in speeds]), True),
+    ),
+    "u_bottom_top_difference_at_most_v": (
+        "Difference of voltage between the ends", "V", "at most",
+        lambda x: _worst(x, lambda bottom, top: abs(x.device.gain(bottom) - x.device.gain(top)), False),
+    ),
+    "deflection_at_most_m": (
+        "Deflection", "m", "at most", lambda x: _worst(x, lambda *speeds: x.device.deflection(max(speeds)), False),
+    ),
+    "power_at_least_mw": (
+        "Mean electrical power", "mW", "at least", lambda x: 1e3 * _worst(x, lambda *s: power_w(x, *s), True),
+    ),
+    "efficiency_at_most_percent": (
+        "Electrical efficiency", "%", "at most", lambda x: 100 * _worst(x, lambda *s: efficiency(x, *s), False),
+    ),
+    "deflection_at_most_percent": (
+        "Deflection over the membrane's radius", "%", "at most",
+        lambda x: 100
+        * _worst(x, lambda *s: x.device.deflection(max(s)) / x.device.membrane["active_radius_m"], False),
+    ),
+    "field_at_most_percent": (
+        "Electric field over breakdown field", "%", "at most",
+        lambda x: 100 * _worst(x, lambda *speeds: breakdown(x, *speeds), False),
+    ),
+    "yield_at_least_percent": (
+        "Yield within the tolerances", "%", "at least",
+        lambda x: 100.0 if x.data["tolerances"]["answer"] == "proved" else 100 * x.data["tolerances"]["yield"]["share"],
+    ),
+    "margin_any_percent": (
+        "Margin to the end of stable motion", "%", "at least", lambda x: 100 * abs(x.ending[0]["relative"]),
+    ),
+    "margin_period_doubling_percent": (
+        "Margin to period doubling", "%", "at least",
+        lambda x: 100 * min(abs(of["relative"]) for of in x.ending if of["kind"] == "period_doubling"),
+    ),
+    "acceleration_at_most_g": (
+        "Acceleration of the shaker", "g", "at most", lambda x: x.device.acceleration / STANDARD_GRAVITY,
+    ),
+    "stroke_at_most_m": ("Stroke of the shaker", "m", "at most", lambda x: x.device.stroke),
+    "force_at_most_n": ("Force of the shaker", "N", "at most", lambda x: x.device.amplitude_n),
+}  # fmt: skip
+
+
+VOLTAGE_LIMITS = tuple(REQUIRED)[:7]
+"""Requirements on voltage and energy."""
+
+
+def of_unit(value: float | None, unit: str, digits: int = 6) -> Amount:
+    """A number in the unit of a limit, mW among them."""
+    return Amount(1e-3 * value, "W", digits) if unit == "mW" and value is not None else Amount(value, unit, digits)
+
+
+def by_default(x: Results) -> dict[str, float]:
+    """Limits that hold though the scenario gives none: no more energy than the impacts lose, where it is evaluated."""
+    evaluated = bool(x.design_speeds) and x.scenario["device"]["membrane"]["thickness_m"] is not None
+    given = x.scenario["requirements"]["efficiency_at_most_percent"]
+    return {"efficiency_at_most_percent": 100.0} if evaluated and given is None else {}
+
+
+def judged(x: Results) -> Iterator[tuple[str, str, str, float, float, float, bool]]:
+    """Of each requirement key, title, unit, limit, value, margin and whether it is met."""
+    for key, limit in (x.scenario["requirements"] | by_default(x)).items():
+        if key in REQUIRED and limit is not None:
+            title, unit, kind, of = REQUIRED[key]
+            value = of(x)
+            margin = value - limit if kind == "at least" else limit - value
+            yield key, title, unit, limit, value, margin, margin >= 0
+
+
+def requirements(x: Results) -> list[Row]:
+    rows: dict[str, Row] = {}
+    for key, title, unit, limit, value, margin, met in judged(x):
+        rows[key] = {
+            "Requirement": title,
+            "Outcome": "✓ met" if met else "✗ NOT MET",
+            "Limit": Said(f"{REQUIRED[key][2]} {{}}", of_unit(limit, unit)),
+            "Value": Said("{}", of_unit(value, unit)),
+            "Margin": Said("{}{}", "+" if margin >= 0 else "−", of_unit(abs(margin), unit, 3)),
+            "In the scenario": "by default" if key in by_default(x) else "set over it",
+        }
+    asked = x.scenario["requirements"]
+    if asked["stable_from"] is not None:
+        low, high = asked["stable_from"], asked["stable_to"]
+        (part,) = [of for of in x.data["stable_range"] if of["from"] <= low and high <= of["to"]]
+        sides = {"from": low - part["from"], "to": part["to"] - high}
+        inside = [room for end, room in sides.items() if part[f"{end}_reason"] != "end of the sweep"]
+        rows["stable_from"] = {
+            "Requirement": "Stable 1:1 motion over the range",
+            "Outcome": "✓ met",
+            "Limit": Said("from {} to {}", number(low), swept(x, high)),
+            "Value": Said("stable from {} to {}", number(part["from"]), swept(x, part["to"])),
+            "Margin": Said("+{}", swept(x, min(inside), 3)),
+            "In the scenario": "set over it",
+        }
+    if asked["crosscheck_passed"]:
+        found = x.data["simulation"]
+        largest, limit = max(found["velocity_difference"], found["phase_difference_rad"]), found["tolerance"]
+        rows["crosscheck_passed"] = {
+            "Requirement": "Simulation agrees",
+            "Outcome": "✓ met" if found["passed"] else "✗ NOT MET",
+            "Limit": ANYTHING,
+            "Value": Said("largest difference {}", number(largest, 2)),
+            "Margin": Said("+{}", number(limit - largest, 3)),
+            "In the scenario": "set over it",
+        }
+    return [rows[criterion["key"]] for criterion in x.data["requirements"]["criteria"]]
+
+
+def remarks(x: Results) -> list[Row]:
+    rows = []
+    for criterion in x.data["requirements"]["criteria"]:
+        if criterion["why"]:
+            title = criterion["title"].replace("U_ave", "Uave")
+            rows.append({"Requirement": title, "Remark": _remark(x, criterion["key"])})
+    return rows
+
+
+def _remark(x: Results, key: str) -> Any:
+    if key in ("margin_any_percent", "margin_period_doubling_percent"):
+        end = next(of for of in x.ending if key == "margin_any_percent" or of["kind"] == "period_doubling")
+        parameter = end["parameter"]
+        return Said(
+            "{} at {} = {}", _name(end).capitalize().replace("doubling b", "doubling B"), SYMBOLS[parameter][1],
+            Amount(end["sweep_value"], SYMBOLS[parameter][2], 9),
+        )  # fmt: skip
+    if key == "crosscheck_passed":
+        found = x.data["simulation"]
+        count = found["orbits_checked"]
+        return Said("{} of {} stable orbits found again", number(count - len(found["misses"])), number(count))
+    return ANYTHING
+
+
+# Margins and the design point.
+
+
+def _name(point: dict[str, Any]) -> str:
+    return f"{WORDS_OF[point['kind']]} {point['label'] or ''}".rstrip()
+
+
+def _ended(x: Results, parameter: str, value: float) -> str:
+    """What ends a range of an input: the critical point there, by label and kind."""
+    for margin in x.design["margins"]:
+        if margin["parameter"] == parameter and margin["sweep_value"] == value:
+            return ", ".join(filter(None, (margin["label"], WORDS_OF[margin["kind"]])))
+    return "its limit" if value in UNBOUNDED else "nothing"
+
+
+def ranges_around(x: Results) -> list[Row]:
+    rows = []
+    for part in x.design["stable_range"]:
+        parameter, ends = part["parameter"], (part["from"], part["to"])
+        quantity, symbol, unit = SYMBOLS[parameter]
+        at = getattr(x.device, parameter)
+        row = {"Parameter": f"{quantity[0].upper()}{quantity[1:]} {symbol}", "Unit": unit, "Design point": number(at)}
+        for title, value, mark in zip(("From", "To"), ends, ("", " 2"), strict=True):
+            room = (value - at) / at if at else None
+            row[title], row[f"ended by{mark}"] = number(value, 8), _ended(x, parameter, value)
+            row[f"room{mark}"] = (
+                number(None) if room is None
+                else Said("{}{}", "+" if room > 0 else "−" if room < 0 else "", percentage(abs(room)))
+            )  # fmt: skip
+        rows.append(row)
+    return rows
+
+
+def margins(x: Results) -> list[Row]:
+    rows = []
+    for margin in x.design["margins"][:10]:
+        parameter, value = margin["parameter"], margin["sweep_value"]
+        _, symbol, unit = SYMBOLS[parameter]
+        at = getattr(x.device, parameter)
+        distance = value - at
+        rows.append(
+            {
+                "Varied": f"{symbol} [{unit}]" if unit else symbol,
+                "Point": margin["label"] or "—",
+                "Kind": WORDS_OF[margin["kind"]],
+                "Motion": margin["family"],
+                "at": number(value, 8),
+                "distance": number(distance, 6),
+                "relative": Said("{}{}", "+" if distance > 0 else "−", percentage(abs(distance) / at)),
+                "ends stable motion": "yes" if margin["ends_stability"] else "no",
+            }
+        )
+    return rows
+
+
+def motions_at_design(x: Results) -> list[Row]:
+    of = x.design
+    columns = {
+        "q": "q", "φB": "phi_bottom_rad", "φT": "phi_top_rad", "ŻB": "velocity_bottom", "ŻT": "velocity_top",
+        "Tr": "trace",
+    }  # fmt: skip
+    return [
+        {
+            "Motion": of["family"][k].capitalize(),
+            "Type": of["stability"][k],
+            "Admissible": "yes" if of["admissible"][k] else "no",
+            **{title: number(of[key][k]) for title, key in columns.items()},
+            "Δ": number(of["trace"][k] ** 2 - 4 * x.device.restitution**4, 4),
+        }
+        for k in range(len(of["q"]))
+    ]
+
+
+# Voltage and energy.
+
+
+def voltages(x: Results) -> list[Row]:
+    return [
+        {
+            "Stable motion": name,
+            x.symbol: Amount(value, x.unit, 8),
+            "d": number(d, 8),
+            "VB": Amount(bottom, "m/s", 5),
+            "VT": Amount(top, "m/s", 5),
+            "bottom": Amount(x.device.gain(bottom), "V", 5),
+            "top": Amount(x.device.gain(top), "V", 5),
+            "Uave": Amount(mean([x.device.gain(bottom), x.device.gain(top)]), "V", 5),
+            "δ": Amount(x.device.deflection(max(bottom, top)), "m", 4),
+        }
+        for name, value, d, bottom, top in x.places()
+    ]
+
+
+def mass_effects(x: Results) -> list[Row]:
+    _, _, _, bottom, top = x.places()[0]
+    own = x.device.ball_mass_kg
+    names = {"0.5 m": own / 2, "m, this scenario": own, "2 m": 2 * own}
+    names["0.2 M, as in published code for this device"] = 0.2 * x.device.capsule_mass_kg
+    rows = []
+    for name, mass in names.items():
+        device = x.device.at("ball_mass_kg", mass)
+        depth = device.deflection(max(bottom, top))
+        rows.append(
+            {
+                "Ball mass": name,
+                "": Amount(1e3 * mass, "g", 6),
+                "δ": Amount(depth, "m", 4),
+                "δ/Rc": number(depth / device.membrane["active_radius_m"], 3),
+                "Uave": Amount(mean([device.gain(bottom), device.gain(top)]), "V", 5),
+            }
+        )
+    return rows
+
+
+def energy(x: Results) -> list[Row]:
+    rows = []
+    for bottom, top in x.design_speeds:
+        gained = x.device.energy(bottom) + x.device.energy(top)
+        rows.append(
+            {
+                "bottom": Amount(x.device.energy(bottom), "J", 5),
+                "top": Amount(x.device.energy(top), "J", 5),
+                "mean power at most": Amount(gained / x.device.period_s, "W", 5),
+                "efficiency": percentage(gained / (x.device.lost(bottom) + x.device.lost(top)), 5),
+                "field over breakdown": percentage(breakdown(x, bottom, top), 5),
+            }
+        )
+    return rows
+
+
+# The sweep.
+
+
+def points_where(x: Results) -> list[Row]:
+    rows = []
+    for point in x.points:
+        device = x.device.at(x.parameter, point["sweep_value"])
+        rows.append(
+            {
+                "Point": point["label"],
+                "Kind": WORDS_OF[point["kind"]],
+                "Motion": point["family"],
+                x.symbol: Amount(point["sweep_value"], x.unit, 9),
+                "± bound": Bound(point["error_bound"]),
+                "d": number(device.d, 12),
+                "ḡ": number(device.gbar, 8),
+            }
+        )
+    return rows
+
+
+def points_motion(x: Results) -> list[Row]:
+    rows = []
+    for point in x.points:
+        for mirrored in (False, True)[: 1 + (point["mirror"] is not None)]:
+            motion = point["mirror"] if mirrored else point
+            top = (point["phi_bottom_rad"] + pi) % (2 * pi) if mirrored else point["phi_top_rad"]
+            rows.append(
+                {
+                    "Point": point["label"],
+                    "q": number(motion["q"], 8),
+                    "φB": number(motion["phi_bottom_rad"], 8),
+                    "φT": number(top, 8),
+                    "ŻB": _or_zero(motion["velocity_bottom"]),
+                    "ŻT": _or_zero(motion["velocity_top"]),
+                    "What happens": "its mirror image" if mirrored else _happens(point),
+                }
+            )
+    return rows
+
+
+def _or_zero(value: float) -> Amount:
+    return number(0.0 if abs(value) < 1e-13 else value, 8)
+
+
+def _happens(point: dict[str, Any]) -> str:
+    text = point["detail"].replace("lambda", "λ").replace("Delta", "Δ")
+    return re.sub(r"(?<![\w.])-(?=\d)", "−", text)
+
+
+def table_1(x: Results) -> list[Row]:
+    place = {point["label"]: point["sweep_value"] for point in x.points}
+    rows = []
+    for of in x.data["table_1"]:
+        start, end, word = of["start_label"], of["end_label"], of["stability"]
+        symbol = "d"
+        interval = (
+            f"{start} < {symbol} < {end}" if start and end else f"{symbol} < {end}" if end
+            else f"{symbol} > {start}" if start else "throughout"
+        )  # fmt: skip
+        for label, side in ((start, "sweep_start"), (end, "sweep_end")):
+            assert not label or abs(place[label] - of[side]) <= 1e-9 * abs(place[label])
+        row = {
+            "Motion": of["family"].capitalize(),
+            "Branch": str(of["branch"]),
+            "Interval": interval,
+            "Type": word,
+            "Criteria": f"Δ {'>' if 'node' in word else '<'} 0 and |λi| {'<' if word.startswith('stable') else '>'} 1",
+        }
+        ends = [of["sweep_start"], of["sweep_end"]]
+        row |= {f"{x.symbol} from": number(ends[0], 8), "to 2": number(ends[1], 8)}
+        row |= {"d from": number(x.device.at(x.parameter, ends[0]).d, 8)}
+        row |= {"to": number(x.device.at(x.parameter, ends[1]).d, 8)}
+        row[f"{x.symbol} from"] = Amount(ends[0], x.unit, 8)
+        rows.append(row)
+    return rows
+
+
+def _ended_in_sweep(x: Results, why: str) -> str:
+    kinds = {point["label"]: WORDS_OF[point["kind"]] for point in x.points}
+    return "the sweep" if why == "end of the sweep" else f"{why}, {kinds[why]}" if why in kinds else why
+
+
+def stable_ranges(x: Results) -> list[Row]:
+    quantity, symbol, unit = SYMBOLS[x.parameter]
+    return [
+        {
+            "Parameter": f"{quantity[0].upper()}{quantity[1:]} {symbol}",
+            "Unit": unit,
+            "From": number(part["from"], 8),
+            "ended by": _ended_in_sweep(x, part["from_reason"]),
+            "To": number(part["to"], 8),
+            "ended by 2": _ended_in_sweep(x, part["to_reason"]),
+        }
+        for part in x.data["stable_range"]
+    ]
+
+
+def what_follows(x: Results) -> list[Row]:
+    columns: dict[str, float] = {}
+    if x.sweep:
+        columns = {"from": x.sweep["from"], "to": x.sweep["to"]}
+    if getattr(x.device, x.parameter) is not None:
+        columns = {"at the design point": getattr(x.device, x.parameter), **columns}
+    quantities: tuple[tuple[str, str, str, Callable[[Device], float]], ...] = (
+        ("Unit of length", "xc", "m", lambda at: at.length_unit),
+        ("Unit of velocity", "yc", "m/s", lambda at: at.velocity_unit),
+        ("Unit of time", "tc", "s", lambda at: 1 / (2 * at.frequency_hz)),
+        ("Dimensionless length", "d = s/xc", "", lambda at: at.d),
+        ("Dimensionless gravity", "ḡ", "", lambda at: at.gbar),
+        ("Acceleration amplitude of the capsule", "F/M", "m/s²", lambda at: at.acceleration),
+        ("the same over 9.80665 m/s²", "", "g", lambda at: at.acceleration / STANDARD_GRAVITY),
+        ("Stroke of the capsule, end to end", "2F/(Mω²)", "m", lambda at: at.stroke),
+        ("Force amplitude on the capsule", "F", "N", lambda at: at.amplitude_n),
+    )
+    return [
+        {
+            "Quantity": name,
+            "Symbol": symbol,
+            **{title: number(of(x.device.at(x.parameter, value)), 8) for title, value in columns.items()},
+            "Unit": unit,
+        }
+        for name, symbol, unit, of in quantities
+    ]
+
+
+UNITS = {
+    "_kg": "kg", "_m": "m", "_n": "N", "_hz": "Hz", "_deg": "°", "_v": "V", "_m_s2": "m/s²", "_v_m": "V/m", "_g": "g",
+    "_percent": "%", "_mw": "mW",
+}  # fmt: skip
+"""Units by the ends of the keys that have them; the longest counts."""
+
+SYMBOLS_OF_KEYS = {
+    "device.capsule_mass_kg": "M", "device.ball_mass_kg": "m", "device.restitution": "r", "device.length_m": "s",
+    "excitation.amplitude_n": "F", "inclination_deg": "β", "gravity_m_s2": "g", "period_ratio": "n",
+}  # fmt: skip
+
+
+def inputs_faults(x: Results, rows: list[list[str]]) -> Iterator[str]:
+    """The table of inputs: every value that the scenario has, by its key."""
+    given = dict(_leaves(x.scenario))
+    for _, symbol, value, unit, _, key in rows:
+        asked = given[key]
+        ending = max((end for end in UNITS if key.endswith(end)), key=len, default="")
+        if symbol != SYMBOLS_OF_KEYS.get(key, symbol):
+            yield f"{key} has the symbol {symbol}"
+        if isinstance(asked, float | int) and not isinstance(asked, bool):
+            if wrong := Said("{}", Amount(float(asked), "", 15)).faults(value, whole=True):
+                yield f"{key}: {wrong}"
+            swept_unit = x.unit if key.startswith("sweep.") or key.endswith(("stable_from", "stable_to")) else ""
+            if unit != (UNITS[ending] if ending else swept_unit) and key not in NO_UNIT:
+                yield f"{key} is shown in {unit!r}"
+
+
+def printed_faults(rows: list[list[str]]) -> Iterator[str]:
+    """The numbers of the paper beside ours: they agree where they differ by less than one in the last digit printed."""
+    for quantity, printed, computed, told, _ in rows:
+        if printed != "—":
+            unit = 10.0 ** -len(printed.partition(".")[2])
+            agrees = abs(float(computed.replace("−", "-")) - float(printed.replace("−", "-"))) < unit
+            if len(computed.replace(".", "")) < len(printed.replace(".", "")):
+                yield f"{quantity}: {computed} is shown as computed to fewer digits than the paper has"
+            if told == "agrees" and not agrees and "d = " not in quantity:
+                yield f"{quantity}: {printed} beside {computed} is said to agree"
+        elif told:
+            yield f"{quantity}: nothing is printed, and it {told}"
+
+
+NO_UNIT = ("device.membrane.stiffness", "simulation.samples")
+
+
+def _leaves(tree: dict[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}", value
+
+
+# Tolerances.
+
+
+def tolerances(x: Results) -> list[Row]:
+    of, rows = x.scenario["tolerances"], []
+    for parameter, (quantity, symbol, unit) in SYMBOLS.items():
+        at, stem = getattr(x.device, parameter), parameter.removesuffix("_m").removesuffix("_n")
+        for ending in ("_kg", "_hz", "_deg"):
+            stem = stem.removesuffix(ending)
+        absolute, relative = of.get(parameter) or 0.0, of.get(f"{stem}_percent") or 0.0
+        width = max(absolute, relative / 100 * at)
+        if width:
+            name = f"{quantity[0].upper()}{quantity[1:]} {symbol}{f' [{unit}]' if unit else ''}"
+            rows.append({"Input": name, "From": number(at - width), "To": number(at + width)})
+    if (worst := x.data["tolerances"]["worst"]) is not None:
+        for row, parameter in zip(rows, (of["parameter"] for of in x.data["tolerances"]["inputs"]), strict=True):
+            row["Worst device"] = number(worst["values"][parameter])
+    return rows
+
+
+def random_devices(x: Results) -> list[Row]:
+    names = {"velocity_bottom_m_s": "ŻB [m/s]", "velocity_top_m_s": "ŻT [m/s]", "u_ave_v": "Uave [V]"}
+    heads = {
+        "Least": "least", "5 %": "percentile_5", "Median": "median", "95 %": "percentile_95", "Largest": "largest",
+    }  # fmt: skip
+    rows = []
+    for key, of in x.data["tolerances"]["ranges"].items():
+        assert of["least"] < of["percentile_5"] < of["median"] < of["percentile_95"] < of["largest"]
+        rows.append({"Quantity": names[key], **{head: number(of[name]) for head, name in heads.items()}})
+    return rows
+
+
+# Motions of other sequences.
+
+
+def _span(x: Results, low: float, high: float, unit: bool = False) -> Said:
+    return Said("{} to {}", number(low), swept(x, high) if unit else number(high))
+
+
+def families(x: Results) -> list[Row]:
+    rows = []
+    for of in sorted(x.data["families"], key=lambda of: not of["stable_range"]):
+        stable = of["stable_range"]
+        runs = list(_runs(of["stable"]))
+        first, last = max(runs, key=lambda run: run[1] - run[0], default=(0, len(of["d"]) - 1))
+        middle = (first + last) // 2
+        value = of["sweep_value"][middle]
+        unit = x.device.at(x.parameter, value).velocity_unit
+        gains = [x.device.gain(abs(unit * velocity)) for velocity in of["velocity"][middle]]
+        rate = len(gains) * x.device.at(x.parameter, value).frequency_hz / of["periods"]
+        rows.append(
+            {
+                "Word": of["word"],
+                "n:m": of["ratio"],
+                "Periods": str(of["periods"]),
+                x.symbol: _many(x, [{"from": min(of["sweep_value"]), "to": max(of["sweep_value"])}], ", "),
+                "Stable": _many(x, stable, ", ") if stable else "nowhere",
+                "Begins": _end(of["begins_with"]),
+                "Ends": _end(of["ends_with"]),
+                "Uave": Amount(mean(gains), "V", 4),
+                "": Amount(rate * mean(gains), "V/s", 4),
+            }
+        )
+    return rows
+
+
+def _end(end: dict[str, Any]) -> Any:
+    if end["kind"] == "lost":
+        return Said("not followed beyond {}", number(end["sweep_value"]))
+    return end["label"] or end["kind"].replace("_", " ")
+
+
+def _many(x: Results, parts: list[dict[str, float]], between: str, unit: bool = False) -> Said:
+    amounts = [
+        amount
+        for part in parts
+        for amount in (number(part["from"]), swept(x, part["to"]) if unit else number(part["to"]))
+    ]
+    return Said(between.join(["{} to {}"] * len(parts)), *amounts)
+
+
+def _runs(flags: list[bool]) -> Iterator[tuple[int, int]]:
+    first = None
+    for k, flag in enumerate([*flags, False]):
+        if flag and first is None:
+            first = k
+        elif not flag and first is not None:
+            yield first, k - 1
+            first = None
+
+
+def rungs(x: Results) -> list[Row]:
+    words: dict[str, list[dict[str, Any]]] = {}
+    for of in x.data["families"]:
+        if any(of["stable"]):
+            words.setdefault(of["word"], []).append(of)
+    rows = []
+    for word, members in words.items():
+        volts, rates, impacts = [], [], []
+        for of in members:
+            for k in (k for k, stable in enumerate(of["stable"]) if stable):
+                device = x.device.at(x.parameter, of["sweep_value"][k])
+                mean_v = mean([x.device.gain(abs(device.velocity_unit * velocity)) for velocity in of["velocity"][k]])
+                rate = len(of["velocity"][k]) * device.frequency_hz / of["periods"]
+                volts.append(mean_v), rates.append(rate * mean_v), impacts.append(rate)
+        parts = sorted((part for of in members for part in of["stable_range"]), key=lambda part: part["from"])
+        rows.append(
+            {
+                "Word": word,
+                "Periods": str(members[0]["periods"]),
+                f"Stable at {x.symbol}": _many(x, parts, "; ", unit=True),
+                "Uave": Amount(max(volts), "V", 4),
+                "Per second": Amount(max(rates), "V/s", 4),
+                "Impacts/s": Said("{}", number(max(impacts), 4)) if min(impacts) == max(impacts)
+                else Said("{} to {}", number(min(impacts), 4), number(max(impacts), 4)),
+            }
+        )  # fmt: skip
+    return sorted(rows, key=lambda row: -row["Per second"].value)
+
+
+# Simulation.
+
+
+def simulated(x: Results) -> list[Row]:
+    of = x.data["simulation"]
+    count = of["orbits_checked"]
+    answers: dict[str, Any] = {"Stable orbits checked": str(count)}
+    if count:
+        answers |= {
+            "Found again by the simulation": f"{count - len(of['misses'])} of {count}",
+            "Largest difference in velocity": Said("{} of the unit yc", number(of["velocity_difference"], 2)),
+            "Largest difference in phase": Said("{}", Amount(of["phase_difference_rad"], "rad", 2)),
+            "Tolerance": number(of["tolerance"], 2),
+            "Cross-check": "passed" if of["passed"] else "failed: the verdict is withheld",
+        }
+    if (basin := of["basin"]) is not None:
+        assert abs(basin["share"] - basin["reached"] / basin["trials"]) < 1e-15
+        answers["Starts that reach the 1:1 motion, where there is a stable one"] = Said(
+            f"{basin['reached']} of {basin['trials']}: {{}} (95 % interval {{}} to {{}})",
+            *(percentage(basin[key], 3) for key in ("share", "low_95", "high_95")),
+        )
+    return [{"Question": question, "Answer": answer} for question, answer in answers.items()]
+
+
+OUTCOMES = {
+    "aperiodic": "chaotic, or not periodic within the budget",
+    "sticking": "chatter with sticking, periodic",
+    "rest": "at rest on the bottom membrane",
+}
+
+
+def _kind(of: dict[str, Any]) -> str:
+    if of["outcome"] != "periodic":
+        return OUTCOMES[of["outcome"]]
+    return f"{of['word']} every {'' if of['period'] == 1 else str(of['period']) + ' '}forcing period" + "s" * (
+        of["period"] != 1
+    )
+
+
+def _counted(x: Results, motions: list[dict[str, Any]]) -> list[Row]:
+    total = sum(of["count"] for of in motions)
+    return [
+        {
+            "Motion": _kind(of),
+            "Starts": str(of["count"]),
+            "Share": percentage(of["count"] / total, 3),
+            f"At {x.symbol}": Said("{}", swept(x, of["from"])) if of["from"] == of["to"]
+            else Said("{} to {}", swept(x, of["from"]), swept(x, of["to"])),
+        }
+        for of in motions[:12]
+    ]  # fmt: skip
+
+
+def jumps(x: Results) -> list[Row]:
+    rows = []
+    for way in ("up", "down"):
+        for of in x.data["simulation"]["follow"][way]["jumps"]:
+            middle, half = (of["from"] + of["to"]) / 2, abs(of["to"] - of["from"]) / 2
+            vertex = of["vertex"]
+            rows.append(
+                {
+                    "Direction": way,
+                    f"At {x.symbol}": Said("{} ± {}", swept(x, middle, 9), number(half, 1)),
+                    "From": _kind(of["before"]),
+                    "To": _kind(of["after"]),
+                    "The family before ends at": "—" if vertex is None
+                    else Said(f"{vertex['label']}, {vertex['kind'].replace('_', ' ')}, {{}}",
+                              swept(x, vertex["sweep_value"], 9)),
+                }
+            )  # fmt: skip
+    return rows
+
+
+def hysteresis(x: Results) -> list[Row]:
+    return [
+        {
+            x.symbol: Said("{} to {}", swept(x, of["from"]), swept(x, of["to"])),
+            "Width": Said("{}", swept(x, of["to"] - of["from"], 4)),
+            "Upwards": _kind(of["up"]),
+            "Downwards": _kind(of["down"]),
+        }
+        for of in x.data["simulation"]["follow"]["loops"]
+    ]
+
+
+def coexisting(x: Results) -> list[Row]:
+    heads = {"Upwards": "up", "Downwards": "down", "Random starts": "starts", "Stable as a family": "families"}
+
+    def ranges(parts: list[list[float]]) -> Any:
+        if not parts:
+            return "—"
+        texts = ["{}" if low == high else "{} to {}" for low, high in parts]
+        values = [swept(x, value) for part in parts for value in dict.fromkeys(part)]
+        return Said("; ".join(texts), *values)
+
+    return [
+        {"Motion": _kind(of), **{head: ranges(of[key]) for head, key in heads.items()}}
+        for of in x.data["simulation"]["follow"]["coexisting"]
+    ]
+
+
+TABLES: dict[str, Callable[[Results], list[Row]]] = {
+    "Requirements": requirements,
+    "Where the values come from": remarks,
+    "Stable ranges around the design point, one input varied at a time": ranges_around,
+    "Critical points around the design point, nearest first": margins,
+    "1:1 motions at the design point": motions_at_design,
+    "Voltages of the stable motions": voltages,
+    "How Uave depends on the ball mass: .*": mass_effects,
+    "Electrical energy of the stable motions at the design point: upper bounds": energy,
+    "Critical points: where": points_where,
+    "Critical points: the motion there": points_motion,
+    "Table 1 for this scenario": table_1,
+    "Ranges of stable 1:1 motion": stable_ranges,
+    "What follows from them": what_follows,
+    "Tolerances": tolerances,
+    "Stable motions of the random devices": random_devices,
+    "Families of motions, with voltages .*": families,
+    "Stable motions by the word of their impacts, with .*": rungs,
+    "Simulation against solution": simulated,
+    "Where the starts end": lambda x: _counted(x, x.data["simulation"]["motions"]),
+    "Where starts end that do not .*": lambda x: _counted(x, x.data["simulation"]["basin"]["elsewhere"]),
+    "Jumps": jumps,
+    "Hysteresis": hysteresis,
+    "Motions by how they are found, with their ranges of .*": coexisting,
+}
+"""What stands in each table, by its caption."""
+
+WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Slips in the text .*", "Types of motion along .*")
+"""Captions of tables of words, or of numbers that are no results: what was run, with what."""
+
+
+# Sentences: key numbers, alerts, notes below tables, the verdict.
+
+
+def inequality(x: Results, part: dict[str, Any], parameter: str) -> Said:
+    """A stable range in words; its end belongs to it where no critical point ends it."""
+    signs = [
+        "≤" if part[f"{end}_reason"] in ("end of the sweep", "limit of the input") else "<" for end in ("from", "to")
+    ]
+    low, high = (in_input(parameter, part[end]) for end in ("from", "to"))
+    return Said(f"{{}} {signs[0]} {SYMBOLS[parameter][1]} {signs[1]} {{}}", low, high)
+
+
+def sentences(x: Results) -> Iterator[Said]:
+    """What a page says in sentences, with its numbers."""
+    for part in x.data["stable_range"]:
+        yield inequality(x, part, x.parameter)
+    yield from _shaker(x)
+    if x.sweep:
+        low, high = (swept(x, x.sweep[end]) for end in ("from", "to"))
+        quantity, symbol, _ = SYMBOLS[x.parameter]
+        yield Said(f"weep of {quantity}{':' if x.data['stable_range'] else ' from'} {{}} to {{}}", low, high)
+        yield Said(f"From and to are the ends of the sweep, {symbol} = {{}} and {{}}.", low, high)
+        for part in x.data["stable_range"]:
+            for end in ("from", "to"):
+                if (why := part[f"{end}_reason"]) in (kinds := {of["label"]: of for of in x.points}):
+                    yield Said(f"{{}}: {WORDS_OF[kinds[why]['kind']]} {why}", swept(x, part[end]))
+                elif part[end] in (x.sweep["from"], x.sweep["to"]) and (beyond := part[f"{end}_beyond_sweep"]):
+                    kind, ends = WORDS_OF[beyond["kind"]], (part[end], beyond["sweep_value"])
+                    yield Said(
+                        f"At {{}} only the sweep ends: stable motion continues to the {kind} at {{}}.",
+                        *(swept(x, value, 8) for value in ends),
+                    )
+    for alert in x.data["alerts"]:
+        mark = {"error": "✗ Error", "warning": "! Warning", "note": "i Note"}[alert["severity"]]
+        cause, remedy = (" ".join(alert[key].replace("U_ave", "Uave").split()[:2]) for key in ("cause", "remedy"))
+        yield Said(f"{mark} {alert['code']}: {alert['title'].replace('U_ave', 'Uave')}. {cause}")
+        yield Said(f"Remedy. {remedy}")
+    if x.points and x.data["stable_range"] and any(alert["code"] == "VR011" for alert in x.data["alerts"]):
+        largest = max(point["error_bound"] for point in x.points)
+        yield Said(f"far above that of the solution, {{}} {x.unit} in {x.symbol}", Bound(largest))
+    if x.data["requirements"] is not None and not all(met for *_, met in _asked(x)):
+        yield Said("Verdict ✗ Requirements not met.")
+    if x.design is not None:
+        yield from _of_design(x)
+    if x.stable:
+        yield from _of_stable(x)
+    if x.device.ball_mass_kg is not None:
+        yield from _of_membrane(x)
+    if x.data["requirements"] is not None:
+        yield from _met(x)
+    if x.data["tolerances"] is not None:
+        yield from _of_tolerances(x)
+    if x.data["families"]:
+        yield from _of_families(x)
+    if x.data["simulation"] is not None:
+        yield from _of_simulation(x)
+
+
+def _shaker(x: Results) -> Iterator[Said]:
+    device = x.device
+    if x.parameter != "length_m" and getattr(device, x.parameter) is None:
+        return
+    numbers = Amount(device.acceleration / STANDARD_GRAVITY, "g"), Amount(device.stroke, "m")
+    if any(key in REQUIRED and "shaker" in REQUIRED[key][0] for key, *_ in _asked(x)):
+        mark = "✓" if all(met for *_, title, met in _asked(x) if "shaker" in title) else "✗"
+        yield Said(
+            f"What must the shaker do? {mark}{{}}, stroke {{}} Amplitudes of acceleration {{}} and force {{}} ",
+            *numbers, Amount(device.acceleration, "m/s²"), Amount(device.amplitude_n, "N"),
+        )  # fmt: skip
+    else:
+        yield Said(
+            "What must the shaker do? {}, stroke {} Amplitude of the acceleration, and way from end to end", *numbers
+        )
+
+
+def _asked(x: Results) -> list[tuple[str, str, bool]]:
+    if x.data["requirements"] is None:
+        return []
+    return [(key, title, met) for key, title, *_, met in judged(x)]
+
+
+def _met(x: Results) -> Iterator[Said]:
+    criteria = x.data["requirements"]["criteria"]
+    passed = {key: met for key, _, met in _asked(x)} | {"stable_from": True, "crosscheck_passed": True}
+    for criterion in criteria:
+        assert criterion["passed"] is passed[criterion["key"]], criterion
+    met, count = sum(passed[criterion["key"]] for criterion in criteria), len(criteria)
+    yield Said(f"{met} of {count} requirements {'is' if met == 1 else 'are'} met.")
+    if met < count:
+        missed = [of["title"].replace("U_ave", "Uave") for of in criteria if not passed[of["key"]]]
+        verb = "is" if len(missed) == 1 else "are"
+        yield Said(f"{len(missed)} of {count} requirements {verb} not met: {', '.join(missed)}.")
+
+
+def _of_design(x: Results) -> Iterator[Said]:
+    values = [(name, getattr(x.device, name)) for name in SYMBOLS if name not in ("capsule_mass_kg", "restitution")]
+    if x.design["q"]:
+        at = ", ".join(f"{SYMBOLS[name][1]} = {{}}" for name, _ in values)
+        yield Said(f"At {at}:", *(in_input(name, value, 8) for name, value in values))
+        yield Said("Det = r⁴ = {} for all", number(x.device.restitution**4, 6))
+
+
+def _of_stable(x: Results) -> Iterator[Said]:
+    bottom, top = x.design_speeds[0]
+    yield Said(
+        "How fast are the impacts? {} at the bottom, {} at the top", Amount(bottom, "m/s", 4), Amount(top, "m/s", 4)
+    )
+    if x.ending:
+        end = x.ending[0]
+        quantity, symbol, _ = SYMBOLS[end["parameter"]]
+        distance = end["sweep_value"] - getattr(x.device, end["parameter"])
+        share = percentage(abs(distance) / getattr(x.device, end["parameter"]))
+        name = _name(end)
+        yield Said(
+            f"{{}} in {quantity} {name[0].upper()}{name[1:]} at {symbol} = {{}}, "
+            f"{'below' if distance < 0 else 'above'} the design point",
+            share, in_input(end["parameter"], end["sweep_value"]),
+        )  # fmt: skip
+        yield Said(f"), {{}} away in {quantity}.", share)
+    if not x.sweep:
+        nearest = x.ending[0]["parameter"]
+        ordered = sorted(x.design["stable_range"], key=lambda part: part["parameter"] != nearest)
+        for part in ordered:
+            yield inequality(x, part, part["parameter"])
+
+
+def _stable_speeds(x: Results) -> list[tuple[float, float]]:
+    """Impact speeds of the stable motions, at the design point where there is one, else along the sweep."""
+    return x.design_speeds if x.design is not None else _speeds_along(x)
+
+
+def _speeds_along(x: Results) -> list[tuple[float, float]]:
+    ends = [x.speeds(velocities, value) for _, value, _, velocities in x.ends()]
+    return ends + [
+        x.speeds((branch["velocity_bottom"][k], branch["velocity_top"][k]), branch["sweep_value"][k])
+        for branch in x.data["branches"]
+        for k, word in enumerate(branch["stability"])
+        if branch["admissible"][k] and word.startswith("stable")
+    ]
+
+
+def _admissible_speeds(x: Results) -> Iterator[tuple[float, float]]:
+    """Impact speeds of all motions along the sweep, and of every solution at the design point."""
+    for of in x.data["branches"] + ([x.design] if x.design else []):
+        for k, value in enumerate(of["sweep_value"]):
+            if of["admissible"][k] or of is x.design:
+                yield x.speeds((of["velocity_bottom"][k], of["velocity_top"][k]), value)
+
+
+def _of_membrane(x: Results) -> Iterator[Said]:
+    device, of = x.device, x.device.membrane
+    radius, h = of["active_radius_m"], of["exponent"]
+    origin = "set over the scenario" if any("ball_mass_kg" in text for text in x.data["overrides"]) else "given by the"
+    yield Said(f"The ball mass m = {{}} is {origin}", Amount(1e3 * device.ball_mass_kg, "g", 8))
+    if not x.places():
+        return
+    yield Said("δ the larger deflection; Rc = {}.", Amount(radius, "m", 6))
+    exponent = 1 / (h + 1)
+    yield Said(
+        "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
+        number(exponent, 4), number(2**exponent, 3),
+    )  # fmt: skip
+    everywhere = list(_admissible_speeds(x))
+    deepest = max(device.deflection(max(speeds)) for speeds in everywhere)
+    if deepest > radius:
+        highest = max(device.gain(max(speeds)) for speeds in everywhere)
+        yield Said(
+            "press the membrane up to {} mm deep, {} times its active radius of {} mm. The formulae still evaluate, to "
+            "{} above a bias of {},",
+            number(1e3 * deepest, 3), number(deepest / radius, 2), number(1e3 * radius, 2), Amount(highest, "V"),
+            Amount(of["bias_voltage_v"], "V", 4),
+        )  # fmt: skip
+        ratio = (deepest / radius) ** (h + 1)
+        yield Said("a ball of at most {};", Rounded(1e3 * device.ball_mass_kg / ratio, "g"))
+        yield Said("a stiffness of at least {};", Rounded(of["stiffness"] * ratio, "N/mʰ", up=True))
+    else:
+        own = [mean([device.gain(speed) for speed in speeds]) for speeds in _stable_speeds(x)]
+        if min(own) == max(own):
+            mark = "✓" if all(met for key, _, met in _asked(x) if key in VOLTAGE_LIMITS) else "✗"
+            yield Said(f"What voltage? {mark}Uave = {{}}", Amount(own[0], "V", 4))
+        yield Said(
+            "; deflection up to {}, inside the membrane model",
+            Amount(max(device.deflection(max(speeds)) for speeds in _stable_speeds(x)), "m"),
+        )
+    if x.stable and of["thickness_m"] is not None:
+        highest = max(field(x, *speeds) for speeds in x.design_speeds)
+        if highest > of["breakdown_field_v_m"]:
+            yield Said(
+                "The field reaches {}, {} times the breakdown field of {}.", Amount(highest, "V/m"),
+                number(highest / of["breakdown_field_v_m"], 3), Amount(of["breakdown_field_v_m"], "V/m"),
+            )  # fmt: skip
+    yield from _alerts(x)
+
+
+def _alerts(x: Results) -> Iterator[Said]:
+    codes = {alert["code"] for alert in x.data["alerts"]}
+    if "VR012" in codes:
+        heavier = x.device.at("ball_mass_kg", x.device.ball_mass_kg * (1 + 1e-6))
+        effect = max(
+            (mean([heavier.gain(v) for v in speeds]) / mean([x.device.gain(v) for v in speeds]) - 1) / 1e-6
+            for speeds in _stable_speeds(x)
+        )
+        yield Said("1 % of ball mass changes Uave by up to {}.", Amount(effect, "%", 2))
+    if "VR005" in codes:
+        end = x.ending[0]
+        side = "below" if end["relative"] < 0 else "above"
+        quantity = SYMBOLS[end["parameter"]][0]
+        yield Said(
+            f"Stable motion ends {{}} {side} the design point in {quantity}: {_name(end)}",
+            percentage(abs(end["relative"]), 3),
+        )
+    contact = next((alert["cause"] for alert in x.data["alerts"] if alert["code"] == "VR011"), None)
+    if contact is not None:
+        share = float(contact.split(" some ")[1].split(" %")[0])
+        yield Said("Contacts last up to {} of a period", Amount(share, "%", 2))
+        if x.points:
+            yield Said("that the model neglects, {} of a period.", Amount(share, "%", 2))
+
+
+def _of_tolerances(x: Results) -> Iterator[Said]:
+    of = x.data["tolerances"]
+    yields = of["yield"]
+    share = yields["stable"] / yields["samples"]
+    assert abs(share - yields["share"]) < 1e-15
+    interval = [percentage(yields[key]) for key in ("low_95", "high_95")]
+    yield Said(
+        f"Of {yields['samples']} random devices, {yields['distribution']} within the tolerances, {yields['stable']} "
+        "have one: {}, with a 95 % interval of {} to {}.",
+        percentage(share), *interval,
+    )  # fmt: skip
+    if of["worst"] is not None:
+        yield Said("stable motion ends at {} of the way from the design", percentage(of["worst"]["share"]))
+        yield Said(
+            f"{yields['stable']} of {yields['samples']} random devices have stable motion (95 % interval {{}} to {{}})",
+            *interval,
+        )
+
+
+def _of_families(x: Results) -> Iterator[Said]:
+    ladder = rungs(x)
+    if not ladder:
+        return
+    most = max(ladder, key=lambda row: row["Uave"].value)
+    yield Said(f"{most['Word']} has the largest voltage per impact, up to {{}} at {x.symbol} = ", most["Uave"])
+    yield Said("most per second, up to {} at", ladder[0]["Per second"])
+
+
+def _of_simulation(x: Results) -> Iterator[Said]:
+    of = x.data["simulation"]
+    count = len(of["samples"])
+    starts = len(of["samples"][0]["ends"])
+    yield Said(f"at {count} values of the {SYMBOLS[x.parameter][0]}, from {starts} random starts at each")
+    fastest = [sample["start_velocity_at_most"] for sample in of["samples"]]
+    yield (
+        Said("velocity uniform up to {} of the unit yc in", number(min(fastest), 3))
+        if min(fastest) == max(fastest)
+        else Said("velocity uniform up to {} to {} of the unit yc in", number(min(fastest), 3), number(max(fastest), 3))
+    )
+    if (basin := of["basin"]) is not None:
+        yield Said(f"Of {basin['trials']} random starts, {{}} reach it", percentage(basin["share"]))
+
+
+def headline(x: Results) -> Iterator[Said]:
+    """What a terminal says in its last line."""
+    for part in x.data["stable_range"]:
+        yield inequality(x, part, x.parameter)
+    if x.stable:
+        if x.ending:
+            end = x.ending[0]
+            yield Said(
+                f"argin {{}} in {SYMBOLS[end['parameter']][0]}, to {_name(end)}", percentage(abs(end["relative"]))
+            )
+        if x.device.ball_mass_kg is not None:
+            volts = [mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds]
+            yield Said("U_ave = {}", Amount(min(volts), "V", 4))
+    elif x.design is None and x.device.ball_mass_kg is not None:
+        volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]
+        yield Said("U_ave = {} to {}", Amount(min(volts), "V", 4), Amount(max(volts), "V", 4))
+    if x.data["requirements"] is not None:
+        missed = [(key, title) for key, title, met in _asked(x) if not met]
+        if missed:
+            yield Said(
+                f"{len(missed)} of {len(x.data['requirements']['criteria'])} requirements "
+                f"{'is' if len(missed) == 1 else 'are'} not met: "
+            )
+            for key, title in missed:
+                limit = x.scenario["requirements"][key]
+                unit, kind = REQUIRED[key][1], REQUIRED[key][2]
+                yield Said(f"{title.replace('Uave', 'U_ave')} ({kind} {{}})", of_unit(limit, unit))
+    if x.data["tolerances"] is not None and x.data["tolerances"]["answer"] == "refuted":
+        of = x.data["tolerances"]["yield"]
+        yield Said("stable for {} of the devices within the tolerances", percentage(of["share"]))
+
+
+# Comparisons, the best design, charts and figures.
+
+
+def ranking(named: dict[str, Results]) -> list[Row]:
+    """The ranking of scenarios with requirements: those that miss fewer come first, then larger margins."""
+    rows = []
+    for name, x in named.items():
+        criteria = x.data["requirements"]["criteria"]
+        met = sum(of["passed"] for of in criteria)
+        end, (part,) = x.ending[0], x.data["stable_range"]
+        average = min(mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds)
+        share = abs(end["sweep_value"] / getattr(x.device, end["parameter"]) - 1)
+        row = {
+            "Scenario": name,
+            "Verdict": "Requirements not met" if met < len(criteria) else ANYTHING,
+            "Requirements": f"{met} of {len(criteria)}",
+            "Smallest margin": Said(f"{{}} in {SYMBOLS[end['parameter']][0]}", percentage(share)),
+            "Mean voltage": Said("{}", Amount(average, "V", 4)),
+            "Per second": Said("{}", Amount(2 * x.device.frequency_hz / x.device.period_ratio * average, "V/s", 4)),
+            "Stable range": inequality(x, part, x.parameter),
+        }
+        rows.append((len(criteria) - met, -share, row))
+    return [{"Rank": str(k), **row} for k, (_, _, row) in enumerate(sorted(rows, key=lambda of: of[:2]), 1)]
+
+
+def nearest_ends(named: dict[str, Results]) -> list[Row]:
+    """The nearest end of stable motion in each input, of scenarios as they are ranked."""
+    rows = []
+    for name in (row["Scenario"] for row in ranking(named)):
+        x, row = named[name], {"Scenario": name}
+        for parameter, (quantity, symbol, _) in SYMBOLS.items():
+            end = next(of for of in x.ending if of["parameter"] == parameter)
+            share = end["sweep_value"] / getattr(x.device, parameter) - 1
+            letter = {"period_doubling": "B", "fold": "C", "pitchfork": "C", "grazing": "G"}[end["kind"]]
+            said = Said("{}{} {}", "+" if share > 0 else "−", percentage(abs(share)), letter)
+            row[f"{quantity} {symbol}"] = said
+        rows.append(row)
+    return rows
+
+
+def differing_settings(named: dict[str, Results]) -> dict[tuple[str, str], Any]:
+    """The values that two scenarios do not share, by name and key."""
+    leaves = {name: dict(_leaves(x.scenario)) for name, x in named.items()}
+    keys = dict.fromkeys(key for of in leaves.values() for key in of)
+    return {
+        (name, key): of.get(key)
+        for key in keys
+        if key not in ("schema_version", "title")
+        for name, of in leaves.items()
+        if len({str(other.get(key)) for other in leaves.values()}) > 1
+    }
+
+
+def compared(named: dict[str, Results]) -> Iterator[Said]:
+    """What the terminal says of each quantity that differs."""
+    names = list(named)
+
+    def line(what: str, of: Callable[[Results], float], unit: str, digits: int, between: str = " and ") -> Said:
+        amounts = [Amount(of(x), unit, digits) for x in named.values()]
+        return Said(f"{what} {between.join(f'{{}} in {name}' for name in names)} (", *amounts)
+
+    def average(x: Results, pick: Callable[[Any], float]) -> float:
+        return pick(mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x))
+
+    yield line("Lowest U_ave over the stable range:", lambda x: average(x, min), "V", 4)
+    yield line("Highest U_ave over the stable range:", lambda x: average(x, max), "V", 4)
+    yield line("U_ave of the stable motion at the design point:", lambda x: mean(
+        [x.device.gain(v) for v in x.design_speeds[0]]), "V", 4)  # fmt: skip
+    for label in ("B1", "G1"):
+        yield line(
+            f"{label}, {'period doubling' if label == 'B1' else 'grazing'} of the asymmetric motion: d =",
+            lambda x, label=label: next(
+                x.device.at(x.parameter, of["sweep_value"]).d for of in x.points if of["label"] == label
+            ),
+            "", 6,
+        )  # fmt: skip
+    for parameter in ("frequency_hz", "length_m"):
+
+        def nearest(x: Results, parameter: str = parameter) -> float:
+            end = next(
+                of for of in x.ending
+                if (of["parameter"], of["kind"]) == (parameter, "period_doubling") and of["relative"] < 0
+            )  # fmt: skip
+            return 100 * (end["sweep_value"] / getattr(x.device, parameter) - 1)
+
+        yield line(
+            f"Margin from the design point to the period doubling below, in {SYMBOLS[parameter][1]}:", nearest, "%", 3
+        )
+
+
+def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
+    """What the captions and the alternative texts of figures 2, 4 and 7 say, by the figure."""
+    others = [key for key in SYMBOLS if key not in (x.parameter, "capsule_mass_kg", "restitution")]
+    held = ", ".join(f"{SYMBOLS[key][1]} = {{}}" for key in others)
+    amounts = [in_input(key, getattr(x.device, key), 8) for key in others]
+    amounts += [Amount(x.device.capsule_mass_kg, "kg", 8), number(x.device.restitution, 8)]
+    ends = [swept(x, x.sweep[end]) for end in ("from", "to")]
+    conditions = Said(f"{held}, M = {{}}, r = {{}}; {x.symbol} from {{}} to {{}}", *amounts, *ends)
+    for figure in ("figure-2", "figure-4", "figure-7"):
+        yield figure, conditions
+        places = [f"{point['label']} {{}}" for point in x.points]
+        yield (
+            figure,
+            Said(
+                f"Critical points, at {x.symbol}: {'; '.join(places)}.",
+                *(swept(x, of["sweep_value"]) for of in x.points),
+            ),
+        )
+    if x.parameter == "length_m":
+        yield "figure-2", Said("F/(2 M f) = {}", Amount(x.device.velocity_unit, "m/s", 4))
+    yield "figure-7", Said(
+        "m = {}, U_in = {}", Amount(1e3 * x.device.ball_mass_kg, "g", 4),
+        Amount(x.device.membrane["bias_voltage_v"], "V", 4),
+    )  # fmt: skip
+    volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]
+    yield (
+        "figure-7",
+        Said("Stable motions: average voltage {} to {}.", Amount(min(volts), "V", 3), Amount(max(volts), "V", 3)),
+    )
+    bottom, top = zip(*_speeds_along(x), strict=True)
+    if x.parameter == "length_m":
+        unit = x.device.velocity_unit
+        yield (
+            "figure-2",
+            Said(
+                "Stable motions: impact speed at the bottom {} to {}, impact speed at the top {} to {}, phase",
+                *(number(of / unit, 3) for of in (min(bottom), max(bottom), min(top), max(top))),
+            ),
+        )
+
+
+def of_margins(x: Results) -> Iterator[Said]:
+    """What the caption and the alternative text of the figure of margins say."""
+    end = x.ending[0]
+    quantity, symbol, _ = SYMBOLS[end["parameter"]]
+    value = in_input(end["parameter"], end["sweep_value"])
+    yield Said(f"The nearest end of stable motion is the {_name(end)} at {symbol} = {{}}.", value)
+    for key, slope in end["derivatives"].items():
+        shift = slope * getattr(x.device, key) / end["sweep_value"]
+        if shift:
+            yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 3))
+    yield Said(f"moves the {_name(end)} in {quantity} by:")

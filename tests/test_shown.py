@@ -1,0 +1,394 @@
+"""What pages and terminals show is what results.json and the definitions say: in tables and in sentences.
+
+`shown_tables.py` has what is held, `definitions.py` the formulae, `shown.py` reads. Scenarios differ in all numbers:
+V_B and V_T, both membranes, force and frequency; several periods, with and without a design point.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES
+from matplotlib.text import Text
+from pages import Page
+from shown import Amount, Bound, Said, plain, table_faults, terminal_tables
+from shown_tables import (
+    TABLES,
+    WORDS_ONLY,
+    Results,
+    along_the_sweep,
+    compared,
+    differing_settings,
+    headline,
+    inputs_faults,
+    nearest_ends,
+    number,
+    of_margins,
+    power_w,
+    printed_faults,
+    ranking,
+    sentences,
+)
+
+from vireport.chart import plane_of
+from vireport.chart.outputs import text as chart_text
+from vireport.comparison import Comparison, ComparisonReport, compare, comparison_provenance, terminal_summary
+from vireport.figures import pictures, shown_along
+from vireport.figures.captions import alt_text, pictured
+from vireport.motions import Event, Limits
+from vireport.optimise import JudgedDesign, outputs, problem_of
+from vireport.optimise.search import SearchEvidence, SearchResult
+from vireport.report import Report, render_html
+from vireport.scenario import load
+from vireport.study import Study, Task, analyse, provenance_of, results_json
+
+DIELECTRIC = {
+    f"device.membrane.{key}": value
+    for key, value in {"thickness_m": 0.47e-3, "relative_permittivity": 4.3, "breakdown_field_v_m": 1.07e8}.items()
+}
+
+
+def required(**limits: object) -> dict[str, object]:
+    return {f"requirements.{key}": limit for key, limit in limits.items()}
+
+
+SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
+    "length swept, with everything": (
+        "inclined",
+        {
+            "device.ball_mass_kg": 0.0037, "device.restitution": 0.52, "device.length_m": 0.68,
+            "excitation.frequency_hz": 2.1, "excitation.amplitude_n": 3.3, "inclination_deg": 31.0,
+            "sweep.from": 0.40, "sweep.to": 0.8, "device.membrane.active_radius_m": 6.1e-3,
+            "tolerances.length_percent": 1.5, "tolerances.restitution": 0.02, "tolerances.samples": 64,
+            "tolerances.distribution": "normal", **DIELECTRIC,
+            **required(
+                stable_from=0.5, stable_to=0.7, margin_any_percent=40, u_ave_at_least_v=30000,
+                u_bottom_top_difference_at_most_v=100, deflection_at_most_m=0.0185, power_at_least_mw=1.0,
+                field_at_most_percent=150, yield_at_least_percent=90, acceleration_at_most_g=2.5,
+                stroke_at_most_m=0.4, force_at_most_n=3.5,
+            ),
+        },
+    ),
+    "three forcing periods, no sweep, valid voltages": (
+        "design-point",
+        {
+            "period_ratio": 3, "inclination_deg": 5, "device.length_m": 4.1, "device.ball_mass_kg": 2.2e-6,
+            "tolerances.length_percent": 6, "tolerances.frequency_hz": 0.02, "tolerances.samples": 64, **DIELECTRIC,
+            **required(power_at_least_mw=1e-5, stroke_at_most_m=0.2, u_ave_at_least_v=5, field_at_most_percent=4),
+        },
+    ),
+    "horizontal, no design point, other sequences": (
+        "horizontal",
+        {"motions.impacts": 3, "motions.periods": 2, "device.length_m": None, "sweep.from": 0.2,
+         "device.ball_mass_kg": 0.0039, "simulation.samples": 12, "simulation.starts": 8},
+    ),
+    "a slow sweep, simulated": (
+        "hysteresis",
+        {"simulation.samples": 9, "simulation.starts": 4, "motions.impacts": 3, "motions.periods": 1},
+    ),
+    "frequency swept": (
+        "inclined",
+        {"sweep.parameter": "frequency_hz", "sweep.from": 1.5, "sweep.to": 3, "device.length_m": 0.7,
+         "device.ball_mass_kg": 2e-6, "excitation.frequency_hz": 1.93},
+    ),
+    "force swept, simulated": (
+        "inclined-forcing",
+        {"simulation.samples": 4, "simulation.starts": 5, "excitation.amplitude_n": 3.9, "sweep.from": 2.6,
+         **required(crosscheck_passed=True, margin_period_doubling_percent=20, force_at_most_n=3.8)},
+    ),
+}  # fmt: skip
+
+
+@cache
+def study_of(name: str) -> Study:
+    example, overrides = SCENARIOS[name]
+    return analyse(load(EXAMPLES / f"{example}.yaml", overrides))
+
+
+@cache
+def results_of(name: str) -> Results:
+    study = study_of(name)
+    return Results(json.loads(results_json(study, provenance_of(study.loaded, "vireport run x.yaml"))))
+
+
+@cache
+def page_of(name: str) -> Page:
+    study = study_of(name)
+    return Page(render_html(Report(study, {}, provenance_of(study.loaded, "vireport run x.yaml"))))
+
+
+def matching(caption: str, captions: Any) -> str | None:
+    return next((pattern for pattern in captions if re.fullmatch(pattern, caption)), None)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_table_shows_what_results_and_definitions_say(name: str) -> None:
+    results, wrong = results_of(name), []
+    for table in page_of(name).all_tables:
+        if (held := matching(table.caption, TABLES)) is not None:
+            expected = TABLES[held](results)
+            wrong += [f"{table.caption}: {fault}" for fault in table_faults(table.rows[0], table.rows[1:], expected)]
+        elif table.caption == "Values, and where they come from":
+            wrong += list(inputs_faults(results, table.rows[1:]))
+        elif table.caption == "Numbers":
+            wrong += list(printed_faults(table.rows[1:]))
+        else:
+            assert matching(table.caption, WORDS_ONLY), f"{table.caption} is held by no row of TABLES"
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_sentence_has_the_numbers_of_the_results(name: str) -> None:
+    text = page_of(name).text
+    wrong = [fault for said in sentences(results_of(name)) if (fault := said.faults(text))]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_headline_has_the_numbers_of_the_results(name: str) -> None:
+    text = study_of(name).verdict.headline
+    wrong = [fault for said in headline(results_of(name)) if (fault := said.faults(text))]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_each_held_table_is_on_a_page() -> None:
+    captions = [table.caption for name in SCENARIOS for table in page_of(name).all_tables]
+    assert [pattern for pattern in TABLES if not any(re.fullmatch(pattern, caption) for caption in captions)] == []
+
+
+COMPARED = {"inclined": "length swept, with everything", "inclined-forcing": "force swept, simulated"}
+
+
+@cache
+def comparison() -> tuple[Comparison, Page, dict[str, Results]]:
+    both = compare([study_of(name) for name in COMPARED.values()])
+    report = ComparisonReport(both, {}, comparison_provenance(both, "vireport compare a.yaml b.yaml"))
+    return both, Page(render_html(report)), {name: results_of(of) for name, of in COMPARED.items()}
+
+
+def test_a_comparison_shows_what_the_results_of_its_scenarios_say() -> None:
+    both, page, named = comparison()
+    wrong = []
+    for caption, expected in {
+        "Ranking, the best first": ranking(named),
+        "Margins in each input": nearest_ends(named),
+    }.items():
+        table = page.tables[caption]
+        wrong += [f"{caption}: {fault}" for fault in table_faults(table.rows[0], table.rows[1:], expected)]
+    (table,) = [table for table in terminal_tables(terminal_summary(both)) if table.head[0] == "Scenario"]
+    wrong += [f"terminal: {fault}" for fault in table_faults(table.head, table.rows, ranking(named))]
+    text = plain(terminal_summary(both))
+    wrong += [fault for said in compared(named) if (fault := said.faults(text))]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_a_comparison_shows_its_values_in_the_columns_of_their_scenarios() -> None:
+    both, page, named = comparison()
+    expected, shown, wrong = differing_settings(named), {}, []
+    for table in (table for table in page.all_tables if table.caption.startswith("Values that are not")):
+        for name, *cells in table.rows[1:]:
+            shown |= {(name, key): cell for key, cell in zip(table.rows[0][1:], cells, strict=True)}
+    assert shown.keys() == expected.keys()
+    for place, value in expected.items():
+        if isinstance(value, float | int) and not isinstance(value, bool):
+            wrong += [
+                f"{place}: {fault}" for fault in [Said("{}", number(value, 15)).faults(shown[place], True)] if fault
+            ]
+        elif value is None or isinstance(value, str):
+            assert shown[place] == (value or "—")
+    rows = {row["quantity"]: row for row in json.loads(json.dumps(both.to_dict()))["quantities"]}
+    for caption in ("Critical points", "Stable ranges, margins and voltages"):
+        head, *lines = page.tables[caption].rows
+        assert head[1:-1] == list(named)
+        for quantity, *cells, apart in lines:
+            name = re.sub(r" \[[^\]]*\]$", "", quantity).casefold()
+            row = next(row for key, row in rows.items() if key.replace("U_ave", "Uave").casefold() == name)
+            for value, cell in zip(row["values"], cells, strict=True):
+                if value is not None:
+                    wrong += [fault for fault in [Said("{}", number(value)).faults(cell.split(" (")[0], True)] if fault]
+            if row["change"]:
+                (least, most), size = sorted(row["values"]), max(map(abs, row["values"]))
+                share = Amount(100 * (most - least) / size, "%", 2)
+                wrong += [fault for fault in [Said("{}", share).faults(apart, True)] if fault]
+    assert not wrong, "\n".join(wrong)
+
+
+@cache
+def search() -> SearchResult:
+    """As a search might end: two inputs, three designs, and evidence with numbers that are all different."""
+    overrides = {
+        "device.length_m": 0.69, "design.maximise": "power_mw", "design.vary": [
+            {"path": "device.length_m", "from": 0.2, "to": 1.2},
+            {"path": "excitation.frequency_hz", "from": 1, "to": 4},
+        ], **DIELECTRIC, **required(margin_any_percent=5, stroke_at_most_m=0.35),
+    }  # fmt: skip
+    problem = problem_of(load(EXAMPLES / "design-point.yaml", overrides))
+    designs = []
+    for t in (np.array([0.47, 0.36]), np.array([0.55, 0.37]), np.array([0.8, 0.36])):
+        study = problem.study(t)
+        designs.append(JudgedDesign(t, study, problem.value_of(study)))
+    designs.sort(key=lambda design: design.margin)
+    front = sorted(designs, key=lambda design: -design.value)
+    evidence = SearchEvidence(
+        (17, 19), 119, 105, judged=7, candidates=3, candidates_judged=3, best_cell=0.93 * front[0].value,
+        step=0.11 * front[0].value, widest=0.231, bound=1.0123456 * front[0].value,
+    )  # fmt: skip
+    return SearchResult(problem, front[0], None, tuple(designs), evidence)
+
+
+def of_design(design: JudgedDesign) -> Results:
+    study = design.study
+    return Results(json.loads(results_json(study, provenance_of(study.loaded, "vireport optimise x.yaml"))))
+
+
+def test_the_best_design_is_told_with_its_own_numbers() -> None:
+    result = search()
+    text = plain(outputs.text(result))
+    best, evidence = of_design(result.best), result.evidence
+    power = power_w(best, *best.design_speeds[0])
+    margin = 100 * abs(best.ending[0]["relative"])
+    said = [
+        Said(
+            "Best design: mean electrical power {}; smallest margin {}.", Amount(power, "W", 6), Amount(margin, "%", 4)
+        ),
+        Said("Evaluated: 17 × 19 designs on a grid, by the closed form; 119 have a stable motion, 105 of them meet"),
+        Said("has a margin of {}.", Amount(100 * evidence.widest, "%", 4)),
+        Said("By the grid 3 cells could be better than the best design; judged one by one"),
+        Said(", {} above the best: proved", Amount(100 * (evidence.bound / result.best.value - 1), "%", 2)),
+        Said("No cell that meets all requirements has more than {};", Amount(1e-3 * evidence.best_cell, "W", 6)),
+        Said("neighbouring cells differ by at most {}.", Amount(1e-3 * evidence.step, "W", 3)),
+    ]
+    wrong = [fault for of in said if (fault := of.faults(text))]
+    bound = float(re.search(r"has more than ([\d.]+) mW, ", text)[1])
+    assert evidence.bound <= bound <= evidence.bound * (1 + 2e-5)
+    tables = {table.caption: table for table in terminal_tables(outputs.text(result))}
+    table = tables["The best design"]
+    rows = [
+        {"Input": "device.length_m", "Value": number(best.device.length_m, 10), "In the scenario": number(0.69),
+         "From": number(0.2), "To": number(1.2)},
+        {"Input": "excitation.frequency_hz", "Value": number(best.device.frequency_hz, 10),
+         "In the scenario": number(2.0), "From": number(1.0), "To": number(4.0)},
+    ]  # fmt: skip
+    wrong += table_faults(table.head, table.rows, rows)
+    table, rows, before = (
+        tables["What margin costs: the largest mean electrical power for each smallest margin"],
+        [],
+        None,
+    )
+    for design in result.front:
+        of = of_design(design)
+        margin, power = 100 * abs(of.ending[0]["relative"]), power_w(of, *of.design_speeds[0])
+        # Where margin costs nothing, as a limit holds both values, the table has 0.
+        fall = 0.0 if before is None else max(before[1] - power, 0.0)
+        cost = "" if before is None else Amount(fall / (margin - before[0]), "W", 3)
+        row = {"margin": Amount(margin, "%", 4), "mean electrical power": Amount(power, "W"), "cost of 1 %": cost}
+        rows.append(
+            row
+            | {"device.length_m": number(of.device.length_m), "excitation.frequency_hz": number(of.device.frequency_hz)}
+        )
+        before = margin, power
+    wrong += table_faults(table.head, table.rows, rows)
+    picture, (first, *_, last) = outputs.picture_front(result), rows
+    wrong += [
+        fault
+        for of in (Said("from {} to {}.", number(first["margin"].value, 3), Amount(last["margin"].value, "%", 3)),)
+        if (fault := of.faults(picture.caption))
+    ]
+    falls = Said("falls from {} to {}.", *(Amount(row["mean electrical power"].value, "W", 4) for row in (first, last)))
+    wrong += [fault for fault in [falls.faults(picture.alt)] if fault]
+    (line,) = [line for line in picture.figure.axes[0].lines if line.get_marker() == "o"]
+    expected = [(row["margin"].value, 1e3 * row["mean electrical power"].value) for row in rows]
+    assert np.column_stack(line.get_data()) == pytest.approx(np.array(expected), rel=1e-9)
+    (required_margin,) = [line for line in picture.figure.axes[0].lines if line.get_linestyle() == "--"]
+    assert set(required_margin.get_xdata()) == {5.0}
+    costs = [1e3 * row["cost of 1 %"].value for row in rows[1:]]
+    legend = " ".join(text.get_text() for text in picture.figure.findobj(Text))
+    wrong += [
+        fault
+        for of in (Said("costs {} to {} mW", number(min(costs), 3), number(max(costs), 3)),)
+        if (fault := of.faults(legend))
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_json_of_the_best_design_has_its_own_numbers() -> None:
+    result = search()
+    data = json.loads(
+        outputs.optimise_json(result, provenance_of(result.best.study.loaded, "vireport optimise x.yaml"))
+    )
+    for entry, design in zip([data["best"], *data["front"]], [result.best, *result.front], strict=True):
+        of = of_design(design)
+        assert entry["value"] == pytest.approx(1e3 * power_w(of, *of.design_speeds[0]), rel=1e-11)
+        assert entry["margin_percent"] == pytest.approx(100 * abs(of.ending[0]["relative"]), rel=1e-11)
+        assert entry["inputs"] == pytest.approx(
+            {"device.length_m": of.device.length_m, "excitation.frequency_hz": of.device.frequency_hz}, rel=1e-15
+        )
+    assert data["nearest"] is None
+    expected = {
+        "cells": [17, 19], "stable": 119, "within_limits": 105, "tolerated": None, "no_cell_tolerates_percent": None,
+        "yield_takes_percent": None, "judged": 7, "candidates": 3, "candidates_judged": 3,
+        "best_cell": result.evidence.best_cell, "largest_step": result.evidence.step,
+        "no_cell_has_margin_percent": pytest.approx(23.1), "proved_bound": result.evidence.bound, "cells_elsewhere": 0,
+    }  # fmt: skip
+    assert data["evidence"] == expected
+
+
+def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
+    plane = plane_of(load(EXAMPLES / "inclined.yaml").scenario, "inclination_deg=3..90,length_m=0.3..1")
+    meetings = [
+        SimpleNamespace(events=events, word=word, inputs=inputs, error_bound=bounds)
+        for events, word, inputs, bounds in (
+            ((Event.GRAZING, Event.GRAZING), "BT", (31.25, 0.6875), (3.3e-14, 4.21e-16)),
+            ((Event.PERIOD_DOUBLING, Event.GRAZING), "BBT", (12.5, 0.4375), (7.7e-15, float("inf"))),
+        )
+    ]
+    chart: Any = SimpleNamespace(
+        plane=plane,
+        limits=Limits(4, 3),
+        not_followed=2,
+        meetings=meetings,
+        loci=[SimpleNamespace(event=Event.FOLD)] * 5,
+    )
+    text = chart_text(chart)
+    assert "Over inclination from 3 to 90° and length from 0.3 to 1 m: 5 curves and 2 points" in plain(text)
+    assert "at most 4 impacts in 3 forcing periods" in plain(text)
+    assert "2 ends of curves could not be followed" in plain(text)
+    (table,) = terminal_tables(text)
+    assert table.head == ["No.", "What", "Motion", "inclination [°]", "±", "length [m]", "±"]
+    for row, point, what in zip(table.rows, meetings, ("two grazings", "period doubling with grazing"), strict=True):
+        assert row[1:3] == [what, point.word]
+        assert (float(row[3]), float(row[5])) == point.inputs
+        for bound, cell in zip(point.error_bound, (row[4], row[6]), strict=True):
+            assert cell == "" if bound == float("inf") else not Said("{}", Bound(bound)).faults(cell, True)
+
+
+@pytest.mark.parametrize("name", ["length swept, with everything", "frequency swept"])
+def test_captions_of_figures_along_the_sweep_have_the_numbers_of_the_results(name: str) -> None:
+    study, wrong = study_of(name), []
+    for figure, said in along_the_sweep(results_of(name)):
+        shown = shown_along(study, Task(figure))
+        text = f"{pictured(Task(figure), shown, None).caption} {alt_text(Task(figure), shown)}"
+        wrong += [f"{figure}: {fault}" for fault in [said.faults(text)] if fault]
+        if figure != "figure-4":
+            assert ("equally fast" in text) is (results_of(name).device.inclination_deg == 0)
+    assert not wrong, "\n".join(wrong)
+
+
+def test_the_figures_of_a_design_point_have_the_numbers_of_the_results() -> None:
+    name = "three forcing periods, no sweep, valid voltages"
+    x, drawn = results_of(name), {picture.name: picture for picture in pictures(study_of(name), None)}
+    text = f"{drawn['figure-margins'].caption} {drawn['figure-margins'].alt}"
+    wrong = [fault for said in of_margins(x) if (fault := said.faults(text))]
+    assert not wrong, "\n".join(wrong)
+    end, bars = x.ending[0], [bar.get_width() for bar in drawn["figure-margins"].figure.axes[0].patches]
+    shifts = [slope * getattr(x.device, key) / end["sweep_value"] for key, slope in end["derivatives"].items()]
+    expected = sorted((shift for shift in shifts if shift), key=abs, reverse=True)
+    assert bars == pytest.approx(expected, rel=1e-9)
+    device = drawn["figure-device"]
+    assert Said("s = {}", Amount(x.device.length_m, "m", 6)).faults(device.alt) == ""
