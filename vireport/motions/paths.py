@@ -522,8 +522,9 @@ class Curve(Path):
         return [v * wall for v, wall in zip(x.tolist(), self.word.walls, strict=False)]
 
     def _straight(self, x: Floats) -> bool:
-        """Whether nothing of the motions but their room changes along the curve, which is a straight line."""
-        return self.word.one_sided and not self.model.slopes((float(x[-1]),))[1:].any()
+        """Whether the curve is a straight line, on which nothing but the room changes, far beyond all other motions."""
+        wide = self.high - self.low > self.width
+        return wide and self.word.one_sided and not self.model.slopes((float(x[-1]),))[1:].any()
 
     def reach(self, point: PathPoint) -> float:
         """Longest step, any along a straight line."""

@@ -23,6 +23,9 @@ from vireport.physics import FLOATS, Groups, Word, flight
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
+BEYOND = 100.0
+"""How many times as far as the farthest motions that strike both membranes a sweep is one over many decades."""
+
 
 class Grouped(Protocol):
     """What varies of a device, and how the groups depend on it."""
@@ -76,20 +79,21 @@ class Model:
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
 
     def reach(self, periods: int) -> float:
-        """The coordinate of about the farthest motions that strike both membranes; infinite where it is gbar.
+        """A coordinate far beyond all motions that strike both membranes; infinite where it is gbar.
 
         Notes
         -----
         Between impacts the speed changes by at most (1 + gbar) t, and one impact in 2 k leaves at most r of it: it is
         below 2 k (1 + gbar)/(1 - r), and so d below 2 k times that. Where the force varies, gbar at the farthest
-        motions is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)].
+        motions is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)]. Only a sweep that
+        goes `BEYOND` is measured by less than itself.
         """
         if self.level.held is Held.D:
             return inf
         most = (1 + self.r) / (1 - self.r)
         gbar = self.level.value if self.level.held is Held.GBAR else most
         farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - self.r)
-        return float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
+        return BEYOND * float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups where the coordinate is the only entry of `varied`."""
