@@ -203,9 +203,9 @@ def design(count: int, stable: int = 0, **more: object) -> SimpleNamespace:
     return SimpleNamespace(**of | more)
 
 
-def ending(relative: float) -> SimpleNamespace:
-    end = SimpleNamespace(relative=relative, parameter=Parameter.LENGTH, name="fold D1")
-    return design(1, 1, endings=lambda: [end])
+def ending(relative: float, taken_over: bool = False) -> SimpleNamespace:
+    end = SimpleNamespace(relative=relative, parameter=Parameter.LENGTH, name="fold D1", taken_over=taken_over)
+    return design(1, 1, limits=lambda: [end])
 
 
 def rough(*labels: str) -> tuple[SimpleNamespace, ...]:
@@ -287,6 +287,16 @@ SAID = [
     ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),
     ("VR005", {"solution": known(design=ending(-0.0123))}, ["ends 1.23 % below the design point in length: fold D1."]),
+    (
+        "VR005",
+        {"solution": known(design=ending(-0.0123, taken_over=True))},
+        ["passes to another motion, with other voltages, 1.23 % below the design point"],
+    ),
+    (
+        "VR005",
+        {"solution": known(design=ending(0.0123, taken_over=True))},
+        ["passes to another motion, with other voltages, 1.23 % above the design point"],
+    ),
     ("VR005", {"solution": known(design=ending(0.0123))}, ["ends 1.23 % above the design point in length: fold D1."]),
     ("VR006", {"solution": known(critical_points=rough("B1"))}, ["B1: so nearly degenerate that it was bracketed"]),
     (

@@ -135,10 +135,13 @@ def _several_stable(results: Evidence) -> Iterator[Sentence]:
 
 
 def _near_critical(results: Evidence) -> Iterator[Sentence]:
-    for margin in results.solution.design.endings() if results.solution.design is not None else ():
+    for margin in results.solution.design.limits() if results.solution.design is not None else ():
         if margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
             side, percent = "below" if margin.relative < 0 else "above", 100 * abs(margin.relative)
-            yield Sentence(side, {"percent": percent, "quantity": margin.parameter.quantity, "name": margin.name})
+            yield Sentence(
+                f"passes_{side}" if margin.taken_over else side,
+                {"percent": percent, "quantity": margin.parameter.quantity, "name": margin.name},
+            )
             return
 
 

@@ -133,7 +133,10 @@ def _slack(value: Any, limit: Limit) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class OfMargin:
-    """Distance of the nearest end of stable motion, of some kinds, in whichever input; without one it is met."""
+    """Distance of the nearest end of the stable motion, of some kinds, in whichever input; without one it is met.
+
+    A pitchfork at which another motion takes over ends it as well.
+    """
 
     kinds: tuple[Event, ...]
 
@@ -143,7 +146,7 @@ class OfMargin:
         if design.unresolved:
             names = ", ".join(design.unresolved)
             raise NumericalError(f"rounding does not resolve where stable motion ends along {names}")
-        ends = design.endings(*self.kinds)
+        ends = design.limits(*self.kinds)
         measured = [(abs(end.relative), end) for end in ends if end.relative is not None]
         if not measured:
             return Judgement(None, "none in any input", None, True)

@@ -18,7 +18,7 @@ from vireport.design import DesignPoint, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.evidence import Criterion, Evidence, Question
 from vireport.gate.requirements import unmet
-from vireport.motions import Event, Point, Stability, Symmetry
+from vireport.motions import Point, Stability, Symmetry
 from vireport.scenario import DesignInput, Parameter
 
 if TYPE_CHECKING:
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from vireport.membranes import Grade
     from vireport.motions import Atlas
     from vireport.physics import Shaker, Word
-
-FIXED_D = (DesignInput.INCLINATION, DesignInput.RESTITUTION)
-"""Inputs that d does not depend on."""
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""
@@ -116,16 +113,22 @@ class NearestEnd:
     Attributes
     ----------
     end : Margin or None
-        None where stable motion ends nowhere.
+        A pitchfork at which another motion takes over is one; None where they end nowhere.
     unresolved : tuple of DesignInput
         Along these an end may be nearer: rounding does not resolve it.
     handover : Margin or None
-        The pitchfork of the sweep before it, at which two asymmetric motions take over from a symmetric one.
+        The nearest pitchfork at which another motion takes over, where that is not the nearest end.
+    lost : Margin or None
+        The nearest end of stable motion altogether, where another motion takes over at the nearest end.
+    symmetric : bool
+        Whether the first stable motion is its own mirror image.
     """
 
     end: Margin | None
     unresolved: tuple[DesignInput, ...]
     handover: Margin | None
+    lost: Margin | None
+    symmetric: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -450,29 +453,22 @@ def _where(
         return Fact(Question.WHERE, Status.GOOD if motions.types else Status.CAUTION, parts)
     if design is None:
         return None
-    nearest = [limit.parameter for limit in design.endings()[:1]]
+    nearest = [limit.parameter for limit in design.limits()[:1]]
     parts = tuple(sorted(design.stable, key=lambda part: part.parameter not in nearest))
     return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
 
 
 def _margin(design: DesignPoint) -> Fact[NearestEnd]:
-    end = next(iter(design.endings()), None)
+    end = next(iter(design.limits()), None)
     near = end is not None and end.relative is not None and abs(end.relative) < NEAR_CRITICAL
     status = Status.CAUTION if near or design.unresolved else Status.GOOD
-    handover = _handover(design, end) if end is not None and not design.unresolved else None
-    return Fact(Question.MARGIN, status, NearestEnd(end, design.unresolved, handover))
-
-
-def _handover(design: DesignPoint, end: Margin) -> Margin | None:
-    """The pitchfork of the sweep, if any, that a symmetric motion meets before its stable range ends."""
-    if end.parameter in FIXED_D or not design.families or design.families[0] is not Symmetry.SYMMETRIC:
-        return None
-    start, last = float(design.motions.d[0]), end.point.d
-    for margin in design.margins:
-        within = 0 < (margin.point.d - start) / (last - start) < 1
-        if margin.event is Event.PITCHFORK and margin.parameter not in FIXED_D and within:
-            return margin
-    return None
+    handover = lost = None
+    if end is not None and end.taken_over:
+        lost = next(iter(design.endings()), None)
+    elif end is not None:
+        handover = next((margin for margin in design.margins if margin.taken_over), None)
+    symmetric = design.families[:1] == (Symmetry.SYMMETRIC,)
+    return Fact(Question.MARGIN, status, NearestEnd(end, design.unresolved, handover, lost, symmetric))
 
 
 def _tolerances(tolerances: Tolerances | None) -> Fact[Tolerances] | None:

@@ -290,6 +290,7 @@ def _margin(margin: Margin) -> dict[str, Any]:
         "unit": margin.parameter.unit,
         "percent": None if margin.relative is None else 100 * margin.relative,
         "ends_stability": margin.ends_stability,
+        "taken_over": margin.taken_over,
         "error_bound": margin.error_bound,
         "derivatives": dict(margin.derivatives),
     }

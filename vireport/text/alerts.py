@@ -174,6 +174,10 @@ CATALOGUE = (
         {
             "below": "Stable motion ends {percent:.2f} % below the design point in {quantity}: {name}.",
             "above": "Stable motion ends {percent:.2f} % above the design point in {quantity}: {name}.",
+            "passes_below": "Stability passes to another motion, with other voltages, {percent:.2f} % below the design "
+            "point in {quantity}: {name}.",
+            "passes_above": "Stability passes to another motion, with other voltages, {percent:.2f} % above the design "
+            "point in {quantity}: {name}.",
         },
     ),
     Explanation(

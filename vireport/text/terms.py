@@ -9,20 +9,19 @@ TERMS = {
     "fold": "A multiplier of the motion goes through 1, and a stable and an unstable motion meet and vanish. Beyond it "
     "the ball jumps to another motion.",
     "pitchfork": "A multiplier of a symmetric motion of a horizontal capsule goes through 1, and two asymmetric "
-    "motions, "
-    "mirror images of each other, branch off. Where they are stable, stability passes to them: U_ave is no longer the "
-    "gain of either impact.",
+    "motions, mirror images of each other, branch off. Where they are stable, stability passes to them: the device "
+    "goes on working, with unequal flights and other voltages. Margins and requirements count it as the end of the "
+    "motion that was designed.",
     "grazing": "Between two impacts the ball just touches a membrane. Beyond it the motion would pass through the "
     "membrane: another one, with that impact, takes its place.",
-    "node to focus": "The multipliers of the motion become complex: disturbances then die out in a spiral. "
-    "Stability does "
-    "not change.",
+    "node to focus": "The multipliers of the motion become complex: disturbances then die out in a spiral. Stability "
+    "does not change.",
     "stable node": "Disturbances of the motion die out without oscillation: both multipliers are real and less "
     "than 1 in size.",
     "stable focus": "Disturbances of the motion die out in a spiral: the multipliers are complex and less than 1 "
     "in size.",
-    "margin": "How far an input may go from the design point until the first critical point at which stable motion "
-    "ends, as a share of its value, every other input as it is.",
+    "margin": "How far an input may go from the design point until the first critical point at which the stable motion "
+    "ends, or another takes over, as a share of its value, every other input as it is.",
     "word": "The impacts of one period of a motion in their order: B on the bottom membrane, T on the top, as in BBT.",
     "chaos": "A motion that never repeats itself although nothing in it is random: neighbouring motions part "
     "exponentially.",
