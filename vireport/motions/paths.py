@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, copysign, inf, isfinite, nan, pi, sqrt
 from operator import itemgetter
+from sys import float_info
 from typing import Any, Self
 
 import numpy as np
@@ -332,14 +333,13 @@ def _zero(
     """Where a function is zero between 0 and an end, and its slope there, by secants from a start and a slope.
 
     The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
-    some others. The tolerance of a correction is a share of the end. Where rounding keeps the corrections from becoming
-    so small, the zero is where the function was the least of all that were evaluated.
+    some others. The tolerance of a correction is a share of the end. What is returned was evaluated.
     """
     # One bracket in Python's numbers: arrays of one number take thirty times as long, some 300 times in an atlas.
-    low, high, x, before, least = 0.0, end, start, None, (inf, start)
+    low, high, x, new, before = 0.0, end, start, start, None
     for count in range(MOST_SECANTS):
+        x = new
         value = function(x)
-        least = min(least, (abs(value), x))
         low, high = (low, x) if (value > 0) == rises else (x, high)
         if before is not None and value != before[1]:
             slope = (value - before[1]) / (x - before[0])
@@ -348,9 +348,13 @@ def _zero(
             new = (low + high) / 2
         if abs(new - x) <= tolerance * abs(end):
             return x, slope
-        x = new
     # On steps of 1e-8 the swept parameter itself is rounded to more than the tolerance: the function is a staircase.
-    return least[1], slope
+    # The least of several gaps can be flat up to where another one falls, on a step of many decades. There secants go
+    # on for ever. Halved to the last digit: what is nothing to so long a step may be much to a gap.
+    while abs(high - low) > float_info.epsilon * abs(end) and (new := (low + high) / 2) not in (low, high):
+        x = new
+        low, high = (low, x) if (function(x) > 0) == rises else (x, high)
+    return x, slope
 
 
 def _within_rank(matrix: Floats, right: Floats) -> Floats:
@@ -568,7 +572,14 @@ class Curve(Path):
             if first.margin > -AT_ZERO:
                 touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
                 return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
-        return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
+        if not self._straight(arc.end.x):
+            return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
+        # Of many decades, the least of all margins is flat, as small as a velocity, up to where a gap falls: only those
+        # that fall say where.
+        falling = np.flatnonzero(np.asarray(self.margins(arc.end.x)) <= 0)
+        return Event.GRAZING, self.located(arc, lambda point: float(np.asarray(self.margins(point.x))[falling].min()))[
+            1
+        ]
 
     def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
