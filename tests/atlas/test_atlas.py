@@ -207,6 +207,14 @@ def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
     assert doublings[0] == pytest.approx(0.6294571410117573, abs=1e-15)
 
 
+@pytest.mark.slow
+def test_a_sweep_over_the_whole_of_lengths_with_high_restitution_is_followed_to_its_end(example):
+    """Its steps become as short as rounding lets the length be: events are located on a staircase."""
+    changes = ["motions.impacts=6", "motions.periods=8", "device.restitution=0.9", "sweep.from=0.05", "sweep.to=2"]
+    families = analyse(load(example("inclined"), changes), ["json"]).atlas.families
+    assert {word: sum(f.word.letters == word for f in families) for word in ("BBT", "BBB")} == {"BBT": 34, "BBB": 42}
+
+
 WIDE = """\
 schema_version: 1
 device: {{capsule_mass_kg: 0.1245, restitution: {r}, length_m: 0.7}}

@@ -31,18 +31,31 @@ def test_a_term_is_explained(capsys) -> None:
     assert "goes through -1" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("length", "word"), [(0.6, "BTBT"), (0.35, "BBTBBTBBTBBTBT")])
-def test_without_stable_motion_the_ball_is_simulated_from_rest(length: float, word: str, capsys) -> None:
+@pytest.mark.parametrize(
+    ("length", "outcome", "word", "periods", "block"),
+    [
+        (0.6, "other_motion", "BTBT", 2, "motions"),
+        (0.35, "other_motion", "BBTBBTBBTBBTBT", 6, "simulation"),
+        (0.1, "rest_cycle", "B~T", 1, "simulation"),
+        (0.45, "chaotic", "", 0, "simulation"),
+    ],
+)
+def test_without_stable_motion_the_ball_is_simulated_from_rest(
+    length: float, outcome: str, word: str, periods: int, block: str, capsys
+) -> None:
     assert main(["run", INCLINED, "--json", "--set", f"device.length_m={length}"]) == 0
     results = json.loads(capsys.readouterr().out)
-    assert results["disturbances"]["from_rest"] == {
-        "outcome": "other_motion",
-        "word": word,
-        "periods": 2 if word == "BTBT" else 6,
-    }
+    assert results["disturbances"]["from_rest"] == {"outcome": outcome, "word": word, "periods": periods}
     (alert,) = [alert for alert in results["alerts"] if alert["code"] == "VR003"]
-    assert word in alert["cause"]
-    assert "'motions:'" in alert["cause"]
+    assert (word or "chaotic") in alert["cause"]
+    assert f"A block '{block}:' shows it." in alert["cause"]
+
+
+def test_a_ball_that_never_leaves_the_membrane_is_said_to_rest(capsys) -> None:
+    """Gravity along the capsule exceeds the largest acceleration of the capsule."""
+    over = ["--set", "excitation.amplitude_n=0.5", "--set", "sweep="]
+    assert main(["run", INCLINED, "--json", *over]) == 0
+    assert json.loads(capsys.readouterr().out)["disturbances"]["from_rest"]["outcome"] == "at_rest"
 
 
 def test_a_length_in_millimetres_is_asked_about(capsys) -> None:

@@ -208,6 +208,10 @@ def ending(relative: float, taken_over: bool = False) -> SimpleNamespace:
     return design(1, 1, limits=lambda: [end])
 
 
+def come_to(word: str, sticks: bool = False) -> SimpleNamespace:
+    return SimpleNamespace(name=word, word=word, cycle=SimpleNamespace(sticks=sticks))
+
+
 def rough(*labels: str) -> tuple[SimpleNamespace, ...]:
     return tuple(SimpleNamespace(label=x, error_bound=1e-9, sweep_value=0.7) for x in labels)
 
@@ -282,8 +286,23 @@ SAID = [
     ),
     (
         "VR003",
-        {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="BBT", cycle=object())},
+        {"solution": known(design=design(1)), "from_rest": come_to("BBT")},
         ["comes to this by simulation: BBT. A block 'motions:' shows it."],
+    ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": come_to("B~T", sticks=True)},
+        ["A block 'simulation:'"],
+    ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": come_to("BBTBT")},
+        ["A block 'simulation:' shows it."],
+    ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None)},
+        ["comes to this by simulation: chaotic. A block 'simulation:' shows it."],
     ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),
     ("VR005", {"solution": known(design=ending(-0.0123))}, ["ends 1.23 % below the design point in length: fold D1."]),

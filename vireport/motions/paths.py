@@ -293,7 +293,9 @@ class Path(ABC):
             raise NumericalError(f"a family of {self.word.letters} was lost")
         return self._point(*motion)
 
-    def located(self, arc: Arc, value: Callable[[PathPoint], float]) -> tuple[float, PathPoint]:
+    def located(
+        self, arc: Arc, value: Callable[[PathPoint], float], tolerance: float = LOCATED
+    ) -> tuple[float, PathPoint]:
         """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
         known, (guess, slope) = {}, arc.crossing(value)
 
@@ -301,7 +303,7 @@ class Path(ABC):
             known[size] = self.beside(arc, size)
             return value(known[size])
 
-        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, LOCATED)
+        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, tolerance)
         return abs(size), known[size]
 
     def reached(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:
@@ -350,7 +352,7 @@ def _zero(
             return x, slope
     # On steps of 1e-8 the swept parameter itself is rounded to more than the tolerance: the function is a staircase.
     # The least of several gaps can be flat up to where another one falls, on a step of many decades. There secants go
-    # on for ever. Halved to the last digit: what is nothing to so long a step may be much to a gap.
+    # on for ever.
     while abs(high - low) > float_info.epsilon * abs(end) and (new := (low + high) / 2) not in (low, high):
         x = new
         low, high = (low, x) if (function(x) > 0) == rises else (x, high)
@@ -577,9 +579,12 @@ class Curve(Path):
         # Of many decades, the least of all margins is flat, as small as a velocity, up to where a gap falls: only those
         # that fall say where.
         falling = np.flatnonzero(np.asarray(self.margins(arc.end.x)) <= 0)
-        return Event.GRAZING, self.located(arc, lambda point: float(np.asarray(self.margins(point.x))[falling].min()))[
-            1
-        ]
+
+        def least(point: PathPoint) -> float:
+            return float(np.asarray(self.margins(point.x))[falling].min())
+
+        # To the last digit: what is nothing to so long a step may be much to a gap.
+        return Event.GRAZING, self.located(arc, least, float_info.epsilon)[1]
 
     def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
