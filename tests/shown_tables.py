@@ -120,8 +120,8 @@ class Results:
 
     @cached_property
     def ending(self) -> list[dict[str, Any]]:
-        """The margins at which stable motion ends, the nearest first."""
-        margins = [margin for margin in self.design["margins"] if margin["ends_stability"]] if self.design else []
+        """The margins at which stable motion ends or another takes over, the nearest first."""
+        margins = [x for x in self.design["margins"] if x["ends_stability"] or x["taken_over"]] if self.design else []
         return sorted(margins, key=lambda margin: abs(margin["relative"]))
 
 
@@ -383,7 +383,11 @@ def margins(x: Results) -> list[Row]:
                 "at": number(value, digits_of(x, parameter, value, 8)),
                 "distance": number(distance, 6 if x.data["own_stiffness"] is None else 2),
                 "relative": Said("{}{}", "+" if distance > 0 else "−", percentage(abs(distance) / at)),
-                "ends stable motion": "yes" if margin["ends_stability"] else "no",
+                "ends stable motion": "yes"
+                if margin["ends_stability"]
+                else "another takes over"
+                if margin["taken_over"]
+                else "no",
             }
         )
     return rows
@@ -1130,7 +1134,10 @@ def _alerts(x: Results) -> Iterator[Said]:
         side = "below" if end["relative"] < 0 else "above"
         quantity = SYMBOLS[end["parameter"]][0]
         yield Said(
-            f"Stable motion ends {{}} {side} the design point in {quantity}: {_name(end)}",
+            f"Stability passes to another motion, with other voltages, {{}} {side} the design point in {quantity}: "
+            f"{_name(end)}"
+            if end["taken_over"]
+            else f"Stable motion ends {{}} {side} the design point in {quantity}: {_name(end)}",
             percentage(abs(end["relative"]), 3),
         )
     contact = next((alert["cause"] for alert in x.data["alerts"] if alert["code"] == "VR011"), None)
@@ -1380,7 +1387,7 @@ def of_margins(x: Results) -> Iterator[Said]:
     value = in_input(end["parameter"], end["sweep_value"])
     yield Said(f"The nearest end of stable motion is the {_name(end)} at {symbol} = {{}}.", value)
     for key, slope in end["derivatives"].items():
-        shift = slope * getattr(x.device, key) / end["sweep_value"]
+        shift = (slope or 0.0) * getattr(x.device, key) / end["sweep_value"]
         if shift:
             yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 3))
     yield Said(f"moves the {_name(end)} in {quantity} by:")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import first
 
-from vireport import load, loads
+from vireport import analyse, load, loads
 from vireport.atlas import atlas, motion_of_cycle
 from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep, completed, follow, neighbours, polished
 from vireport.physics import Groups, Word
@@ -205,3 +205,51 @@ def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
     gaps = -np.diff(doublings[1:])  # the first doubling is apart from the others by two folds
     assert gaps[:-1] / gaps[1:] == pytest.approx([4.445, 4.650, 4.662], abs=1e-3)
     assert doublings[0] == pytest.approx(0.6294571410117573, abs=1e-15)
+
+
+@pytest.mark.slow
+def test_a_sweep_over_the_whole_of_lengths_with_high_restitution_is_followed_to_its_end(example):
+    """Its steps become as short as rounding lets the length be: events are located on a staircase."""
+    changes = ["motions.impacts=6", "motions.periods=8", "device.restitution=0.9", "sweep.from=0.05", "sweep.to=2"]
+    families = analyse(load(example("inclined"), changes), ["json"]).atlas.families
+    assert {word: sum(f.word.letters == word for f in families) for word in ("BBT", "BBB")} == {"BBT": 34, "BBB": 42}
+
+
+WIDE = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, restitution: {r}, length_m: 0.7}}
+excitation: {{amplitude_n: 3.0}}
+inclination_deg: {beta}
+sweep: {{parameter: frequency_hz, from: {low}, to: {high}}}
+motions: {{impacts: 2, periods: 2}}
+"""
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("r", "beta"), [(0.375, 0.0), (0.538, 45.0), (0.9, 90.0)])
+@pytest.mark.parametrize(("low", "high"), [(1e-6, 1e6), (1e-9, 1e9), (1e-3, 1e12)])
+def test_motions_are_the_same_in_a_sweep_over_many_decades_of_frequency(r: float, beta: float, low: float, high: float):
+    def found(low: float, high: float) -> dict[tuple[str, int], set[float]]:
+        """Where families of each word begin or end by grazing or a fold."""
+        study = analyse(loads(WIDE.format(r=r, beta=beta, low=low, high=high)), ["json"])
+        places: dict[tuple[str, int], set[float]] = {}
+        for family in study.atlas.families:
+            assert Event.LOST not in {mark.event for mark in family.marks}
+            own = {round(mark.point.sweep_value, 6) for mark in family.marks if mark.point is not None}
+            places.setdefault((family.word.letters, family.word.periods), set()).update(own)
+        return places
+
+    assert found(low, high) == found(0.02, 200)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("r", [0.0, 0.5, 0.97])
+def test_a_ball_that_all_but_floats_has_room_from_its_amplitude_on_in_a_sweep_over_many_decades(r: float):
+    """With next to no gravity the ball rises above the membrane that it touches by 2/pi^2, twice its amplitude."""
+    study = analyse(loads(WIDE.format(r=r, beta=1e-6, low=1e-9, high=1e9)), ["json"])
+    families = [family for family in study.atlas.families if family.word.letters == "B"]
+    assert len(families) == 2
+    for family in families:
+        assert [mark.event for mark in family.marks] == [Event.GRAZING, Event.SWEEP_END]
+        assert family.marks[0].point.d == pytest.approx(2 / np.pi**2, rel=1e-6)
+        assert family.sweep_value[-1] == 1e9

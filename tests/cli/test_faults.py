@@ -32,10 +32,10 @@ QUICK = (
 SHORT = [sys.executable, "-c", QUICK]
 
 COMMANDS = {
-    "run": ([*ENTRY, "run", INCLINED, "-o", "out", "--format", "json"], False),
+    "run": ([*ENTRY, "run", INCLINED, "-o", "out", "--format", "json"], True),
     "run --json": ([*ENTRY, INCLINED, "--json"], True),
     "requirement": ([*ENTRY, str(ROOT / "examples/ci/failing.yaml"), "--json"], True),
-    "validate": ([*ENTRY, "validate", INCLINED], False),
+    "validate": ([*ENTRY, "validate", INCLINED], True),
     "plan": ([*ENTRY, "plan", INCLINED], True),
     "schema": ([*ENTRY, "schema"], True),
     "init": ([*ENTRY, "init", "-"], True),

@@ -175,7 +175,7 @@ def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
 @pytest.mark.parametrize("part", first(1, range(PARTS)))
 def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
     for device, design in stable_devices(1 if part == 0 else 20, 1000 * part):
-        for end in design.endings():
+        for end in design.limits():
             with reference.precise():
                 inputs = {name.value: mpf(getattr(device, name)) for name in DesignInput}
                 exact = exact_end(device, inputs, end)
@@ -212,6 +212,93 @@ def test_horizontal_capsules_hand_their_stability_over() -> None:
     diagram = solve(Sweep(device, Parameter.LENGTH, 0.2, 3.0))
     values = [point.sweep_value for point in diagram.critical_points]
     assert min(abs(value - above.sweep_value) for value in values) < 1e-15
+
+
+TAKEN_OVER = Device(0.17773325, 0.45996, 9.8, 5.042418, 20.930283, 1.8435747, 0.0)
+"""A horizontal capsule whose symmetric motion hands its stability over long before stable motion ends."""
+
+
+def passing(device: Device, varied: DesignInput) -> Margin:
+    """The pitchfork at which another motion takes over, if one input varies."""
+    (margin,) = [x for x in design_point(device, None).limits() if x.taken_over and x.parameter is varied]
+    return margin
+
+
+def exact_pitchfork(inputs: dict[str, Any], varied: str) -> Any:
+    """The value of an input at which a symmetric motion has its pitchfork, in 40 digits.
+
+    The symmetric motion has v = 2 sin(phi)/[pi (1 - r)], d = (1 + r) v/2 - 2 cos(phi)/pi^2, and half a period, from
+    one impact to the mirror image of the next, the trace 2 r - (1 + r) cos(phi)/v and the determinant r^2. That an
+    asymmetric change is kept makes its multiplier -1.
+    """
+
+    def equations(x: list[Any]) -> list[Any]:
+        of, (phi, velocity) = inputs | {varied: x[2]}, x[:2]
+        r, force = of["restitution"], of["amplitude_n"]
+        d = 4 * of["capsule_mass_kg"] * of["length_m"] * of["frequency_hz"] ** 2 / force
+        return [
+            mp.pi * (1 - r) * velocity - 2 * mp.sin(phi),
+            (1 + r) * velocity / 2 - 2 * mp.cos(phi) / mp.pi**2 - d,
+            2 * r - (1 + r) * mp.cos(phi) / velocity + 1 + r**2,
+        ]
+
+    return reference.newton(equations, [mpf("0.5"), mpf("0.6"), inputs[varied] / 2])[2]
+
+
+@pytest.mark.parametrize("varied", [DesignInput.LENGTH, DesignInput.FREQUENCY, DesignInput.AMPLITUDE])
+def test_a_pitchfork_ends_the_symmetric_motion_of_a_design(varied: DesignInput) -> None:
+    margin, names = passing(TAKEN_OVER, varied), [name for name in DesignInput if name != "inclination_deg"]
+    with reference.precise():
+        inputs = {name.value: mpf(getattr(TAKEN_OVER, name)) for name in names}
+        exact = exact_pitchfork(inputs, varied.value)
+        assert abs(exact - mpf(margin.sweep_value)) <= margin.error_bound
+        for name in names:
+            if name is not varied:
+                step = mpf(10) ** -15 * inputs[name.value]
+                ahead, behind = (
+                    exact_pitchfork(inputs | {name.value: inputs[name.value] + sign * step}, varied.value)
+                    for sign in (1, -1)
+                )
+                assert margin.derivatives[name] == pytest.approx(float((ahead - behind) / (2 * step)), rel=1e-12)
+    assert margin.derivatives[DesignInput.INCLINATION] is None
+    assert (margin.event, margin.ends_stability) == (Event.PITCHFORK, False)
+
+
+def test_both_the_pitchfork_and_the_end_of_stable_motion_are_margins() -> None:
+    below = [x for x in design_point(TAKEN_OVER, None).limits() if x.parameter == "length_m" and x.distance < 0]
+    assert [(x.event, x.taken_over, x.ends_stability) for x in below] == [
+        (Event.PITCHFORK, True, False),
+        (Event.GRAZING, False, True),
+    ]
+    assert [x.relative for x in below] == pytest.approx([-0.5583266982353049, -0.6815182484296297], rel=1e-14)
+
+
+def test_the_simulated_motion_is_symmetric_on_one_side_of_the_pitchfork_only() -> None:
+    from vireport.simulation import BOTTOM, Impact, find_attractor
+
+    margin = passing(TAKEN_OVER, DesignInput.LENGTH)
+    point = margin.point.closed
+    for share, symmetric in ((1.02, True), (0.98, False)):
+        at = moved(TAKEN_OVER, DesignInput.LENGTH, share * margin.sweep_value)
+        d, gbar, r = (float(x) for x in at.groups(*at_length(at)))
+        start = Impact(BOTTOM, 1.001 * point.velocity_bottom, point.phi_bottom)
+        attractor = find_attractor(Groups(d, gbar, r), start)
+        assert attractor.word == "BT"
+        # Both impacts are equally fast on either side, the flights differ.
+        bottom, top = attractor.cycle.phase
+        assert bool(abs(abs(bottom - top) - np.pi) < 1e-6) is symmetric, (bottom, top)
+
+
+@pytest.mark.parametrize("length", [0.35, 0.5])
+def test_a_requirement_is_of_the_nearer_one(length: float, example) -> None:
+    """In frequency, of which d is the square, to the pitchfork and not to the end of stable motion."""
+    nearest = 100 * abs((0.39673442 / length) ** 0.5 - 1)
+    for limit, met in ((0.999 * nearest, True), (1.001 * nearest, False)):
+        over = [f"device.length_m={length}", f"requirements.margin_any_percent={limit}"]
+        study = analyse(loads(example("horizontal").read_text(), overrides=over), ["json"])
+        (criterion,) = [x for x in study.criteria if x.key == "margin_any_percent"]
+        assert criterion.passed is met
+        assert "pitchfork" in criterion.outcome.why
 
 
 def test_a_stable_range_is_followed_beyond_the_sweep() -> None:

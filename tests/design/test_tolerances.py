@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from conftest import first
 from mpmath import mp, mpf
+from scipy.stats import binom
 from strategies import random_sweeps
 
 from vireport import (
@@ -289,10 +290,10 @@ def test_the_yield_of_one_input_is_what_its_margin_says(example) -> None:
         shares = tolerances(example, length_percent=12, distribution=distribution)["yield"]
         assert shares["share"] == pytest.approx(exact, abs=5e-4)
         assert shares["low_95"] < exact < shares["high_95"]
-        # Wilson's score: both ends are 1.96 standard errors, as they would have them, from the share.
-        for end in (shares["low_95"], shares["high_95"]):
-            error = sqrt(end * (1 - end) / shares["samples"])
-            assert abs(end - shares["share"]) == pytest.approx(1.959963984540054 * error, rel=1e-9)
+        # Clopper and Pearson: at either end the count, or one farther off, has a probability of 2.5 %.
+        count, trials = round(shares["share"] * shares["samples"]), shares["samples"]
+        assert binom.sf(count - 1, trials, shares["low_95"]) == pytest.approx(0.025, rel=1e-6)
+        assert binom.cdf(count, trials, shares["high_95"]) == pytest.approx(0.025, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -203,9 +203,13 @@ def design(count: int, stable: int = 0, **more: object) -> SimpleNamespace:
     return SimpleNamespace(**of | more)
 
 
-def ending(relative: float) -> SimpleNamespace:
-    end = SimpleNamespace(relative=relative, parameter=Parameter.LENGTH, name="fold D1")
-    return design(1, 1, endings=lambda: [end])
+def ending(relative: float, taken_over: bool = False) -> SimpleNamespace:
+    end = SimpleNamespace(relative=relative, parameter=Parameter.LENGTH, name="fold D1", taken_over=taken_over)
+    return design(1, 1, limits=lambda: [end])
+
+
+def come_to(word: str, sticks: bool = False) -> SimpleNamespace:
+    return SimpleNamespace(name=word, word=word, cycle=SimpleNamespace(sticks=sticks))
 
 
 def rough(*labels: str) -> tuple[SimpleNamespace, ...]:
@@ -280,8 +284,38 @@ SAID = [
         },
         ["none of the 3 solutions is admissible and stable. Stable there: 0.7 BBT."],
     ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": come_to("BBT")},
+        ["comes to this by simulation: BBT. A block 'motions:' shows it."],
+    ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": come_to("B~T", sticks=True)},
+        ["A block 'simulation:'"],
+    ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": come_to("BBTBT")},
+        ["A block 'simulation:' shows it."],
+    ),
+    (
+        "VR003",
+        {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None)},
+        ["comes to this by simulation: chaotic. A block 'simulation:' shows it."],
+    ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),
     ("VR005", {"solution": known(design=ending(-0.0123))}, ["ends 1.23 % below the design point in length: fold D1."]),
+    (
+        "VR005",
+        {"solution": known(design=ending(-0.0123, taken_over=True))},
+        ["passes to another motion, with other voltages, 1.23 % below the design point"],
+    ),
+    (
+        "VR005",
+        {"solution": known(design=ending(0.0123, taken_over=True))},
+        ["passes to another motion, with other voltages, 1.23 % above the design point"],
+    ),
     ("VR005", {"solution": known(design=ending(0.0123))}, ["ends 1.23 % above the design point in length: fold D1."]),
     ("VR006", {"solution": known(critical_points=rough("B1"))}, ["B1: so nearly degenerate that it was bracketed"]),
     (
@@ -336,7 +370,7 @@ def test_a_velocity_that_moves_more_than_the_restitution_is_told_by_how_much(mon
 
 def evidence_of(results: dict[str, object]) -> SimpleNamespace:
     nothing = {"solution": known(), "criteria": (), "atlas": None, "crosscheck": None, "compliance": None}
-    return SimpleNamespace(**nothing | results)
+    return SimpleNamespace(**{"from_rest": None} | nothing | results)
 
 
 @pytest.mark.parametrize(("code", "results", "parts"), SAID, ids=[f"{code}-{k}" for k, (code, *_) in enumerate(SAID)])

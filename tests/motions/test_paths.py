@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.motions import Curve, Event, PathPoint, Sweep, follow, model_of, motion_at, solve
+from vireport.motions import Arc, Curve, Event, PathPoint, Sweep, follow, model_of, motion_at, solve
 from vireport.physics import FLOATS, Device
 from vireport.scenario import Parameter
 
@@ -29,3 +29,41 @@ def test_a_border_that_is_crossed_and_crossed_back_within_a_step_is_seen(inclina
     doublings = [trail.points[k].x[-1] for k, event in trail.events if event is Event.PERIOD_DOUBLING][:2]
     # Where both are all but one, the trace determines each to the root of its rounding only.
     assert doublings == pytest.approx(sorted(p.d for p in labelled), abs=1e-9)
+
+
+def arc_on(length: float) -> Arc:
+    """A step along the motions of the paper's second device."""
+    sweep = Sweep(Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0), Parameter.LENGTH, 0.63, 0.75)
+    branch = solve(sweep).branches[0]
+    curve, x = branch.family.curve, branch.family.x[len(branch.family.x) // 2]
+    start = PathPoint(curve, x, curve.tangent(x))
+    return Arc(start, curve.beside(Arc(start, start), length))
+
+
+@pytest.mark.parametrize("stairs", [0.0056, 0.0164, 0.11, 7.1e-6, 8.6e-9])
+@pytest.mark.parametrize("zero", [0.155, 0.543, 0.944])
+def test_an_event_is_located_where_the_swept_parameter_is_a_staircase(zero: float, stairs: float) -> None:
+    """Where rounding keeps secants from settling, bisection finds the step at which the sign changes."""
+    arc = arc_on(1e-3)
+    first, last = arc.start.x[-1], arc.end.x[-1]
+
+    def value(point: PathPoint) -> float:
+        share = float((point.x[-1] - first) / (last - first))
+        return (np.floor(share / stairs) + 0.5) * stairs - zero
+
+    size, point = arc.start.path.located(arc, value)
+    share = float((point.x[-1] - first) / (last - first))
+    assert abs(share - zero) <= stairs
+    assert 0 < size < abs(arc.length)
+
+
+def test_a_gap_that_falls_behind_a_lesser_one_that_stays_is_located() -> None:
+    """The least of two margins is flat up to where the other is zero: its secants point nowhere."""
+    arc = arc_on(1e-3)
+    first, last = arc.start.x[-1], arc.end.x[-1]
+
+    def least(point: PathPoint) -> float:
+        return min(1e-9, 0.6 - float((point.x[-1] - first) / (last - first)))
+
+    _, point = arc.start.path.located(arc, least)
+    assert (point.x[-1] - first) / (last - first) == pytest.approx(0.6, abs=2e-9)

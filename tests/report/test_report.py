@@ -530,8 +530,8 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
 def test_the_margin_names_the_pitchfork_on_the_way(study_of):
     """A symmetric motion gives way to asymmetric ones before the stable range ends."""
     margin = next(fact for fact in study_of("horizontal").verdict.facts if fact.question == Question.MARGIN)
-    assert "period doubling B1" in study_of("horizontal").verdict.headline
-    assert "Period doubling B1" in margin.detail
-    assert "0.397 m (C1)" in margin.detail
+    assert "pitchfork C1" in study_of("horizontal").verdict.headline
+    assert "Pitchfork C1" in margin.detail
+    assert "(period doubling B1, 29 % below)" in margin.detail
     inclined = next(fact for fact in study_of("inclined").verdict.facts if fact.question == Question.MARGIN)
     assert "take over" not in inclined.detail

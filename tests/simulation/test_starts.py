@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import comb, pi
 
 import numpy as np
 import pytest
 
-from vireport.base import wilson
+from vireport.base import share_interval
 from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
@@ -65,11 +65,20 @@ def test_own_starts_of_each_parameter_are_simulated_at_it() -> None:
         attractors(Groups([0.2, 0.3, 0.4], gbar, 0.5), starts)
 
 
-def test_wilson_interval() -> None:
-    assert wilson(0, 10)[:2] == (0.0, 0.0)
-    assert wilson(10, 10)[2] == 1.0
-    # 8 of 10 (Brown, Cai, DasGupta 2001): 0.4902 to 0.9433.
-    share, low, high = wilson(8, 10)
+def test_share_interval() -> None:
+    assert share_interval(0, 10)[:2] == (0.0, 0.0)
+    assert share_interval(10, 10)[2] == 1.0
+    # 8 of 10 (Clopper and Pearson 1934): 0.4439 to 0.9748.
+    share, low, high = share_interval(8, 10)
     assert share == 0.8
-    assert low == pytest.approx(0.4902, abs=5e-5)
-    assert high == pytest.approx(0.9433, abs=5e-5)
+    assert low == pytest.approx(0.4439, abs=5e-5)
+    assert high == pytest.approx(0.9748, abs=5e-5)
+
+
+@pytest.mark.parametrize("p", [0.5, 0.9, 0.99, 0.9995])
+def test_the_interval_covers_shares_near_100_percent(p: float) -> None:
+    covered = 0.0
+    for hits in range(257):
+        _, low, high = share_interval(hits, 256)
+        covered += comb(256, hits) * p**hits * (1 - p) ** (256 - hits) * (low <= p <= high)
+    assert covered >= 0.95

@@ -33,7 +33,7 @@ def test_the_headline_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, c
     folder = reworded(tmp_path / "own", verdict=("local stability only", "stability near by"))
     files = ["--format", "markdown,junit,json", "-o", str(tmp_path / "out")]
     assert main(["run", str(EXAMPLE), "--templates", str(folder), *files]) == 1
-    said = capsys.readouterr().err
+    said = capsys.readouterr().out
     for text in (said, (tmp_path / "out" / "junit.xml").read_text()):
         assert "stability near by" in text
         assert "local stability only" not in text

@@ -25,6 +25,27 @@ from vireport.study import Task
 from vireport.wording import TEMPLATES, Words, environment_of
 from vireport.wording import templates as wording
 
+TAKEN_OVER = {
+    "device__capsule_mass_kg": 0.17773325,
+    "device__restitution": 0.45996,
+    "device__length_m": 5.042418,
+    "excitation__amplitude_n": 20.930283,
+    "excitation__frequency_hz": 1.8435747,
+    "inclination_deg": 0.0,
+}
+"""A device whose symmetric motion comes to a fold before its pitchfork, on the other side."""
+
+HANDOVER = {
+    "event": Event.PITCHFORK,
+    "name": "pitchfork",
+    "label": "",
+    "relative": -0.1,
+    "distance": -4.5,
+    "ends_stability": False,
+    "taken_over": True,
+}
+"""A pitchfork at which another motion takes over."""
+
 WORDS = sorted((TEMPLATES / "words").rglob("*.j2"))
 FROM_OUTSIDE = {"report", "macros"}
 """Names that sections take from the template that includes them."""
@@ -207,13 +228,46 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "handover": (
         lambda: Evidence(solved("horizontal")),
         [
-            "below the design point; before it, at s = 0.397 m (C1), two",
+            "below the design point; two asymmetric motions take over from the symmetric one, with other flight times",
+            "stable motion ends at f = 1.42 Hz (period doubling B1, 29 % below)",
+            "from the symmetric one, with other flight times and voltages), 15 % away in frequency. No motion takes",
             "disturbances turn about it as they die out",
         ],
     ),
+    "handover beyond a nearer end": (
+        lambda: Evidence(solved("design-point", **TAKEN_OVER)),
+        ["at f = 1.23 Hz (pitchfork C1, 34 % below) two asymmetric motions take over"],
+    ),
+    "handover above a nearer end": (
+        lambda: Evidence(two_ends({"event": Event.FOLD, "distance": -1.0}, {**HANDOVER, "distance": 4.5})),
+        ["(pitchfork, 10 % above) two asymmetric motions take over"],
+    ),
+    "grazing beyond a handover": (
+        lambda: Evidence(two_ends(HANDOVER, {"event": Event.GRAZING, "name": "grazing", "distance": 9.0})),
+        ["stable motion ends at β = 46.5° (grazing, 10 % above)", "a grazing point, 10 % away."],
+    ),
+    "handover without an end": (
+        lambda: Evidence(
+            with_end(
+                solved("design-point"),
+                relative=-0.1,
+                event=Event.PITCHFORK,
+                label="",
+                name="pitchfork",
+                distance=-4.5,
+                ends_stability=False,
+                taken_over=True,
+            )
+        ),
+        ["with other flight times and voltages, and stable motion ends nowhere"],
+    ),
     "mirror images": (
         lambda: Evidence(solved("horizontal", device__length_m=0.36)),
-        ["; two mirror images", "2 stable 1:1 motions coexist there, mirror images of each other"],
+        [
+            "the symmetric motion takes over from the asymmetric ones",
+            "; two mirror images",
+            "2 stable 1:1 motions coexist there, mirror images of each other",
+        ],
     ),
     "two motions": (
         lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36)),
@@ -408,13 +462,25 @@ def at_design(solution, **changed: object):
 
 def with_end(solution, **of: object):
     """A solution whose stable motion ends at one point only."""
+    return at_design(solution, margins=(margin_with(of),))
+
+
+def two_ends(*ends: dict[str, object]):
+    """A solution of symmetric motions with two margins."""
+    solution = solved("design-point", inclination_deg=0.0)
+    return at_design(solution, margins=tuple(margin_with({"relative": 0.1, "label": ""} | end) for end in ends))
+
+
+def margin_with(of: dict[str, object]) -> SimpleNamespace:
     end = {
         "parameter": DesignInput.INCLINATION,
         "point": thing(d=0.5),
         "ends_stability": True,
+        "taken_over": False,
         "sweep_value": 46.5,
+        "name": "grazing point",
     }
-    return at_design(solution, margins=(thing(**end | {"name": "grazing point"} | of),))
+    return thing(**end | of)
 
 
 @pytest.mark.parametrize("name", VERDICTS)
@@ -688,6 +754,7 @@ def points(*of: SimpleNamespace) -> tuple[list[SimpleNamespace]]:
 
 SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("accuracy", "task", ("orbit", None), "the motion"),
+    ("verdict", "from_rest", (SimpleNamespace(name="BBT every forcing period"),), "; from rest the ball comes to BBT"),
     ("accuracy", "task", ("critical", B1), "B1 (period doubling)"),
     ("accuracy", "task", ("critical", None), "the critical point"),
     ("accuracy", "short_task", ("orbit", None), "motion"),

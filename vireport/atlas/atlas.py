@@ -210,7 +210,7 @@ class _Search:
                     self._add(curve, Trail([vertex, *trail.points], events))
 
     def _curve(self, word: Word) -> Curve:
-        return Curve(word, self.model, self.low, self.high, self.high - self.low)
+        return Curve.along_sweep(word, self.model, self.low, self.high)
 
     def _wanted(self, curve: Curve, x: Floats) -> bool:
         """Whether a solution is a motion within the limits that lies on no family yet."""

@@ -21,6 +21,7 @@ from vireport.atlas.surface import (
     into_range,
     onto_sweep,
     room,
+    search_end,
     solution,
     sweep_conditions,
     within,
@@ -182,13 +183,16 @@ class Exclusion:
         if not word.one_sided:
             flights = into_range(motions, flights, level, farthest, (self.low, self.high))
             motions = candidates_above(word, flights, r)
-        motions, rows = within(self._placed(motions), level, self.low, self.high)
+        motions, rows = within(self._placed(motions), level, self.low, self._end(motions.word))
         return motions, flights[:, rows]
+
+    def _end(self, word: Word) -> float:
+        return search_end(self.model, word, self.low, self.high)
 
     def _placed(self, motions: Candidates) -> Candidates:
         if not motions.word.one_sided:
             return motions
-        return replace(motions, d=room(self.model.level, self.high, motions.gbar) + 0 * motions.gbar)
+        return replace(motions, d=room(self.model.level, self._end(motions.word), motions.gbar) + 0 * motions.gbar)
 
     def _ordered(self, cells: Cells) -> Cells:
         """The cells in which flights can be long enough, and the first is not longer than others like it."""

@@ -7,7 +7,7 @@ from math import asin, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.atlas.surface import Candidates, room, within
+from vireport.atlas.surface import Candidates, room, search_end, within
 from vireport.motions import Held, Model
 from vireport.physics import Word
 
@@ -36,12 +36,14 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Candidate
     is gbar t (2k - t)/2 + [cos(phi + pi t) - cos(phi)]/pi^2 above the bottom. Per radian of phi that changes by at most
     k^2/(2a) + 3/pi^2, so that with a phase at which the ball is beyond a membrane others around it are left out.
     """
+    word = Word((1,), periods)
+    high = search_end(model, word, low, high)
     level, a = model.level, pi * periods * (1 - model.r) / (1 + model.r)
 
     def above(phase: Floats) -> Candidates:
         gbar = np.sin(phase) / a
         velocity, d = 2 * periods * gbar / (1 + model.r), room(level, high, gbar) + 0 * gbar
-        word, excess = Word((1,), periods), np.empty((0, len(d)))
+        excess = np.empty((0, len(d)))
         return Candidates(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
 
     if level.held is Held.GBAR:

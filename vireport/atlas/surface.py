@@ -315,6 +315,17 @@ def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
     return gbar * (level.value if level.held is Held.RATIO else largest / level.value)
 
 
+def search_end(model: Model, word: Word, low: float, high: float) -> float:
+    """The end of a range of the coordinate up to which motions of a word are looked for.
+
+    Motions on one membrane are at all d that leave them their room: where d has many decades, they are looked for where
+    it leaves digits of their gaps.
+    """
+    if not (word.one_sided and model.level.held is Held.GBAR):
+        return high
+    return min(high, max(2 * low, model.reach(word.periods)))
+
+
 def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[Candidates, NDArray[np.intp]]:
     """The candidates that are admissible and in the range of a sweep's coordinate, and their indices."""
     gap = motions.gap

@@ -14,7 +14,7 @@ from vireport.base.errors import (
 )
 from vireport.base.files import require_writable, writable, write_files, write_new, write_whole
 from vireport.base.progress import Progress
-from vireport.base.shares import wilson
+from vireport.base.shares import share_interval
 from vireport.base.version import __version__
 
 __all__ = [
@@ -31,8 +31,8 @@ __all__ = [
     "install_command",
     "interrupts",
     "require_writable",
+    "share_interval",
     "streams",
-    "wilson",
     "writable",
     "write_files",
     "write_new",

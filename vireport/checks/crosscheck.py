@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.base import wilson
+from vireport.base import share_interval
 from vireport.checks.hysteresis import Hysteresis, follow_sweep
 from vireport.design import Solution
 from vireport.motions import (
@@ -178,7 +178,7 @@ class CrossCheck:
         The share is the mean over the values that have a stable motion. The starts are independent, so that the
         number that reach it varies no more than a binomial one, and the interval holds the mean at least as often.
         """
-        return wilson(self.reached, self.trials) if self.trials else None
+        return share_interval(self.reached, self.trials) if self.trials else None
 
 
 def crosscheck(

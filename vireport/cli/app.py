@@ -112,6 +112,17 @@ QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: 
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
 
 
+MEANT = {
+    "map": "sweep",
+    "maps": "sweep",
+    "optimize": "optimise",
+    "check": "validate",
+    "report": "run",
+    "help": "--help",
+}
+"""What other words for commands mean."""
+
+
 class DefaultGroup(TyperGroup):
     """Commands, with `run` understood where the first word is none of them."""
 
@@ -128,6 +139,8 @@ class DefaultGroup(TyperGroup):
     def _refuse_misspelt_command(self, word: str) -> None:
         if word.startswith("-") or Path(word).exists():
             return
+        if word in MEANT:
+            raise UsageError(f"there is no command '{word}'; did you mean '{MEANT[word]}'?")
         if close := get_close_matches(word, self.commands, 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
 
@@ -350,9 +363,12 @@ def diff(
 
 @app.command()
 def explain(
-    code: Annotated[str | None, typer.Argument(metavar="CODE", help="Of an alert, such as VR010; else all.")] = None,
+    code: Annotated[
+        str | None,
+        typer.Argument(metavar="CODE", help="Of an alert, such as VR010, or a term, such as fold; else all alerts."),
+    ] = None,
 ) -> None:
-    """Say what an alert means, what causes it, and what to do."""
+    """Say what an alert means, what causes it, and what to do; or what a term means."""
     deliver(CommandOutcome(explanation(code)))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import typer
 
@@ -35,7 +35,7 @@ class CommandOutcome:
     files : mapping of str to bytes
         Contents of the files to write, by their names.
     summary : str
-        For standard error, unless nothing but errors is to be said.
+        For standard output, unless nothing but errors is to be said; for standard error where results are printed.
     failure : str
         Why the exit code is not 0, said where the summary is not.
     exit_code : int
@@ -74,12 +74,12 @@ def deliver(outcome: CommandOutcome, folder: Path | None = None, quiet: bool = F
     """
     interrupts.check()
     if folder is None or not outcome.files:
-        _say(outcome, outcome.summary.splitlines(), quiet)
+        _say(outcome, [], quiet)
     else:
         write_files(folder, outcome.files, outcome.stale)
         # From here on an interrupt must not say that no file was written.
         try:
-            _say(outcome, [*outcome.summary.splitlines(), *_written(outcome, folder)], quiet)
+            _say(outcome, list(_written(outcome, folder)), quiet)
         except KeyboardInterrupt:
             raise KeyboardInterrupt("all files were written") from None
     if outcome.exit_code:
@@ -94,12 +94,22 @@ def _written(outcome: CommandOutcome, folder: Path) -> Iterator[str]:
         yield f"open {(folder / REPORT).resolve().as_uri()}"
 
 
-def _say(outcome: CommandOutcome, summary: Sequence[str], quiet: bool) -> None:
+def _say(outcome: CommandOutcome, written: Sequence[str], quiet: bool) -> None:
+    """Print the results or the summary on standard output, and what was written on standard error."""
     emit(outcome.printed)
-    if summary and not quiet:
-        tell(summary, RED if outcome.failure else BOLD)
-    elif outcome.failure:
-        tell([f"vireport: {outcome.failure}"], RED)
+    summary = outcome.summary.splitlines()
+    if quiet or not (summary or written):
+        if outcome.failure:
+            tell([f"vireport: {outcome.failure}"], RED)
+        return
+    color = RED if outcome.failure else BOLD
+    # Where results are printed they stay alone there, as a script reads them.
+    if summary and outcome.printed:
+        tell(summary, color)
+    elif summary:
+        emit("\n".join(_colored(summary, color, sys.stdout)) + "\n")
+    if written:
+        tell(written, "" if summary else color)
 
 
 def emit(data: str | bytes) -> None:
@@ -112,10 +122,14 @@ def emit(data: str | bytes) -> None:
 
 def tell(lines: Iterable[str], color: str = "") -> None:
     """Write lines to standard error, in which there may be text that is not ours; the first in colour on a terminal."""
+    print("\n".join(_colored(lines, color, sys.stderr)), file=sys.stderr)
+
+
+def _colored(lines: Iterable[str], color: str, stream: TextIO) -> list[str]:
     first, *others = map(visible, lines)
-    if color and sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
+    if color and stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
         first = f"{color}{first}{PLAIN}"
-    print("\n".join([first, *others]), file=sys.stderr)
+    return [first, *others]
 
 
 @contextmanager

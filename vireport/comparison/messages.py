@@ -104,8 +104,9 @@ class Message(StrEnum):
     )
     MARGINS = "Margins in each input"
     DISTANCES = (
-        "Distance from the design point to the first point at which stable motion ends, over the design value: "
-        "B period doubling, C fold or pitchfork, G grazing. From an inclination of 0° the distance is in degrees."
+        "Distance from the design point to the first point at which the stable motion ends, also where another takes "
+        "over, over the design value: B period doubling, C fold or pitchfork, G grazing. From an inclination of 0° the "
+        "distance is in degrees."
     )
     CRITICAL_POINTS = "Critical points"
     QUANTITIES = "Stable ranges, margins and voltages"

@@ -169,7 +169,7 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     # An end that rounding does not resolve may be nearer than all that are known.
     if design.unresolved:
         return None, None
-    ends = [(end, abs(end.relative)) for end in design.endings() if end.relative is not None]
+    ends = [(end, abs(end.relative)) for end in design.limits() if end.relative is not None]
     return ends[0] if ends else (None, inf)
 
 
@@ -285,7 +285,7 @@ def margins_table(ranked: Sequence[Ranked]) -> Table | None:
 def _ends(design: DesignPoint) -> Iterator[str]:
     """Print the nearest end of stable motion along each input, with the letter of its kind."""
     for varied in DesignInput:
-        along = (end for end in design.endings() if end.parameter is varied)
+        along = (end for end in design.limits() if end.parameter is varied)
         nearest = min(along, key=lambda end: abs(end.distance), default=None)
         if varied in design.unresolved:
             yield Message.NOT_KNOWN

@@ -254,14 +254,17 @@ def _absence(error: NumericalError) -> Absence:
 
 
 def _rigid_ends(solution: Solution) -> Iterator[tuple[ScalarInput, Point, bool]]:
-    """Ends of the sweep's stable ranges, and the nearest end of the motion at the design point."""
+    """Ends of the sweep's stable ranges, and of the design point the nearest limit and the nearest end of stability."""
     swept = [point for part in solution.stable_ranges for _, point in part.ends if point is not None]
     for point in swept:
         yield solution.parameter, point, True
     if solution.design is not None and solution.design.motions.stable.any():
-        nearest = next(iter(solution.design.endings()), None)
-        if nearest is not None and not any(nearest.point is point for point in swept):
-            yield nearest.parameter, nearest.point, False
+        nearest = [
+            margin for margins in (solution.design.limits(), solution.design.endings()) for margin in margins[:1]
+        ]
+        for margin in {margin.point: margin for margin in nearest}.values():
+            if not any(margin.point is point for point in swept):
+                yield margin.parameter, margin.point, False
 
 
 @dataclass(frozen=True, slots=True)

@@ -159,12 +159,15 @@ class Ending:
         Velocities and times of its impacts, and the position.
     symmetric : bool
         Whether the motion there is its own mirror image.
+    taken_over : bool
+        Whether another motion takes over its stability there, at a pitchfork.
     """
 
     line: Line
     event: Event
     x: Floats
     symmetric: bool
+    taken_over: bool = False
 
 
 def mirrored(device: Device) -> bool:
@@ -175,7 +178,8 @@ def mirrored(device: Device) -> bool:
 def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequence[float]) -> Iterator[Ending]:
     """Follow the stable motions of a design point along lines until each stops being stable or admissible.
 
-    A motion of a horizontal capsule that meets a pitchfork goes on as the motion that takes over its stability.
+    A motion of a horizontal capsule ends at a pitchfork. Where another takes over its stability there, that one is
+    followed on, to where stable motion ends altogether.
 
     Parameters
     ----------
@@ -202,13 +206,14 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
                 if (low if sign < 0 else high) != 0:
                     way = curve.tangent(x)
                     start = PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
-                    yield _ending(line, curve, start, sign, flat and bool(motions.u[row] == 0))
+                    yield from _endings(line, curve, start, sign, flat and bool(motions.u[row] == 0))
 
 
-def _ending(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric: bool) -> Ending:
-    # Stability passes from symmetric to asymmetric motions at a pitchfork, and the device goes on working: the margin
-    # ends where no motion takes over. Bounded, as two pitchforks could hand over to each other.
-    for _ in range(HANDOVERS):
+def _endings(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric: bool) -> Iterator[Ending]:
+    """Where a motion ends, and where stable motion ends, if another takes over from it."""
+    # Stability passes from symmetric to asymmetric motions at a pitchfork. The device goes on working, with other
+    # voltages. Bounded, as two pitchforks could hand over to each other.
+    for handovers in range(HANDOVERS):
         trail = follow(curve, start, LOSES_STABILITY)
         row, event = trail.events[-1]
         x = trail.points[row].x
@@ -216,9 +221,12 @@ def _ending(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric: 
             break
         onward = _taking_over(curve, x, sign)
         if onward is None:
-            return Ending(line, event, x, True)
+            yield Ending(line, event, x, True)
+            return
+        if not handovers:
+            yield Ending(line, event, x, True, taken_over=True)
         start, symmetric = onward, not symmetric
-    return Ending(line, event, x, symmetric)
+    yield Ending(line, event, x, symmetric)
 
 
 def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:

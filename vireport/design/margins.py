@@ -7,7 +7,7 @@ from which the values of the inputs follow exactly.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, pi
 from typing import Any, cast
 
@@ -66,12 +66,15 @@ class Margin:
     relative : float or None
         The distance over the design value; None where that is zero, or next to it.
     ends_stability : bool
-        Whether a stable motion of the design point ends here.
+        Whether a stable motion of the design point ends here, or one that took over from it, and none takes over.
+    taken_over : bool
+        Whether a stable motion of the design point ends here, and another takes over its stability.
     error_bound : float
         Of the value, and with the rounding of the difference of `distance`.
     derivatives : dict
-        Of the value with respect to each other input, in their units; None where it has none: at a pitchfork, where
-        the border has a cusp, and at the ends of two mirror images or in two mirrored flights, which inclination parts.
+        Of the value with respect to each other input, in their units; None where it has none: by the inclination at a
+        pitchfork, where the border has a cusp, and at the ends of two mirror images or in two mirrored flights, which
+        inclination parts.
     """
 
     parameter: DesignInput
@@ -81,6 +84,7 @@ class Margin:
     ends_stability: bool
     error_bound: float
     derivatives: dict[DesignInput, float | None]
+    taken_over: bool = False
 
     @property
     def event(self) -> Event:
@@ -110,7 +114,8 @@ class Margins:
     Attributes
     ----------
     found : tuple of Margin
-        Nearest first; of the ends of two mirror images one, where they end together.
+        To where they end and to where another takes over, nearest first; of the ends of two mirror images one, where
+        they end together.
     unresolved : tuple of DesignInput
         Inputs along which rounding does not resolve a motion up to its end.
     """
@@ -176,7 +181,7 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             solved, rests, touches = _solved(device, end)
         except (NumericalError, ArithmeticError):
             return [
-                margin_at(device, varied, _bracketed(device, varied, end), True, _no_derivatives(varied))
+                _margin_at(device, varied, _bracketed(device, varied, end), end, _no_derivatives(varied))
                 for varied in end.line.value
             ]
         normal, margins = _normal(solved, end, rests), []
@@ -188,8 +193,15 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             if mirrored(device) and end.line is not Line.GRAVITY:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
                 derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
-            margins.append(margin_at(device, varied, point, True, derivatives))
+            margins.append(_margin_at(device, varied, point, end, derivatives))
         return margins
+
+
+def _margin_at(
+    device: Device, varied: DesignInput, point: Point, end: Ending, derivatives: dict[DesignInput, float | None]
+) -> Margin:
+    margin = margin_at(device, varied, point, not end.taken_over, derivatives)
+    return replace(margin, taken_over=end.taken_over)
 
 
 def _place(device: Device, end: Ending) -> tuple[Orbits, float]:
@@ -258,7 +270,7 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     fulfilled: the implicit function theorem.
     """
     if end.event is Event.PITCHFORK:
-        return np.full(3, np.nan)
+        return _pitchfork_normal(solved.word.periods, float(solved.groups.restitution), float(solved.groups.d))
     count = len(solved.word)
     velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
@@ -281,6 +293,21 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     # One more condition than unknowns: the last left singular vector is the w of above.
     weight = np.linalg.svd(rows[:, :own])[0][:, -1]
     return np.asarray(weight @ rows[:, own:])
+
+
+def _pitchfork_normal(n: int, r: float, d: float) -> Floats:
+    """Normal, in (d, gbar, r), of the curve on which symmetric motions of a horizontal capsule have a pitchfork.
+
+    Notes
+    -----
+    Half a period is a map of itself, followed by its mirror image. With velocity v = 2 sin(phi)/[pi (1 - r)] at the
+    impacts its trace is 2 r - (1 + r) n cos(phi)/v and its determinant r^2. An asymmetric change of the motion is kept
+    where a multiplier of it is -1: v = n cos(phi)/(1 + r), and so tan(phi) = pi n (1 - r)/[2 (1 + r)] and d = cos(phi)
+    (n^2/2 - 2/pi^2), of which the derivative by r is taken. The border has a cusp in gbar, which stays zero.
+    """
+    tangent = pi * n * (1 - r) / (2 * (1 + r))
+    double_sine = 2 * tangent / (1 + tangent * tangent)
+    return np.array([1.0, 0.0, -d * pi * n * double_sine / (2 * (1 + r) ** 2)])
 
 
 def _no_derivatives(varied: DesignInput) -> dict[DesignInput, float | None]:

@@ -101,8 +101,8 @@ class DesignPoint:
     errors : tuple of ndarray
         Error bounds of q - 1/2 and of the phase of each motion.
     margins : tuple of Margin
-        Nearest first: to the ends of the stable motions in every input, whatever is swept, and to the other critical
-        points of the sweep.
+        Nearest first: to the ends of the stable motions in every input, whatever is swept, to the pitchforks at which
+        another motion takes over from them, and to the other critical points of the sweep.
     unresolved : tuple of DesignInput
         Inputs along which rounding does not resolve where the stable motions end.
     stable : tuple of StableInterval
@@ -126,7 +126,15 @@ class DesignPoint:
 
     def endings(self, *kinds: Event) -> list[Margin]:
         """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
-        return [margin for margin in self.margins if margin.ends_stability and (not kinds or margin.event in kinds)]
+        return [margin for margin in self.limits(*kinds) if margin.ends_stability]
+
+    def limits(self, *kinds: Event) -> list[Margin]:
+        """The margins to where the design point's own motions end, whether or not another takes over, and to `endings`.
+
+        A motion that takes over has other voltages than the one that was designed: requirements are of these.
+        """
+        own = (margin for margin in self.margins if margin.ends_stability or margin.taken_over)
+        return [margin for margin in own if not kinds or margin.event in kinds]
 
 
 def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPoint:
@@ -264,7 +272,7 @@ def ending_beyond(
         return first  # the design point's stable motions are all stable here still, where only one is
     for row in rows:
         margins = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
-        ends.append(next((margin.point for margin in margins if margin.parameter is varied), None))
+        ends.append(next((end.point for end in margins if end.parameter is varied and end.ends_stability), None))
     if not ends or None in ends:
         return None
     return max((end for end in ends if end is not None), key=lambda end: sign * end.sweep_value)

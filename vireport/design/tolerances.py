@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from vireport.base import wilson
+from vireport.base import share_interval
 from vireport.design.devices import (
     FACTORS,
     Floats,
@@ -66,7 +66,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Yield:
-    """How many of the samples have a stable 1:1 motion, and the 95 % interval of that share by Wilson's score."""
+    """How many of the samples have a stable 1:1 motion, and the 95 % interval of that share by Clopper and Pearson."""
 
     distribution: Distribution
     stable: int
@@ -195,7 +195,7 @@ def _sampled(
     devices = devices_off(device, half_widths, sample_steps(len(half_widths), distribution, samples))
     cell, orbit = stable_motions(devices)
     stable = len(np.unique(cell))
-    _, low, high = wilson(stable, samples)
+    _, low, high = share_interval(stable, samples)
     sampled = Yield(distribution, stable, samples, low, high)
     if not stable:
         return sampled, {}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from vireport.motions import Symmetry, undecided
 from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
 from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity
+
+if TYPE_CHECKING:
+    from vireport.simulation import Attractor
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
@@ -65,6 +68,9 @@ MEMBRANE_LENGTHS = ("ball_radius_m", "active_radius_m")
 
 LAST_DIGIT = 5e-4
 """Relative rounding of a number that is printed with four digits."""
+
+MOST_FOLLOWED = 4
+"""Impacts of a motion up to which a `motions:` block finds all, or looks for them."""
 
 MOST_MOTIONS = 3
 """Other motions that are named."""
@@ -117,6 +123,18 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     stable = results.atlas.stable_at(design.value) if results.atlas is not None else []
     if stable:
         yield Sentence("instead", {"others": ", ".join(dict.fromkeys(family.name for family, _ in stable))})
+    if results.from_rest is not None:
+        yield Sentence("from_rest", {"motion": results.from_rest.name, "block": _shown_by(results.from_rest)})
+
+
+def _shown_by(end: Attractor) -> str:
+    """The block of a scenario that shows what a ball comes to.
+
+    Families are followed of motions without rests, and found of few impacts; all else is found by simulation alone.
+    """
+    cycle = end.cycle
+    followed = cycle is not None and not cycle.sticks and len(end.word) <= MOST_FOLLOWED
+    return "motions" if followed else "simulation"
 
 
 def _several_stable(results: Evidence) -> Iterator[Sentence]:
@@ -130,10 +148,13 @@ def _several_stable(results: Evidence) -> Iterator[Sentence]:
 
 
 def _near_critical(results: Evidence) -> Iterator[Sentence]:
-    for margin in results.solution.design.endings() if results.solution.design is not None else ():
+    for margin in results.solution.design.limits() if results.solution.design is not None else ():
         if margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
             side, percent = "below" if margin.relative < 0 else "above", 100 * abs(margin.relative)
-            yield Sentence(side, {"percent": percent, "quantity": margin.parameter.quantity, "name": margin.name})
+            yield Sentence(
+                f"passes_{side}" if margin.taken_over else side,
+                {"percent": percent, "quantity": margin.parameter.quantity, "name": margin.name},
+            )
             return
 
 

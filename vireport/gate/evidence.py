@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vireport.design import Tolerances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
+    from vireport.simulation import Attractor
 
 Floats = NDArray[np.float64]
 
@@ -167,6 +168,7 @@ class Criterion:
 class Evidence:
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
+    `from_rest` is what the ball comes to from rest where the design point has no stable 1:1 motion.
     `criteria` are the requirements that were judged already, `required` those that are being judged.
     """
 
@@ -178,6 +180,7 @@ class Evidence:
     own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
+    from_rest: Attractor | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, wilson
+from vireport.base import NumericalError, share_interval
 from vireport.design import devices_off, sample_steps
 from vireport.gate.designs import BORDER, Designs
 from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
@@ -133,7 +133,10 @@ def _slack(value: Any, limit: Limit) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class OfMargin:
-    """Distance of the nearest end of stable motion, of some kinds, in whichever input; without one it is met."""
+    """Distance of the nearest end of the stable motion, of some kinds, in whichever input; without one it is met.
+
+    A pitchfork at which another motion takes over ends it as well.
+    """
 
     kinds: tuple[Event, ...]
 
@@ -143,7 +146,7 @@ class OfMargin:
         if design.unresolved:
             names = ", ".join(design.unresolved)
             raise NumericalError(f"rounding does not resolve where stable motion ends along {names}")
-        ends = design.endings(*self.kinds)
+        ends = design.limits(*self.kinds)
         measured = [(abs(end.relative), end) for end in ends if end.relative is not None]
         if not measured:
             return Judgement(None, "none in any input", None, True)
@@ -309,7 +312,7 @@ def _may_yield(designs: Designs, limit: Limit) -> Mask:
     if asked is None:
         return kept
     steps = sample_steps(len(designs.half_widths), asked.distribution, asked.samples)
-    enough = (k for k in range(asked.samples) if 100 * wilson(k, asked.samples)[1] >= limit.value)
+    enough = (k for k in range(asked.samples) if 100 * share_interval(k, asked.samples)[1] >= limit.value)
     most = asked.samples - next(enough, asked.samples)  # all of them, where only the proof is enough
     # Whole Sobol sequences are balanced, not their beginnings: only a count that no further device can mend refutes.
     failed, first = np.zeros(designs.count, dtype=np.intp), 0

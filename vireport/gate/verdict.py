@@ -19,7 +19,7 @@ from vireport.design import DesignPoint, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
 from vireport.gate.requirements import unmet
-from vireport.motions import Event, Point, Stability, Symmetry
+from vireport.motions import Point, Stability, Symmetry
 from vireport.scenario import DesignInput, Parameter, ScalarInput
 
 if TYPE_CHECKING:
@@ -29,9 +29,6 @@ if TYPE_CHECKING:
     from vireport.membranes import Grade
     from vireport.motions import Atlas
     from vireport.physics import Shaker, Word
-
-FIXED_D = (DesignInput.INCLINATION, DesignInput.RESTITUTION)
-"""Inputs that d does not depend on."""
 
 FEWEST_DIGITS = 3
 """Significant digits of a rigid end of stable motion where contacts are long and the compliant one is not known."""
@@ -128,11 +125,15 @@ class NearestEnd:
     Attributes
     ----------
     end : Margin or None
-        None where stable motion ends nowhere.
+        A pitchfork at which another motion takes over is one; None where they end nowhere.
     unresolved : tuple of DesignInput
         Along these an end may be nearer: rounding does not resolve it.
     handover : Margin or None
-        The pitchfork of the sweep before it, at which two asymmetric motions take over from a symmetric one.
+        The nearest pitchfork at which another motion takes over, where that is not the nearest end.
+    lost : Margin or None
+        The nearest end of stable motion altogether, where another motion takes over at the nearest end.
+    symmetric : bool
+        Whether the first stable motion is its own mirror image.
     compliant : StabilityEnd or None
         The end with the membranes' own stiffness too; None where contacts are short.
     """
@@ -140,6 +141,8 @@ class NearestEnd:
     end: Margin | None
     unresolved: tuple[DesignInput, ...]
     handover: Margin | None
+    lost: Margin | None
+    symmetric: bool
     compliant: StabilityEnd | None
 
     @property
@@ -500,16 +503,22 @@ def _where(
         return Fact(Question.WHERE, Status.GOOD if motions.types else Status.CAUTION, parts)
     if design is None:
         return None
-    nearest = [limit.parameter for limit in design.endings()[:1]]
+    nearest = [limit.parameter for limit in design.limits()[:1]]
     parts = tuple(sorted(design.stable, key=lambda part: part.parameter not in nearest))
     return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
 
 
 def _margin(design: DesignPoint, own: OwnStiffness | None) -> Fact[NearestEnd]:
-    end = next(iter(design.endings()), None)
-    handover = _handover(design, end) if end is not None and not design.unresolved else None
-    compliant = own.end_of(end.parameter, end.point) if own is not None and end is not None else None
-    nearest = NearestEnd(end, design.unresolved, handover, compliant)
+    end = next(iter(design.limits()), None)
+    handover = lost = compliant = None
+    if end is not None and end.taken_over:
+        lost = next(iter(design.endings()), None)
+    elif end is not None:
+        handover = next((margin for margin in design.margins if margin.taken_over), None)
+    if own is not None and end is not None:
+        compliant = own.end_of(end.parameter, end.point)
+    symmetric = design.families[:1] == (Symmetry.SYMMETRIC,)
+    nearest = NearestEnd(end, design.unresolved, handover, lost, symmetric, compliant)
     sizes = [end.relative if end is not None else None, compliant.compliant_margin if compliant is not None else None]
     near = any(size is not None and abs(size) < NEAR_CRITICAL for size in sizes)
     gone = own is not None and own.margin_gone
@@ -521,18 +530,6 @@ def _own_stiffness(own: OwnStiffness | None) -> Fact[OwnStiffness] | None:
         return None
     kept = own.motion is not None and own.motion.stable and all(end.compliant is not None for end in own.ends)
     return Fact(Question.OWN_STIFFNESS, Status.NEUTRAL if kept else Status.CAUTION, own)
-
-
-def _handover(design: DesignPoint, end: Margin) -> Margin | None:
-    """The pitchfork of the sweep, if any, that a symmetric motion meets before its stable range ends."""
-    if end.parameter in FIXED_D or not design.families or design.families[0] is not Symmetry.SYMMETRIC:
-        return None
-    start, last = float(design.motions.d[0]), end.point.d
-    for margin in design.margins:
-        within = 0 < (margin.point.d - start) / (last - start) < 1
-        if margin.event is Event.PITCHFORK and margin.parameter not in FIXED_D and within:
-            return margin
-    return None
 
 
 def _tolerances(tolerances: Tolerances | None) -> Fact[Tolerances] | None:

@@ -59,7 +59,7 @@ def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
     x = np.column_stack([velocity, start, start + 2 * n * (0.5 + motions.u), sweep.coordinate(motions)])
     trace = np.where((velocity == 0).any(axis=1), np.nan, motions.trace)
     low, high = sweep.coordinate_range
-    curve = Curve(Word((1, -1), n), model_of(sweep, FLOATS), low, high, high - low)
+    curve = Curve.along_sweep(Word((1, -1), n), model_of(sweep, FLOATS), low, high)
     return Family(0, sweep, curve, x, trace, motions.sweep_value, motions.admissible, tuple(marks))
 
 

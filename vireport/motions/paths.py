@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, copysign, inf, isfinite, nan, pi, sqrt
 from operator import itemgetter
-from typing import Any
+from sys import float_info
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from vireport.base import NumericalError
 from vireport.motions.conditions import Condition
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.motion import AT_ZERO, IMAGE, Motion
-from vireport.motions.periodicity import Variation, linearised, trace
+from vireport.motions.periodicity import Model, Variation, linearised, trace
 from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.turning import Turn, turns
@@ -292,7 +293,9 @@ class Path(ABC):
             raise NumericalError(f"a family of {self.word.letters} was lost")
         return self._point(*motion)
 
-    def located(self, arc: Arc, value: Callable[[PathPoint], float]) -> tuple[float, PathPoint]:
+    def located(
+        self, arc: Arc, value: Callable[[PathPoint], float], tolerance: float = LOCATED
+    ) -> tuple[float, PathPoint]:
         """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
         known, (guess, slope) = {}, arc.crossing(value)
 
@@ -300,7 +303,7 @@ class Path(ABC):
             known[size] = self.beside(arc, size)
             return value(known[size])
 
-        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, LOCATED)
+        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, tolerance)
         return abs(size), known[size]
 
     def reached(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:
@@ -332,11 +335,12 @@ def _zero(
     """Where a function is zero between 0 and an end, and its slope there, by secants from a start and a slope.
 
     The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
-    some others. The tolerance of a correction is a share of the end.
+    some others. The tolerance of a correction is a share of the end. What is returned was evaluated.
     """
     # One bracket in Python's numbers: arrays of one number take thirty times as long, some 300 times in an atlas.
-    low, high, x, before = 0.0, end, start, None
+    low, high, x, new, before = 0.0, end, start, start, None
     for count in range(MOST_SECANTS):
+        x = new
         value = function(x)
         low, high = (low, x) if (value > 0) == rises else (x, high)
         if before is not None and value != before[1]:
@@ -345,8 +349,13 @@ def _zero(
         if not min(low, high) <= new <= max(low, high) or (count % 4 == 3 and count >= FREE_SECANTS):
             new = (low + high) / 2
         if abs(new - x) <= tolerance * abs(end):
-            break
+            return x, slope
+    # On steps of 1e-8 the swept parameter itself is rounded to more than the tolerance: the function is a staircase.
+    # The least of several gaps can be flat up to where another one falls, on a step of many decades. There secants go
+    # on for ever.
+    while abs(high - low) > float_info.epsilon * abs(end) and (new := (low + high) / 2) not in (low, high):
         x = new
+        low, high = (low, x) if (function(x) > 0) == rises else (x, high)
     return x, slope
 
 
@@ -442,7 +451,7 @@ class Curve(Path):
     low, high : float
         Range of what varies, the coordinate.
     width : float
-        What the coordinate is measured by, the range of a sweep.
+        What the coordinate is measured by: the range of a sweep, or as much of it as has motions on both membranes.
     """
 
     word: Word
@@ -450,6 +459,13 @@ class Curve(Path):
     low: float
     high: float
     width: float
+
+    @classmethod
+    def along_sweep(cls, word: Word, model: Model, low: float, high: float) -> Self:
+        """The motions of one word along a range of the coordinate."""
+        # Of a sweep over six decades of frequency d has twelve, and all motions on both membranes are in one or two of
+        # them: measured by the whole range, a step of 1e-9 went past them, and events were placed anywhere.
+        return cls(word, model, low, high, min(high - low, model.reach(word.periods)))
 
     @cached_property
     def scale(self) -> Floats:
@@ -511,6 +527,19 @@ class Curve(Path):
         """Velocities of impacts, towards their walls."""
         return [v * wall for v, wall in zip(x.tolist(), self.word.walls, strict=False)]
 
+    def _straight(self, x: Floats) -> bool:
+        """Whether the curve is a straight line, on which nothing but the room changes, far beyond all other motions."""
+        wide = self.high - self.low > self.width
+        return wide and self.word.one_sided and not self.model.slopes((float(x[-1]),))[1:].any()
+
+    def reach(self, point: PathPoint) -> float:
+        """Longest step, any along a straight line."""
+        return inf if self._straight(point.x) else super().reach(point)
+
+    def strain(self, arc: Arc) -> float:
+        """How long a step is as against the longest in which nothing can be missed: on a straight line, nothing can."""
+        return 0.0 if self._straight(arc.end.x) else super().strain(arc)
+
     def steepness(self, arc: Arc) -> float:
         """How much the trace changes within a step, as a share of the most for no event to be missed.
 
@@ -545,7 +574,17 @@ class Curve(Path):
             if first.margin > -AT_ZERO:
                 touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
                 return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
-        return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
+        if not self._straight(arc.end.x):
+            return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
+        # Of many decades, the least of all margins is flat, as small as a velocity, up to where a gap falls: only those
+        # that fall say where.
+        falling = np.flatnonzero(np.asarray(self.margins(arc.end.x)) <= 0)
+
+        def least(point: PathPoint) -> float:
+            return float(np.asarray(self.margins(point.x))[falling].min())
+
+        # To the last digit: what is nothing to so long a step may be much to a gap.
+        return Event.GRAZING, self.located(arc, least, float_info.epsilon)[1]
 
     def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from math import inf
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -21,6 +22,9 @@ from vireport.physics import FLOATS, Groups, Word, flight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
+
+BEYOND = 100.0
+"""How many times as far as the farthest motions that strike both membranes a sweep is one over many decades."""
 
 
 class Grouped(Protocol):
@@ -73,6 +77,23 @@ class Model:
         if self.level.held is Held.D:
             return 0.0, 1.0
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
+
+    def reach(self, periods: int) -> float:
+        """A coordinate far beyond all motions that strike both membranes; infinite where it is gbar.
+
+        Notes
+        -----
+        Between impacts the speed changes by at most (1 + gbar) t, and one impact in 2 k leaves at most r of it: it is
+        below 2 k (1 + gbar)/(1 - r), and so d below 2 k times that. Where the force varies, gbar at the farthest
+        motions is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)]. Only a sweep that
+        goes `BEYOND` is measured by less than itself.
+        """
+        if self.level.held is Held.D:
+            return inf
+        most = (1 + self.r) / (1 - self.r)
+        gbar = self.level.value if self.level.held is Held.GBAR else most
+        farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - self.r)
+        return BEYOND * float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups where the coordinate is the only entry of `varied`."""

@@ -323,7 +323,9 @@ def solve_one_to_one(
         for after in (1, 0) if symmetric else (0 if touch.upward else 1,):
             wall = motion.word.walls[after] if touch.at_start else -motion.word.walls[after]
             motion = motion.with_impact(after, wall, float(motion.time[after]) + touch.time)
-        touched = motion.rests
+        # Not all that have next to no velocity: for r = 0 and a small inclination the impacts themselves have as
+        # little, and would be taken for touches.
+        touched = (1, 3) if symmetric else (1 if touch.upward else 2,)
         condition = Condition(Event.GRAZING, touched)
     return solve_motion(grouped, motion, condition.equation(motion.word), symmetric), touched
 

@@ -293,8 +293,9 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
             if low[1] * high[1] < 0:
                 time = _rest(low, high, (start, after, sine), gbar)
                 towards = 1 if low[1] > 0 else -1
-                z = wall * d / 2 + flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
-                yield Turn(i, time, towards, d / 2 - towards * z)
+                # From the wall that it left: of Z itself, half of a large d would leave no digit of the gap.
+                way = flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
+                yield Turn(i, time, towards, (0.0 if wall == towards else d) - towards * way)
 
 
 def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], gbar: float) -> float:

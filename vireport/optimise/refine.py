@@ -201,7 +201,7 @@ def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
         return np.full(count, np.nan), slopes
     for which, (kinds, share) in enumerate(problem.margins):
         slack[which * len(SLOTS) :][: len(SLOTS)] -= share
-        for end in reversed(point.endings(*kinds)):  # the nearest last, so that it is what stays
+        for end in reversed(point.limits(*kinds)):  # the nearest last, so that it is what stays
             if end.relative is None:
                 continue
             sign, value = (1 if end.distance > 0 else -1), float(getattr(device, end.parameter))

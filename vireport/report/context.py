@@ -249,7 +249,7 @@ class Report:
     @property
     def nearest(self) -> Margin | None:
         """The nearest end of the design point's stable motions."""
-        return next(iter(self.design.endings()), None) if self.design is not None else None
+        return next(iter(self.design.limits()), None) if self.design is not None else None
 
     @property
     def contact_share(self) -> float | None:

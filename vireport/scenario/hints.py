@@ -103,6 +103,9 @@ def for_key(block: str, key: str, value: object, units: dict[str, str]) -> str:
     strange = f"; it contains '{odd}' ({unicodedata.name(odd, 'no name')})" if odd else ""
     plain = key.strip("'").replace("-", "_").replace(" ", "_")
     target, advice = _by_unit(plain, value, block, units)
+    # A key of ours in another block is meant before one that begins like it.
+    if elsewhere := "" if join(block, plain) in units else _nearest(plain, block, units):
+        target, advice = elsewhere, ""
     if not target:
         other_word = _nearest(_SYMBOLS.get(plain) or _WORDS.get(plain.lower()) or "", block, units)
         target = (

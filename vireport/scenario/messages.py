@@ -154,6 +154,8 @@ def _wrong_number(path: str, value: float, key: Schema) -> str:
         return ", which is not positive"
     if value < low or value <= above:
         return ", which is too small"
+    if key.get("maximum") == 1 and 2 <= value <= 100 and key.get("unit") == "1":
+        return f", which is too large; if it is {value:g} %, write {value / 100:.2f}"
     return f", which is too large: {key['beyond']}" if "beyond" in key else ", which is too large"
 
 

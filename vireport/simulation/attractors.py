@@ -150,7 +150,7 @@ class Diagram:
     labels: tuple[str | Outcome, ...]
 
 
-def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET) -> Attractor:
+def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET, compiled: bool = True) -> Attractor:
     """Attractor that one start leads to.
 
     Parameters
@@ -161,10 +161,12 @@ def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET) ->
         State to begin with.
     budget : int
         Impacts to spend at most. Periodic motions use what their transient needs.
+    compiled : bool
+        Whether to compile the search, where numba is there.
     """
     model = check_model(groups)[0]
-    rows, summary = follow_one(model, check_start(start, groups.d), min(BLOCK, budget), KEPT)
-    return search(model, rows, summary, (budget, budget), [])[0]
+    rows, summary = follow_one(model, check_start(start, groups.d), min(BLOCK, budget), KEPT, compiled)
+    return search(model, rows, summary, (budget, budget), [], compiled)[0]
 
 
 def attractors(
@@ -240,7 +242,12 @@ def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
 
 
 def search(
-    model: Array, rows: Array, summary: Array, limits: tuple[int, int], known: list[Cycle]
+    model: Array,
+    rows: Array,
+    summary: Array,
+    limits: tuple[int, int],
+    known: list[Cycle],
+    compiled: bool = True,
 ) -> tuple[Attractor, Array]:
     """Continue a trajectory until it is known what it leads to, and return that with the last impacts.
 
@@ -253,7 +260,7 @@ def search(
         if unresolved(rows):
             return Attractor(Outcome.UNRESOLVED, None, nan, inf, used, _last(rows)), rows
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
-        cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows)
+        cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows, compiled)
         if cycle is not None and cycle.sticks:
             return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used), rows
         if cycle is not None and cycle.growth >= 1:
@@ -264,7 +271,7 @@ def search(
             if distance > SETTLED and used < budget:
                 # The multiplier of the cycle tells how many impacts the rest of the approach takes.
                 wait = min(_transient(cycle, distance), budget - used)
-                rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT)
+                rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT, compiled)
                 used += int(summary[0])
                 distance = cycle.distance(rows[-1])
             if distance <= SETTLED or (used >= budget and distance < max(SLOWER * before, BESIDE)):
@@ -272,7 +279,7 @@ def search(
                 return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used), rows
         if used >= min(patience, budget):
             return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used, _last(rows)), rows
-        rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT)
+        rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT, compiled)
         used += int(summary[0])
         block *= 2
     if summary[2] == REST:

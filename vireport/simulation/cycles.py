@@ -197,7 +197,7 @@ def recurrences(rows: Array) -> list[int]:
     return lengths[:CANDIDATES]
 
 
-def refine(model: Array, rows: Array, length: int) -> Cycle | None:
+def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cycle | None:
     """Periodic motion of `length` impacts near the last rows, by Newton's method on the return map.
 
     Returns None if the iteration leaves the word it began with, sticks, or stops short of `RESIDUAL_TOL`.
@@ -207,7 +207,7 @@ def refine(model: Array, rows: Array, length: int) -> Cycle | None:
     best: tuple[float, Array, Array] | None = None
     word: Array | None = None
     for _ in range(NEWTON_STEPS):
-        lap, summary = follow_one(model, as_start(first), length)
+        lap, summary = follow_one(model, as_start(first), length, compiled=compiled)
         word = lap[:, WALL] if word is None else word
         held = lap[:, SETTLING].any() or lap[:, RIDING].any()
         if summary[0] < length or held or not np.array_equal(lap[:, WALL], word) or word[0] != word[-1]:
@@ -256,11 +256,11 @@ def sticking(model: Array, rows: Array) -> Cycle | None:
     return None
 
 
-def approached(model: Array, rows: Array) -> Cycle | None:
+def approached(model: Array, rows: Array, compiled: bool = True) -> Cycle | None:
     """Cycle near the last rows that attracts, or one that does not but on which they lie."""
     resting = None
     for length in recurrences(rows):
-        cycle = refine(model, rows, length)
+        cycle = refine(model, rows, length, compiled)
         distance = cycle.distance(rows[-1]) if cycle is not None else inf
         if cycle is not None and cycle.growth < 1 and distance < REACH:
             return cycle

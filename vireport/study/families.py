@@ -225,7 +225,7 @@ def _known(sweep: Sweep, number: int, word: Word, velocity: Any, time: Any, trac
     values = np.array(value, dtype=float)
     x = np.column_stack([velocity, time, sweep.coordinate_of(values)])
     low, high = sweep.coordinate_range
-    curve = Curve(word, model_of(sweep, FLOATS), low, high, high - low)
+    curve = Curve.along_sweep(word, model_of(sweep, FLOATS), low, high)
     return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, np.ones(len(x), dtype=bool), ())
 
 

@@ -290,9 +290,20 @@ def _margin(margin: Margin) -> dict[str, Any]:
         "unit": margin.parameter.unit,
         "percent": None if margin.relative is None else 100 * margin.relative,
         "ends_stability": margin.ends_stability,
+        "taken_over": margin.taken_over,
         "error_bound": margin.error_bound,
         "derivatives": dict(margin.derivatives),
     }
+
+
+def from_rest_data(end: Attractor) -> dict[str, Any]:
+    """What a ball that lies on the bottom membrane comes to."""
+    from vireport.simulation import Outcome
+
+    outcomes = {Outcome.PERIODIC: "other_motion", Outcome.STICKING: "rest_cycle", Outcome.REST: "at_rest"}
+    chaotic = "chaotic" if end.outcome is Outcome.APERIODIC and end.lyapunov > 0 else "undecided"
+    outcome = outcomes.get(end.outcome, chaotic)
+    return {"outcome": outcome, "word": end.word, "periods": end.period}
 
 
 def _shaker(shaker: Shaker) -> dict[str, float]:

@@ -12,6 +12,7 @@ from textwrap import fill
 from typing import Any, NamedTuple
 
 from vireport.base import UsageError
+from vireport.text.terms import TERMS
 
 EXPLANATION_WIDTH = 100
 """Columns of a line of explanation."""
@@ -107,7 +108,8 @@ CATALOGUE = (
         "Nowhere in the sweep is there a motion with one impact on each membrane per period that stays between the "
         "membranes and attracts the motions nearby. The device does something else there: other impact sequences, "
         "chaos, or rest.",
-        "Widen the sweep, or change length, force, frequency or inclination.",
+        "Widen the sweep, or change length, force, frequency or inclination. A block 'motions:' shows which other "
+        "motions are stable there, a block 'simulation:' what the ball does from any start.",
         {
             "nowhere": "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
         },
@@ -139,12 +141,16 @@ CATALOGUE = (
         Severity.WARNING,
         "The design point has no stable 1:1 motion",
         "Of all 1:1 solutions at the design point none is both admissible and stable, and no other motion is required.",
-        "Move the design point into a stable range, or require the word of a motion that is stable there.",
+        "Move the design point into a stable range, or require the word of a motion that is stable there. A block "
+        "'motions:' with a 'sweep:' shows which motions are stable, a block 'simulation:' what the ball does from any "
+        "start.",
         {
             "none": "At {place}, there is no solution.",
             "one": "At {place}, the one solution is not admissible and stable.",
             "several": "At {place}, none of the {count} solutions is admissible and stable.",
             "instead": "Stable there: {others}.",
+            "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
+            "{motion}. A block '{block}:' shows it.",
         },
     ),
     Explanation(
@@ -168,6 +174,10 @@ CATALOGUE = (
         {
             "below": "Stable motion ends {percent:.2f} % below the design point in {quantity}: {name}.",
             "above": "Stable motion ends {percent:.2f} % above the design point in {quantity}: {name}.",
+            "passes_below": "Stability passes to another motion, with other voltages, {percent:.2f} % below the design "
+            "point in {quantity}: {name}.",
+            "passes_above": "Stability passes to another motion, with other voltages, {percent:.2f} % above the design "
+            "point in {quantity}: {name}.",
         },
     ),
     Explanation(
@@ -374,19 +384,23 @@ CATALOGUE = (
 
 
 def explanation(code: str | None = None) -> str:
-    """Text on one alert, or on all of them.
+    """Text on one alert or one term, or on all alerts.
 
     Raises
     ------
     UsageError
-        If there is no such code.
+        If there is neither such a code nor such a term.
     """
     if code is None:
         return "\n".join(map(_explained, CATALOGUE))
     known = next((known for known in CATALOGUE if known.code == code.strip().upper()), None)
-    if known is None:
-        raise UsageError(f"there is no alert {code!r} (allowed: {', '.join(AlertCode)})")
-    return _explained(known)
+    if known is not None:
+        return _explained(known)
+    term = " ".join(code.lower().replace("-", " ").replace("_", " ").split())
+    if term not in TERMS:
+        allowed = ", ".join([*AlertCode, *TERMS])
+        raise UsageError(f"there is no alert and no term {code!r} (allowed: {allowed})")
+    return f"{term}\n{fill(TERMS[term], EXPLANATION_WIDTH, initial_indent='  ', subsequent_indent='  ')}\n"
 
 
 def _explained(known: Explanation) -> str:

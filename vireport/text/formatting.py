@@ -135,8 +135,8 @@ def percent(fraction: float | None, digits: int = 2, signed: bool = False) -> st
 
     Examples
     --------
-    >>> percent(-0.0922164), percent(0.0739054, signed=True), percent(0.99999), percent(0.0)
-    ('−9.2 %', '+7.4 %', '99.999 %', '0 %')
+    >>> percent(-0.0922164), percent(0.0739054, signed=True), percent(0.99999), percent(0.0), percent(0.0995)
+    ('−9.2 %', '+7.4 %', '99.999 %', '0 %', '10 %')
     """
     if fraction is None or not isfinite(fraction):
         return ABSENT
@@ -239,7 +239,11 @@ def _round(number: Decimal, digits: int) -> Decimal:
     """Round half to even to significant digits."""
     if number == 0:
         return Decimal(0)
-    return number.quantize(Decimal(1).scaleb(number.adjusted() - digits + 1), ROUND_HALF_EVEN)
+    last = number.adjusted() - digits + 1
+    rounded = number.quantize(Decimal(1).scaleb(last), ROUND_HALF_EVEN)
+    # 9.95 in two digits is 10, and not 10.0, which would claim three.
+    carried = rounded.adjusted() - number.adjusted()
+    return rounded.quantize(Decimal(1).scaleb(last + carried)) if carried else rounded
 
 
 def _layout(number: Decimal) -> str:

@@ -1,0 +1,70 @@
+"""What the command line says where nothing works: what to do, and what was probably meant."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vireport.cli import main
+
+INCLINED = str(Path(__file__).parents[2] / "examples" / "inclined.yaml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["validate", INCLINED, "--set", "restitution=0.5"], "did you mean 'device.restitution'?"),
+        (["validate", INCLINED, "--set", "device.restitution=60"], "if it is 60 %, write 0.60"),
+        (["map", "x.yaml"], "did you mean 'sweep'?"),
+        (["explain", "nothing"], "period doubling"),
+    ],
+)
+def test_what_was_probably_meant_is_suggested(arguments: list[str], said: str, capsys) -> None:
+    assert main(arguments) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_term_is_explained(capsys) -> None:
+    assert main(["explain", "period doubling"]) == 0
+    assert "goes through -1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("length", "outcome", "word", "periods", "block"),
+    [
+        (0.6, "other_motion", "BTBT", 2, "motions"),
+        (0.35, "other_motion", "BBTBBTBBTBBTBT", 6, "simulation"),
+        (0.1, "rest_cycle", "B~T", 1, "simulation"),
+        (0.45, "chaotic", "", 0, "simulation"),
+    ],
+)
+def test_without_stable_motion_the_ball_is_simulated_from_rest(
+    length: float, outcome: str, word: str, periods: int, block: str, capsys
+) -> None:
+    assert main(["run", INCLINED, "--json", "--set", f"device.length_m={length}"]) == 0
+    results = json.loads(capsys.readouterr().out)
+    assert results["disturbances"]["from_rest"] == {"outcome": outcome, "word": word, "periods": periods}
+    (alert,) = [alert for alert in results["alerts"] if alert["code"] == "VR003"]
+    assert (word or "chaotic") in alert["cause"]
+    assert f"A block '{block}:' shows it." in alert["cause"]
+
+
+def test_a_ball_that_never_leaves_the_membrane_is_said_to_rest(capsys) -> None:
+    """Gravity along the capsule exceeds the largest acceleration of the capsule."""
+    over = ["--set", "excitation.amplitude_n=0.5", "--set", "sweep="]
+    assert main(["run", INCLINED, "--json", *over]) == 0
+    assert json.loads(capsys.readouterr().out)["disturbances"]["from_rest"]["outcome"] == "at_rest"
+
+
+def test_a_length_in_millimetres_is_asked_about(capsys) -> None:
+    assert main(["run", INCLINED, "--json", "--set", "device.length_m=300"]) == 0
+    causes = [alert["cause"] for alert in json.loads(capsys.readouterr().out)["alerts"] if alert["code"] == "VR015"]
+    assert "300 mm, which is 0.3 m?" in causes[0]
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_slow_sweep_of_a_ball_that_never_bounces(capsys) -> None:
+    assert main(["run", INCLINED, "--json", "--set", "device.restitution=0", "--set", "simulation.follow=both"]) == 0
+    assert json.loads(capsys.readouterr().out)["simulation"]["follow"] is not None
