@@ -67,6 +67,7 @@ class Conclusion(Enum):
     COMPLIANT_UNKNOWN = Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
+    MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only"
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
     OUTSIDE_MEMBRANE = Status.CAUTION, "Stable, but outside the membrane model"
     END_UNKNOWN = Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"
@@ -425,8 +426,9 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         refuted = tolerances is not None and tolerances.data.worst is not None
         return Conclusion.NOT_EVERY_DEVICE if refuted else Conclusion.TOLERANCES_OPEN
     if _has(margin, Status.CAUTION):
-        unresolved = margin is not None and margin.data.not_known
-        return Conclusion.MARGIN_UNKNOWN if unresolved else Conclusion.MARGIN_SMALL
+        if margin is not None and margin.data.not_known:
+            return Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
+        return Conclusion.MARGIN_SMALL
     if _has(verdict.rigid, Status.BAD):
         return Conclusion.NOT_RIGID
     if generated is not None and not generated.within:
