@@ -68,6 +68,15 @@ class Rounded(Amount):
         return "" if held else f"{number} {self.unit} is no bound, rounded to its side, of {self.value:.12g}"
 
 
+@dataclass(frozen=True, slots=True)
+class Below(Amount):
+    """A size of which only a limit is known: of rounding, say."""
+
+    def faults(self, number: str, prefix: str) -> str:
+        shown = float(number.replace(" × 10", "e").translate(_SUPERSCRIPTS)) * 10.0 ** PREFIXES[prefix]
+        return "" if 0 <= shown <= self.value else f"{number} is not below {self.value}"
+
+
 class Said:
     """A text with amounts: `Said("from {} to {}", Amount(...), Amount(...))`; braces stand for amounts and texts."""
 

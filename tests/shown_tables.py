@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import pi
+from math import pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SYMBOLS, Device, device_of, mean
-from shown import ANYTHING, Amount, Bound, Rounded, Row, Said
+from shown import ANYTHING, Amount, Below, Bound, Rounded, Row, Said
 
 WORDS_OF = {
     "period_doubling": "period doubling", "fold": "fold", "pitchfork": "pitchfork", "grazing": "grazing",
@@ -578,6 +578,17 @@ def printed_faults(rows: list[list[str]]) -> Iterator[str]:
             yield f"{quantity}: nothing is printed, and it {told}"
 
 
+def types_faults(x: Results, rows: list[list[str]]) -> Iterator[str]:
+    """Table 1 of the paper beside ours: what is computed is that of results.json, and both agree where it is said."""
+    for motion, printed, computed, told in rows:
+        family = motion.split(",")[0].lower()
+        words = [of["stability"] for of in x.data["table_1"] if of["family"] == family]
+        if any(word not in words for word in computed.split(", ")):
+            yield f"{motion}: {computed} is shown as computed, and results.json has {words}"
+        if (told == "agrees") is not (printed == computed):
+            yield f"{motion}: {printed} beside {computed}, and {told!r}"
+
+
 NO_UNIT = ("device.membrane.stiffness", "simulation.samples")
 
 
@@ -733,6 +744,22 @@ def simulated(x: Results) -> list[Row]:
     return [{"Question": question, "Answer": answer} for question, answer in answers.items()]
 
 
+def in_detail(x: Results) -> list[Row]:
+    """The motion that is simulated at the design point: the stable one of the solution, to less than the tolerance."""
+    of, (k,) = x.design, x.stable
+    root = sqrt(of["trace"][k] ** 2 - 4 * x.device.restitution**4)
+    return [
+        {
+            "Motion": Said(f"{x.symbol} = {{}}", swept(x, of["sweep_value"][k])),
+            "Impacts": "BT",
+            "Periods": str(x.device.period_ratio),
+            "|Ż| at each": Said("{}, {}", number(of["velocity_bottom"][k], 5), number(-of["velocity_top"][k], 5)),
+            "Residual": Below(x.data["simulation"]["tolerance"]),
+            "Largest |λ|": number((abs(of["trace"][k]) + root) / 2, 3),
+        }
+    ]
+
+
 OUTCOMES = {
     "aperiodic": "chaotic, or not periodic within the budget",
     "sticking": "chatter with sticking, periodic",
@@ -831,13 +858,14 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Simulation against solution": simulated,
     "Where the starts end": lambda x: _counted(x, x.data["simulation"]["motions"]),
     "Where starts end that do not .*": lambda x: _counted(x, x.data["simulation"]["basin"]["elsewhere"]),
+    "Simulated motions in detail": in_detail,
     "Jumps": jumps,
     "Hysteresis": hysteresis,
     "Motions by how they are found, with their ranges of .*": coexisting,
 }
 """What stands in each table, by its caption."""
 
-WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Slips in the text .*", "Types of motion along .*")
+WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Slips in the text .*")
 """Captions of tables of words, or of numbers that are no results: what was run, with what."""
 
 
@@ -878,7 +906,7 @@ def sentences(x: Results) -> Iterator[Said]:
         cause, remedy = (" ".join(alert[key].replace("U_ave", "Uave").split()[:2]) for key in ("cause", "remedy"))
         yield Said(f"{mark} {alert['code']}: {alert['title'].replace('U_ave', 'Uave')}. {cause}")
         yield Said(f"Remedy. {remedy}")
-    if x.points and x.data["stable_range"] and any(alert["code"] == "VR011" for alert in x.data["alerts"]):
+    if x.points and x.data["stable_range"] and x.device.ball_mass_kg is not None:
         largest = max(point["error_bound"] for point in x.points)
         yield Said(f"far above that of the solution, {{}} {x.unit} in {x.symbol}", Bound(largest))
     if x.data["requirements"] is not None and not all(met for *_, met in _asked(x)):
@@ -1101,6 +1129,47 @@ def _of_simulation(x: Results) -> Iterator[Said]:
     )
     if (basin := of["basin"]) is not None:
         yield Said(f"Of {basin['trials']} random starts, {{}} reach it", percentage(basin["share"]))
+
+
+def answers(x: Results) -> Iterator[tuple[str, Said]]:
+    """What the verdict answers, by the question: of what a page shortens, too."""
+    if x.data["requirements"] is not None:
+        criteria = x.data["requirements"]["criteria"]
+        met = sum(of["passed"] for of in criteria)
+        said = Said(f"{'Yes' if met == len(criteria) else 'No'}. {met} of {len(criteria)}: see the acceptance table")
+        yield "Are the requirements met?", said
+    if x.ending:
+        end = x.ending[0]
+        side = "below" if end["relative"] < 0 else "above"
+        name, (quantity, symbol, _) = _name(end), SYMBOLS[end["parameter"]]
+        value = in_input(end["parameter"], end["sweep_value"])
+        said = f"{{}} in {quantity}. {name[0].upper()}{name[1:]} at {symbol} = {{}}, {side} the design point"
+        yield "With what margin?", Said(said, percentage(abs(end["relative"])), value)
+    if x.data["simulation"] is not None and (of := x.data["simulation"]["basin"]) is not None:
+        interval = percentage(of["low_95"]), percentage(of["high_95"])
+        said = f"{of['reached']} of {of['trials']} random starts (95 % interval {{}} to {{}})"
+        yield "Which starts reach it?", Said(f"{{}}. {said}", percentage(of["share"]), *interval)
+    if x.data["simulation"] is not None and (count := x.data["simulation"]["orbits_checked"]):
+        of = x.data["simulation"]
+        largest = max(of["velocity_difference"], of["phase_difference_rad"])
+        said = f"all {count} stable orbits tried; largest difference {{}}"
+        yield "Does the simulation agree?", Said(said, number(largest, 2))
+    speeds = x.design_speeds if x.design is not None else _speeds_along(x)
+    if x.device.ball_mass_kg is None or not speeds:
+        return
+    volts, radius = [mean([x.device.gain(v) for v in pair]) for pair in speeds], x.device.membrane["active_radius_m"]
+    deepest = max(x.device.deflection(max(pair)) for pair in speeds)
+    ends = [Amount(of(volts), "V", 4) for of in (min, max)]
+    said = "Uave = {} to {}. " if max(volts) > min(volts) * (1 + 1e-6) else "Uave = {}. "
+    said, amounts = said.replace("Uave", "U_ave"), ends[: said.count("{}")]
+    said += "At the design point" if x.design is not None else "Over the stable range"
+    if deepest > radius:
+        said += ". Outside the membrane model (deflection {}, {} times the active radius)"
+        amounts += [Amount(deepest, "m", 3), number(deepest / radius, 2)]
+    else:
+        said += "; deflection up to {}, inside the membrane model"
+        amounts.append(Amount(deepest, "m", 3))
+    yield "What voltage?", Said(said, *amounts)
 
 
 def headline(x: Results) -> Iterator[Said]:
