@@ -955,6 +955,14 @@ def _met(x: Results) -> Iterator[Said]:
     passed = {key: met for key, _, met in _asked(x)} | {"stable_from": True, "crosscheck_passed": True}
     for criterion in criteria:
         assert criterion["passed"] is passed[criterion["key"]], criterion
+    known = {key: (limit, value, margin) for key, _, _, limit, value, margin, _ in judged(x)}
+    for criterion in criteria:
+        told = tuple(criterion[name] for name in ("limit_value", "value", "margin"))
+        for number_told, number_known in zip(told, known.get(criterion["key"], ()), strict=False):
+            assert abs(number_told - number_known) <= 1e-9 * max(abs(value) for value in known[criterion["key"]])
+        if criterion["key"] == "stable_from":
+            asked = x.scenario["requirements"]
+            assert criterion["limit_value"] == asked["stable_to"] - asked["stable_from"]
     met, count = sum(passed[criterion["key"]] for criterion in criteria), len(criteria)
     yield Said(f"{met} of {count} requirements {'is' if met == 1 else 'are'} met.")
     if met < count:
