@@ -1088,7 +1088,7 @@ def _alerts(x: Results) -> Iterator[Said]:
         quantity = SYMBOLS[end["parameter"]][0]
         yield Said(
             f"Stable motion ends {{}} {side} the design point in {quantity}: {_name(end)}",
-            percentage(abs(end["relative"]), 3),
+            percentage(abs(end["relative"]), 3 if abs(end["relative"]) >= 0.01 else 2),
         )
     contact = next((alert["cause"] for alert in x.data["alerts"] if alert["code"] == "VR011"), None)
     if contact is not None:
