@@ -1355,4 +1355,5 @@ def of_margins(x: Results) -> Iterator[Said]:
         shift = slope * getattr(x.device, key) / end["sweep_value"]
         if shift:
             yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 3))
+    yield Said("if one of the other inputs grows by 1 %: exact")
     yield Said(f"moves the {_name(end)} in {quantity} by:")
