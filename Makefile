@@ -1,7 +1,8 @@
-# Verbs of development; each is a command that can be run by itself. Variables: VENV, ARGS (of pytest).
+# Verbs of development; each is a command that can be run by itself. Variables: VENV, ARGS (of pytest), BENCHMARKS.
 VENV ?= .venv
 BIN = $(VENV)/bin
 ARGS ?=
+BENCHMARKS ?= accuracy atlas branch chart extremes impacts maps startup
 
 .PHONY: help setup test slow all lint format benchmarks docs pictures schema ci
 
@@ -36,7 +37,7 @@ format: setup ## format the code
 	$(BIN)/ruff format .
 
 benchmarks: setup ## measure the figures of docs/accuracy.md anew, on an idle machine
-	for name in accuracy atlas branch chart extremes impacts maps startup; do $(BIN)/python benchmarks/$$name.py || exit 1; done
+	for name in $(BENCHMARKS); do $(BIN)/python benchmarks/$$name.py || exit 1; done
 	$(BIN)/python tools/make_docs.py
 
 docs: setup ## make docs/accuracy.md from tools/accuracy.md.j2 and benchmarks/results

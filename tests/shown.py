@@ -51,8 +51,12 @@ class Bound(Amount):
 
     def faults(self, number: str, prefix: str) -> str:
         shown = float(number.replace(" × 10", "e").translate(_SUPERSCRIPTS)) * 10.0 ** PREFIXES[prefix]
-        exact = Decimal(repr(shown)) >= Decimal(self.value)
-        return "" if exact and shown <= 1.1 * self.value else f"{number} is no bound of {self.value} in two digits"
+        holds, digits = Decimal(repr(shown)) >= Decimal(self.value), Decimal(repr(shown)).normalize().as_tuple().digits
+        return (
+            ""
+            if holds and shown <= 1.1 * self.value and len(digits) <= 2
+            else f"{number} is no bound of {self.value} in two digits"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,15 @@ class Rounded(Amount):
         low, high = (1.0, 1 + 1e-3) if self.up else (1 - 1e-3, 1.0)
         held = low * self.value <= shown <= high * self.value
         return "" if held else f"{number} {self.unit} is no bound, rounded to its side, of {self.value:.12g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Below(Amount):
+    """A size of which only a limit is known: of rounding, say."""
+
+    def faults(self, number: str, prefix: str) -> str:
+        shown = float(number.replace(" × 10", "e").translate(_SUPERSCRIPTS)) * 10.0 ** PREFIXES[prefix]
+        return "" if 0 <= shown <= self.value else f"{number} is not below {self.value}"
 
 
 class Said:

@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import ceil, floor, log10, pi
+from math import ceil, floor, log10, pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SYMBOLS, Device, contact_time, device_of, mean
-from shown import ANYTHING, Amount, Bound, Rounded, Row, Said
+from shown import ANYTHING, Amount, Below, Bound, Rounded, Row, Said
 
 WORDS_OF = {
     "period_doubling": "period doubling", "fold": "fold", "pitchfork": "pitchfork", "grazing": "grazing",
@@ -637,6 +637,17 @@ def printed_faults(rows: list[list[str]]) -> Iterator[str]:
             yield f"{quantity}: nothing is printed, and it {told}"
 
 
+def types_faults(x: Results, rows: list[list[str]]) -> Iterator[str]:
+    """Table 1 of the paper beside ours: what is computed is that of results.json, and both agree where it is said."""
+    for motion, printed, computed, told in rows:
+        family = motion.split(",")[0].lower()
+        words = [of["stability"] for of in x.data["table_1"] if of["family"] == family]
+        if any(word not in words for word in computed.split(", ")):
+            yield f"{motion}: {computed} is shown as computed, and results.json has {words}"
+        if (told == "agrees") is not (printed == computed):
+            yield f"{motion}: {printed} beside {computed}, and {told!r}"
+
+
 NO_UNIT = ("device.membrane.stiffness", "simulation.samples")
 
 
@@ -792,6 +803,22 @@ def simulated(x: Results) -> list[Row]:
     return [{"Question": question, "Answer": answer} for question, answer in answers.items()]
 
 
+def in_detail(x: Results) -> list[Row]:
+    """The motion that is simulated at the design point: the stable one of the solution, to less than the tolerance."""
+    of, (k,) = x.design, x.stable
+    root = sqrt(of["trace"][k] ** 2 - 4 * x.device.restitution**4)
+    return [
+        {
+            "Motion": Said(f"{x.symbol} = {{}}", swept(x, of["sweep_value"][k])),
+            "Impacts": "BT",
+            "Periods": str(x.device.period_ratio),
+            "|Ż| at each": Said("{}, {}", number(of["velocity_bottom"][k], 5), number(-of["velocity_top"][k], 5)),
+            "Residual": Below(x.data["simulation"]["tolerance"]),
+            "Largest |λ|": number((abs(of["trace"][k]) + root) / 2, 3),
+        }
+    ]
+
+
 OUTCOMES = {
     "aperiodic": "chaotic, or not periodic within the budget",
     "sticking": "chatter with sticking, periodic",
@@ -890,13 +917,14 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Simulation against solution": simulated,
     "Where the starts end": lambda x: _counted(x, x.data["simulation"]["motions"]),
     "Where starts end that do not .*": lambda x: _counted(x, x.data["simulation"]["basin"]["elsewhere"]),
+    "Simulated motions in detail": in_detail,
     "Jumps": jumps,
     "Hysteresis": hysteresis,
     "Motions by how they are found, with their ranges of .*": coexisting,
 }
 """What stands in each table, by its caption."""
 
-WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Slips in the text .*", "Types of motion along .*")
+WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Slips in the text .*")
 """Captions of tables of words, or of numbers that are no results: what was run, with what."""
 
 
@@ -940,7 +968,7 @@ def sentences(x: Results) -> Iterator[Said]:
         cause, remedy = (" ".join(alert[key].replace("U_ave", "Uave").split()[:2]) for key in ("cause", "remedy"))
         yield Said(f"{mark} {alert['code']}: {alert['title'].replace('U_ave', 'Uave')}. {cause}")
         yield Said(f"Remedy. {remedy}")
-    if x.points and x.data["stable_range"] and any(alert["code"] == "VR011" for alert in x.data["alerts"]):
+    if x.points and x.data["own_stiffness"] is not None:
         largest = max(point["error_bound"] for point in x.points)
         yield Said(
             f"s solutions of the equations of rigid impacts, in results.json, the points are known to {{}} {x.unit}.",
@@ -992,6 +1020,14 @@ def _met(x: Results) -> Iterator[Said]:
     passed = {key: met for key, _, met in _asked(x)} | {"stable_from": True, "crosscheck_passed": True}
     for criterion in criteria:
         assert criterion["passed"] is passed[criterion["key"]], criterion
+    known = {key: (limit, value, margin) for key, _, _, limit, value, margin, _ in judged(x)}
+    for criterion in criteria:
+        told = tuple(criterion[name] for name in ("limit_value", "value", "margin"))
+        for number_told, number_known in zip(told, known.get(criterion["key"], ()), strict=False):
+            assert abs(number_told - number_known) <= 1e-9 * max(abs(value) for value in known[criterion["key"]])
+        if criterion["key"] == "stable_from":
+            asked = x.scenario["requirements"]
+            assert criterion["limit_value"] == asked["stable_to"] - asked["stable_from"]
     met, count = sum(passed[criterion["key"]] for criterion in criteria), len(criteria)
     yield Said(f"{met} of {count} requirements {'is' if met == 1 else 'are'} met.")
     if met < count:
@@ -1009,6 +1045,8 @@ def _of_design(x: Results) -> Iterator[Said]:
 
 
 def _of_stable(x: Results) -> Iterator[Said]:
+    if x.data["simulation"] is None:
+        yield Said("Does a simulation agree? ✓Yes Started beside the motion, it is off by ")
     bottom, top = x.design_speeds[0]
     yield Said(
         "How fast are the impacts? {} at the bottom, {} at the top", Amount(bottom, "m/s", 4), Amount(top, "m/s", 4)
@@ -1138,7 +1176,7 @@ def _alerts(x: Results) -> Iterator[Said]:
             f"{_name(end)}"
             if end["taken_over"]
             else f"Stable motion ends {{}} {side} the design point in {quantity}: {_name(end)}",
-            percentage(abs(end["relative"]), 3),
+            percentage(abs(end["relative"]), 3 if abs(end["relative"]) >= 0.01 else 2),
         )
     contact = next((alert["cause"] for alert in x.data["alerts"] if alert["code"] == "VR011"), None)
     if contact is not None:
@@ -1211,6 +1249,48 @@ def _compliant(x: Results) -> Iterator[Said]:
         values = [in_input(end["parameter"], value, digits) for value in (end["rigid"], end["compliant"]) if value]
         words = "{}" if end["compliant"] is not None else end["missing"]
         yield Said(f"{name} in {SYMBOLS[end['parameter']][1]}: rigid {{}}, compliant {words}", *values)
+
+
+def answers(x: Results) -> Iterator[tuple[str, Said]]:
+    """What the verdict answers, by the question: of what a page shortens, too."""
+    if x.data["requirements"] is not None:
+        criteria = x.data["requirements"]["criteria"]
+        met = sum(of["passed"] for of in criteria)
+        said = Said(f"{'Yes' if met == len(criteria) else 'No'}. {met} of {len(criteria)}: see the acceptance table")
+        yield "Are the requirements met?", said
+    if x.ending:
+        end = x.ending[0]
+        side = "below" if end["relative"] < 0 else "above"
+        name, (quantity, symbol, _) = _name(end), SYMBOLS[end["parameter"]]
+        at = end["sweep_value"]
+        value = in_input(end["parameter"], at, digits_of(x, end["parameter"], at, 6))
+        words, compliant = _margin(x, end)
+        said = f"{words} in {quantity}. {name[0].upper()}{name[1:]} at {symbol} = {{}}, {side} the design point"
+        yield "With what margin?", Said(said, percentage(abs(end["relative"])), *compliant, value)
+    if x.data["simulation"] is not None and (of := x.data["simulation"]["basin"]) is not None:
+        interval = percentage(of["low_95"]), percentage(of["high_95"])
+        said = f"{of['reached']} of {of['trials']} random starts (95 % interval {{}} to {{}})"
+        yield "Which starts reach it?", Said(f"{{}}. {said}", percentage(of["share"]), *interval)
+    if x.data["simulation"] is not None and (count := x.data["simulation"]["orbits_checked"]):
+        of = x.data["simulation"]
+        largest = max(of["velocity_difference"], of["phase_difference_rad"])
+        said = f"all {count} stable orbits tried; largest difference {{}}"
+        yield "Does the simulation agree?", Said(said, number(largest, 2))
+    speeds = x.design_speeds if x.design is not None else _speeds_along(x)
+    if x.device.ball_mass_kg is None or not speeds:
+        return
+    volts, radius = [mean([x.device.gain(v) for v in pair]) for pair in speeds], x.device.membrane["active_radius_m"]
+    deepest = Amount(max(x.device.deflection(max(pair)) for pair in speeds), "m", 3)
+    if deepest.value > radius:
+        said = "Outside the membrane model. Deflection {}, {} times the active radius: no volts"
+        amounts = [deepest, number(deepest.value / radius, 2)]
+    else:
+        ends = [Amount(of(volts), "V", 4) for of in (min, max)]
+        said = "U_ave = {} to {}. " if max(volts) > min(volts) * (1 + 1e-6) else "U_ave = {}. "
+        amounts = [*ends[: said.count("{}")], deepest]
+        said += "At the design point" if x.design is not None else "Over the stable range"
+        said += "; deflection up to {}, inside the membrane model"
+    yield "What voltage?", Said(said, *amounts)
 
 
 def headline(x: Results) -> Iterator[Said]:
@@ -1390,4 +1470,5 @@ def of_margins(x: Results) -> Iterator[Said]:
         shift = (slope or 0.0) * getattr(x.device, key) / end["sweep_value"]
         if shift:
             yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 3))
+    yield Said("if one of the other inputs grows by 1 %: exact")
     yield Said(f"moves the {_name(end)} in {quantity} by:")

@@ -1,7 +1,8 @@
 """What pages and terminals show is what results.json and the definitions say: in tables and in sentences.
 
-`shown_tables.py` has what is held, `definitions.py` the formulae, `shown.py` reads. Scenarios differ in all numbers:
-V_B and V_T, both membranes, force and frequency; several periods, with and without a design point.
+`shown_tables.py` and `shown_figures.py` have what is held, `definitions.py` the formulae, `shown.py` reads. Scenarios
+differ in all numbers: V_B and V_T, both membranes, force and frequency; several periods, with and without a design
+point.
 """
 
 from __future__ import annotations
@@ -15,14 +16,26 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import EXAMPLES
+from definitions import mean
 from matplotlib.text import Text
 from pages import Page
 from shown import Amount, Bound, Said, plain, table_faults, terminal_tables
+from shown_figures import (
+    captions,
+    cycle_faults,
+    legend_of,
+    motion_faults,
+    path_faults,
+    reading_faults,
+    stability_faults,
+    voltage_faults,
+)
 from shown_tables import (
     TABLES,
     WORDS_ONLY,
     Results,
     along_the_sweep,
+    answers,
     compared,
     differing_settings,
     headline,
@@ -34,12 +47,13 @@ from shown_tables import (
     printed_faults,
     ranking,
     sentences,
+    types_faults,
 )
 
 from vireport.chart import plane_of
 from vireport.chart.outputs import text as chart_text
 from vireport.comparison import Comparison, ComparisonReport, compare, comparison_provenance, terminal_summary
-from vireport.figures import pictures, shown_along
+from vireport.figures import Picture, live_data, pictures, shown_along
 from vireport.figures.captions import alt_text, pictured
 from vireport.motions import Event, Limits
 from vireport.optimise import JudgedDesign, outputs, problem_of
@@ -86,7 +100,7 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
     "horizontal, no design point, other sequences": (
         "horizontal",
         {"motions.impacts": 3, "motions.periods": 2, "device.length_m": None, "sweep.from": 0.2,
-         "device.ball_mass_kg": 0.0039, "simulation.samples": 12, "simulation.starts": 8},
+         "sweep.to": 0.45, "device.ball_mass_kg": 0.0039, "simulation.samples": 12, "simulation.starts": 8},
     ),
     "a slow sweep, simulated": (
         "hysteresis",
@@ -100,7 +114,13 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
     "force swept, simulated": (
         "inclined-forcing",
         {"simulation.samples": 4, "simulation.starts": 5, "excitation.amplitude_n": 3.9, "sweep.from": 2.6,
+         "simulation.diagram": True, "simulation.portraits": [3.9], "simulation.displacement": [3.9],
          **required(crosscheck_passed=True, margin_period_doubling_percent=20, force_at_most_n=3.8)},
+    ),
+    "two stable motions, and a field above breakdown": (
+        "design-point",
+        {"inclination_deg": 5, "device.length_m": 0.33, "device.ball_mass_kg": 1e-4, **DIELECTRIC,
+         "device.membrane.breakdown_field_v_m": 9e6},
     ),
 }  # fmt: skip
 
@@ -123,6 +143,11 @@ def page_of(name: str) -> Page:
     return Page(render_html(Report(study, {}, provenance_of(study.loaded, "vireport run x.yaml"))))
 
 
+@cache
+def pictures_of(name: str) -> dict[str, Picture]:
+    return {picture.name: picture for picture in pictures(study_of(name), None)}
+
+
 def matching(caption: str, captions: Any) -> str | None:
     return next((pattern for pattern in captions if re.fullmatch(pattern, caption)), None)
 
@@ -138,6 +163,8 @@ def test_every_table_shows_what_results_and_definitions_say(name: str) -> None:
             wrong += list(inputs_faults(results, table.rows[1:]))
         elif table.caption == "Numbers":
             wrong += list(printed_faults(table.rows[1:]))
+        elif table.caption.startswith("Types of motion along"):
+            wrong += list(types_faults(results, table.rows[1:]))
         else:
             assert matching(table.caption, WORDS_ONLY), f"{table.caption} is held by no row of TABLES"
     assert not wrong, "\n".join(wrong)
@@ -155,6 +182,52 @@ def test_the_headline_has_the_numbers_of_the_results(name: str) -> None:
     text = study_of(name).verdict.headline
     wrong = [fault for said in headline(results_of(name)) if (fault := said.faults(text))]
     assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_answer_of_the_verdict_has_the_numbers_of_the_results(name: str) -> None:
+    told = {fact.question: f"{fact.answer}. {fact.detail}" for fact in study_of(name).verdict.facts}
+    wrong = [fault for question, said in answers(results_of(name)) if (fault := said.faults(told[question]))]
+    assert not wrong, "\n".join(wrong)
+
+
+DRAWN = [name for name in SCENARIOS if not name.startswith("horizontal")]
+"""Scenarios whose figures are drawn: each kind of figure is among them."""
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_curves_show_what_their_legends_and_the_results_say(name: str) -> None:
+    x, drawn = results_of(name), pictures_of(name)
+    held = {"figure-2": motion_faults, "figure-4": stability_faults, "figure-7": voltage_faults}
+    held |= {"figure-device": path_faults, "figure-cycle": cycle_faults} if x.stable else {}
+    wrong = [
+        f"{figure}: {fault}" for figure, faults in held.items() if figure in drawn
+        for fault in faults(x, drawn[figure].figure)
+    ]  # fmt: skip
+    if "figure-2" in drawn and "figure-7" in drawn:
+        sides = [
+            {words.split(", ")[-1]: look.get_color() for words, look in legend_of(drawn[figure].figure).items()}
+            for figure in ("figure-2", "figure-7")
+        ]
+        assert [sides[0][side] for side in ("bottom", "top")] == [sides[1][side] for side in ("bottom", "top")]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_captions_and_crosshairs_have_the_numbers_of_the_results(name: str) -> None:
+    x, drawn = results_of(name), pictures_of(name)
+    texts = {figure: f"{picture.caption} {picture.alt}" for figure, picture in drawn.items()}
+    wrong = [f"{figure}: {fault}" for figure, said in captions(x) if (fault := said.faults(texts[figure]))]
+    live = live_data(study_of(name), list(drawn.values()))
+    assert bool(live) is (x.sweep is not None)
+    wrong += reading_faults(x, json.loads(live)) if live else []
+    assert not wrong, "\n".join(wrong)
+
+
+def test_each_held_caption_is_of_a_figure() -> None:
+    held = {figure for name in DRAWN for figure, _ in captions(results_of(name))}
+    names = "3", "4", "6", "atlas", "cycle", "device", "diagram", "hysteresis", "ladder"
+    assert held == {f"figure-{name}" for name in names}
 
 
 def test_each_held_table_is_on_a_page() -> None:
@@ -185,6 +258,28 @@ def test_a_comparison_shows_what_the_results_of_its_scenarios_say() -> None:
     wrong += [f"terminal: {fault}" for fault in table_faults(table.head, table.rows, ranking(named))]
     text = plain(terminal_summary(both))
     wrong += [fault for said in compared(named) if (fault := said.faults(text))]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_a_ranking_has_the_least_voltage_of_several_motions_and_counts_impacts_by_their_period() -> None:
+    named = {
+        "a": "two stable motions, and a field above breakdown",
+        "b": "three forcing periods, no sweep, valid voltages",
+    }
+    text = terminal_summary(compare([study_of(name) for name in named.values()]))
+    (table,) = [table for table in terminal_tables(text) if table.head[0] == "Scenario"]
+    column, wrong = {title: k for k, title in enumerate(table.head)}, []
+    shown = sorted((row[column["Mean voltage"]], row[column["Per second"]]) for row in table.rows)
+    expected = []
+    for name in named.values():
+        x = results_of(name)
+        average = min(mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds)
+        rate = 2 * x.device.frequency_hz / x.device.period_ratio * average
+        expected.append((Amount(average, "V", 4), Amount(rate, "V/s", 4)))
+    for cells, amounts in zip(shown, expected, strict=True):
+        wrong += [
+            fault for cell, of in zip(cells, amounts, strict=True) if (fault := Said("{}", of).faults(cell, True))
+        ]
     assert not wrong, "\n".join(wrong)
 
 
@@ -230,7 +325,7 @@ def search() -> SearchResult:
     }  # fmt: skip
     problem = problem_of(load(EXAMPLES / "design-point.yaml", overrides))
     designs = []
-    for t in (np.array([0.47, 0.36]), np.array([0.55, 0.37]), np.array([0.8, 0.36])):
+    for t in (np.array([0.7, 0.4]), np.array([0.7, 0.33]), np.array([0.55, 0.4])):  # more margin costs power here
         study = problem.study(t)
         designs.append(JudgedDesign(t, study, problem.value_of(study)))
     designs.sort(key=lambda design: design.margin)
@@ -344,8 +439,8 @@ def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
     meetings = [
         SimpleNamespace(events=events, word=word, inputs=inputs, error_bound=bounds)
         for events, word, inputs, bounds in (
-            ((Event.GRAZING, Event.GRAZING), "BT", (31.25, 0.6875), (3.3e-14, 4.21e-16)),
-            ((Event.PERIOD_DOUBLING, Event.GRAZING), "BBT", (12.5, 0.4375), (7.7e-15, float("inf"))),
+            ((Event.GRAZING, Event.GRAZING), "BT", (31.25, 0.6875), (3.3123e-14, 4.21e-16)),
+            ((Event.PERIOD_DOUBLING, Event.GRAZING), "BBT", (12.5, 0.4375), (7.7123e-15, float("inf"))),
         )
     ]
     chart: Any = SimpleNamespace(
@@ -382,7 +477,7 @@ def test_captions_of_figures_along_the_sweep_have_the_numbers_of_the_results(nam
 
 def test_the_figures_of_a_design_point_have_the_numbers_of_the_results() -> None:
     name = "three forcing periods, no sweep, valid voltages"
-    x, drawn = results_of(name), {picture.name: picture for picture in pictures(study_of(name), None)}
+    x, drawn = results_of(name), pictures_of(name)
     text = f"{drawn['figure-margins'].caption} {drawn['figure-margins'].alt}"
     wrong = [fault for said in of_margins(x) if (fault := said.faults(text))]
     assert not wrong, "\n".join(wrong)

@@ -1,9 +1,10 @@
 """Plant the faults of `faults.yaml` one at a time into a copy of the project, and tell which the quick tests catch.
 
-    python tools/plant_faults.py [--jobs 2] [--only PART] [--whole]
+    python tools/plant_faults.py [--jobs 2] [--only PART] [--whole] [--check]
 
 First the tests that read pages and terminals back run; of a fault that survives them, the other quick tests of its
-package; with --whole, all quick tests of what is left. Nothing in the working tree is changed.
+package; with --whole, all quick tests of what is left. With --check no test runs: it tells only which faults have no
+place, or several, in their file. Nothing in the working tree is changed.
 """
 
 from __future__ import annotations
@@ -45,13 +46,17 @@ def caught(copy: Path, tests: tuple[str, ...]) -> bool:
     return subprocess.run(command, cwd=copy, env=environment, capture_output=True).returncode != 0
 
 
+def places_of(file: str, old: str) -> int:
+    """How often the text that a fault replaces stands in its file."""
+    path = ROOT / file
+    return path.read_text(encoding="utf-8").count(old) if path.is_file() else 0
+
+
 def outcome(copy: Path, file: str, old: str, new: str, whole: bool) -> str:
     """What becomes of a fault: who catches it, or nobody."""
     path = copy / file
     text = path.read_text(encoding="utf-8")
-    if old not in text:
-        return "not planted"
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    path.write_text(text.replace(old, new), encoding="utf-8")
     try:
         if caught(copy, READ_BACK):
             return "read back"
@@ -69,9 +74,14 @@ def main() -> int:
     asked.add_argument("--jobs", type=int, default=2)
     asked.add_argument("--only", default="", help="a part of the path of the files in which faults are planted")
     asked.add_argument("--whole", action="store_true", help="run all quick tests on what survives the others")
+    asked.add_argument("--check", action="store_true", help="tell only which faults cannot be planted")
     given = asked.parse_args()
     table = yaml.safe_load((ROOT / "tools" / "faults.yaml").read_text(encoding="utf-8"))
     faults = [(file, *fault) for file, of in table.items() if given.only in file for fault in of]
+    for file, old, _ in (lost := [fault for fault in faults if places_of(*fault[:2]) != 1]):
+        print(f"{file}: {old!r} stands there {places_of(file, old)} times, and not once")
+    if lost or given.check:
+        return 2 if lost else 0
     with TemporaryDirectory() as folder:
         copies: SimpleQueue[Path] = SimpleQueue()
         for number in range(given.jobs):
@@ -95,8 +105,7 @@ def main() -> int:
         with ThreadPoolExecutor(given.jobs) as pool:
             outcomes = list(pool.map(plant, faults))
     counts = {told: outcomes.count(told) for told in dict.fromkeys(outcomes)}
-    planted = len(outcomes) - counts.get("not planted", 0)
-    print(f"{planted} faults planted, {planted - counts.get('SURVIVED', 0)} caught: {counts}")
+    print(f"{len(outcomes)} faults planted, {len(outcomes) - counts.get('SURVIVED', 0)} caught: {counts}")
     return int("SURVIVED" in counts)
 
 

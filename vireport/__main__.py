@@ -33,8 +33,10 @@ def entry() -> int:
             print(f"vireport: error: standard output cannot be written: {output.failure.strerror}", file=sys.stderr)
             code = OutputError.exit_code
     except KeyboardInterrupt:  # while the command line was imported
+        from vireport.base import interrupts
+
         print("vireport: interrupted", file=sys.stderr)
-        code = 128 + signal.SIGINT
+        code = interrupts.exit_code()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # nothing is left that could be interrupted
     return code

@@ -235,6 +235,31 @@ def test_sigterm_ends_a_run_as_ctrl_c_does_and_leaves_no_folder(tmp_path: Path) 
     assert [path for path in tmp_path.rglob("*") if path.name != "tmp"] == []
 
 
+AS_IT_IS_IMPORTED = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "typer":
+            exec("os.kill(os.getpid(), signal.{name})")
+sys.meta_path.insert(0, Finder())
+"""
+"""The signal comes in code that is compiled from a string, as that of a dataclass is."""
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_the_exit_code_names_the_signal_wherever_it_comes(name: str, code: int, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(AS_IT_IS_IMPORTED.format(name=name))
+    run = subprocess.run(
+        [*ENTRY, "run", INCLINED],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        capture_output=True,
+    )
+    assert run.stderr == b"vireport: interrupted\n"
+    assert run.returncode == code
+
+
 def test_an_interrupted_map_says_how_it_goes_on(tmp_path: Path) -> None:
     code = "import vireport.maps as s\ns.run_map = interrupt"
     run = interrupted(code, "sweep", "map.yaml", cwd=tmp_path)

@@ -222,14 +222,18 @@ def test_the_proved_power_is_at_most_what_the_impacts_may_lose(seed: int) -> Non
     text = searched("power_mw", LENGTH, BALL, text=random_device(seed), required="efficiency_at_most_percent: 50")
     problem = problem_of(loads(text))
     best = optimise(problem).best
-    bound = largest_value(problem, best.value)
-    assert best.value <= bound
-    t = np.random.default_rng(seed).uniform(size=(20, 2))
+    # Of some devices no design in the ranges meets the limit: then nothing is known to be reached.
+    known = 0.0 if best is None else best.value
+    bound = largest_value(problem, known)
+    assert known <= bound
+    t, met = np.random.default_rng(seed).uniform(size=(20, 2)), 0
     for row in t:
         study = problem.study(row)
         design = study.solution.design
         if design.motions.stable.any() and all(line.passed for line in study.criteria):
+            met += 1
             assert design.conversion.power_mw[design.motions.stable].min() <= bound
+    assert best is not None or met == 0
 
 
 def test_the_report_shows_what_is_impossible_as_bad_and_says_what_its_bound_leaves_out(tmp_path: Path) -> None:

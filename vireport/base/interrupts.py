@@ -1,6 +1,6 @@
 """Ctrl-C and SIGTERM: recorded as they come, so that no library swallows them, and deferred as files are put in place.
 
-Both are raised as `KeyboardInterrupt`, so that of what is unfinished nothing is left.
+Both are raised as a `KeyboardInterrupt`, so that of what is unfinished nothing is left.
 
 Before `install` is called, and in programs that use the package, Python's own handling of signals is left alone.
 """
@@ -17,6 +17,14 @@ _received = 0
 _held = False
 
 
+class Interruption(KeyboardInterrupt):
+    """Ctrl-C or SIGTERM.
+
+    Where `KeyboardInterrupt` itself passes through code that was compiled from a string, as that of a dataclass is,
+    CPython ends the process by SIGINT when all is done, though it was caught. A subclass has its exit code.
+    """
+
+
 def install() -> None:
     """Record both signals from here on; where the process was started to ignore one, it is still ignored."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
@@ -30,12 +38,12 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     global _received
     _received = number
     if not _held:
-        raise KeyboardInterrupt
+        raise Interruption
 
 
 def _without_interrupts(unraisable: sys.UnraisableHookArgs) -> None:
     """A signal in a callback of the interpreter cannot be raised there; `check` raises it at the next step."""
-    if unraisable.exc_type is not KeyboardInterrupt:
+    if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(unraisable)
 
 
@@ -57,7 +65,7 @@ def check() -> None:
     KeyboardInterrupt
     """
     if _received:
-        raise KeyboardInterrupt
+        raise Interruption
 
 
 @contextmanager

@@ -1,0 +1,309 @@
+"""What figures show, read back: curves by the words of their legend, and captions, from results.json and definitions.
+
+A legend says which look stands for what. So a curve is found by its words, and held against what these words mean:
+curves with the looks of one another, a wrong scale and a wrong unit all fail.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from math import cos, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+from definitions import VACUUM_PERMITTIVITY, mean
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from shown import PREFIXES, Amount, Below, Said, plain
+from shown_tables import Results, in_input, number, rungs, swept
+
+Points = list[tuple[float, float]]
+
+CLOSE = 1e-9
+"""Relative difference between a number that is computed here and one that is drawn."""
+
+
+def legend_of(figure: Figure) -> dict[str, Any]:
+    """The looks of a figure's legends, by their words."""
+    return {
+        plain(text.get_text()): handle
+        for legend in figure.findobj(Legend)
+        for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True)
+    }
+
+
+def curve(axes: Axes, look: Any, style: Any) -> np.ndarray:
+    """The points of the curves with the colour and width of one look, and the dashes of another, (k, 2)."""
+    lines = [line for line in axes.findobj(Line2D) if line.get_marker() in ("None", None) and len(line.get_xdata()) > 2]
+    of = [
+        line for line in lines if line.get_color() == look.get_color() and line.get_linewidth() == look.get_linewidth()
+    ]
+    of = [line for line in of if line.get_linestyle() == style.get_linestyle()]
+    points = [np.column_stack([np.asarray(values, dtype=float) for values in line.get_data()]) for line in of]
+    return np.concatenate(points) if points else np.empty((0, 2))
+
+
+def marked(axes: Axes, look: Any) -> np.ndarray:
+    """The points of the markers with a look, (k, 2)."""
+    lines = [line for line in axes.findobj(Line2D) if line.get_marker() == look.get_marker()]
+    lines = [line for line in lines if line.get_color() == look.get_color()]
+    return np.concatenate([np.column_stack(line.get_data()) for line in lines])
+
+
+def curve_faults(words: str, drawn: np.ndarray, known: Points, period: float | None = None) -> Iterator[str]:
+    """Points of results.json that are not on the curve with some words."""
+    for x, y in known:
+        apart = drawn - (x, y)
+        if period is not None:
+            apart[:, 1] = (apart[:, 1] + period / 2) % period - period / 2
+        size = np.abs(apart) / (1e-300 + np.maximum(1e-3, np.abs((x, y))))
+        if not len(drawn) or np.nanmin(size.max(axis=1)) > CLOSE:
+            yield f"{words}: ({x:.6g}, {y:.6g}) is not on its curve"
+            return
+
+
+def admissible(branch: dict[str, Any]) -> list[int]:
+    """Rows of the motions of a branch in which the ball stays between the membranes."""
+    return [k for k, there in enumerate(branch["admissible"]) if there]
+
+
+def motions(x: Results, stable: bool) -> Iterator[tuple[dict[str, Any], int]]:
+    """The admissible motions along the sweep, as branches and rows."""
+    for branch in x.data["branches"]:
+        for k, word in enumerate(branch["stability"]):
+            if branch["admissible"][k] and word.startswith("stable") is stable and branch["critical_point"][k] is None:
+                yield branch, k
+
+
+def speeds(x: Results, branch: dict[str, Any], k: int) -> tuple[float, float]:
+    return x.speeds((branch["velocity_bottom"][k], branch["velocity_top"][k]), branch["sweep_value"][k])
+
+
+def voltage_faults(x: Results, figure: Figure) -> Iterator[str]:
+    """Figure 7: the voltages of each motion, in the unit of the axis."""
+    (axes, *_), looks = figure.axes, legend_of(figure)
+    prefix = re.search(r"\[(.?)V\]", axes.get_ylabel())[1]
+    for stability in ("stable", "unstable"):
+        known: dict[str, Points] = {"Uₐᵥₑ": [], "Uᵢₘₚ − Uᵢₙ, bottom": [], "Uᵢₘₚ − Uᵢₙ, top": []}
+        for branch, k in motions(x, stability == "stable"):
+            bottom, top = (x.device.gain(speed) for speed in speeds(x, branch, k))
+            for points, volts in zip(known.values(), (mean([bottom, top]), bottom, top), strict=True):
+                points.append((branch["d"][k], volts / 10.0 ** PREFIXES[prefix]))
+        for words, points in known.items():
+            if points:
+                yield from curve_faults(f"{words}, {stability}", curve(axes, looks[words], looks[stability]), points)
+
+
+def motion_faults(x: Results, figure: Figure) -> Iterator[str]:
+    """Figure 2: speed, phase and flight time of both impacts."""
+    looks, ratio = legend_of(figure), x.device.period_ratio
+    sides = {"impact k−1, bottom": ("bottom", lambda q: q), "impact k, top": ("top", lambda q: 1 - q)}
+    for stability in ("stable", "unstable"):
+        rows = list(motions(x, stability == "stable"))
+        for words, (side, share) in sides.items() if rows else ():
+            columns = (
+                [abs(branch[f"velocity_{side}"][k]) for branch, k in rows],
+                [branch[f"phi_{side}_rad"][k] for branch, k in rows],
+                [ratio * share(branch["q"][k]) for branch, k in rows],
+            )
+            for axes, values, period in zip(figure.axes[:3], columns, (None, 2 * pi, None), strict=True):
+                drawn = curve(axes, looks[words], looks[stability])
+                points = [(branch["d"][k], y) for (branch, k), y in zip(rows, values, strict=True)]
+                yield from curve_faults(f"{axes.get_ylabel()}, {words}, {stability}", drawn, points, period)
+
+
+def stability_faults(x: Results, figure: Figure) -> Iterator[str]:
+    """Figure 4: the discriminant and the eigenvalues where they are shown, and the borders of stability."""
+    looks, determinant = legend_of(figure), x.device.restitution**4
+    names = {words: look for words, look in looks.items() if words.startswith("branch")}
+    wide = looks.get("Re λ")
+    for stability in ("stable", "unstable"):
+        discriminants, eigenvalues = [], []
+        for branch, k in motions(x, stability == "stable"):
+            trace, d = branch["trace"][k], branch["d"][k]
+            root = trace**2 - 4 * determinant
+            discriminants.append((d, root))
+            larger = trace / 2 if root < 0 else (trace + (sqrt(root) if trace > 0 else -sqrt(root))) / 2
+            parts = [larger] if root < 0 else [larger, determinant / larger]
+            eigenvalues += [(d, part) for part in parts if abs(part) < 1]
+        if not discriminants:
+            continue
+        for axes, known in zip(figure.axes[:2], (discriminants, eigenvalues), strict=True):
+            drawn = [curve(axes, look, looks[stability]) for look in names.values()]
+            if wide is not None:
+                for line in axes.findobj(Line2D):
+                    if line.get_linewidth() == wide.get_linewidth():
+                        drawn.append(np.column_stack(line.get_data()))
+            yield from curve_faults(f"{axes.get_ylabel()}, {stability}", np.concatenate(drawn), known)
+    border = looks["criterion: Δ = 0, λ = ±1"]
+    for axes, expected in zip(figure.axes[:2], ({0.0}, {-1.0, 1.0}), strict=True):
+        drawn = {
+            float(line.get_ydata()[0])
+            for line in axes.findobj(Line2D)
+            if line.get_linestyle() == border.get_linestyle() and list(line.get_xdata()) == [0, 1]
+            and line.get_linewidth() == border.get_linewidth()
+        }  # fmt: skip
+        if drawn != expected:
+            yield f"{axes.get_ylabel()}: the borders of stability are drawn at {drawn}"
+
+
+def path_faults(x: Results, figure: Figure) -> Iterator[str]:
+    """The ball's distance from the bottom membrane over a period, by its equation of motion."""
+    axes, looks, design = figure.axes[-1], legend_of(figure), x.design
+    k, ratio = x.stable[0], x.device.period_ratio
+    d, gbar = design["d"][k], x.device.gbar
+    unit = x.device.length_m / d
+    ball = np.concatenate(
+        [np.column_stack(line.get_data()) for line in axes.lines if line.get_color() == looks["ball"].get_color()]
+    )
+    meets = {"impact, bottom": [(0.0, 0.0), (ratio, 0.0)], "impact, top": [(ratio * design["q"][k], x.device.length_m)]}
+    for words, points in meets.items():
+        yield from curve_faults(words, marked(axes, looks[words]), points)
+        yield from curve_faults("ball", ball, points)
+    phase, velocity = design["phi_bottom_rad"][k], -x.device.restitution * design["velocity_bottom"][k]
+    for time, distance in ball[(ball[:, 0] > 0) & (ball[:, 0] < ratio * design["q"][k])]:
+        t = 2 * time  # in units of t_c, half a forcing period
+        z = d / 2 + t * (velocity + gbar * t / 2 - sin(phase) / pi) + (cos(phase) - cos(pi * t + phase)) / pi**2
+        if abs(unit * (d / 2 - z) - distance) > 1e-9 * x.device.length_m:
+            yield f"ball: at {time:.6g} periods {distance:.6g} m are drawn, and not {unit * (d / 2 - z):.6g} m"
+            return
+
+
+def reading_faults(x: Results, live: dict[str, Any]) -> Iterator[str]:
+    """The readings of the crosshair, five digits of what results.json and the definitions say."""
+    units = {name: unit for name, _, unit in live["readings"]}
+    for branch in live["branches"]:
+        columns, number_of = branch["columns"], int(re.match(r"branch (\d+)", branch["name"])[1])
+        of = next(of for of in x.data["branches"] if of["number"] == number_of)
+        values = np.array(of["sweep_value"])
+        for place, value in enumerate(columns["sweep_value"]):
+            near = np.flatnonzero(abs(values - value) <= 1e-4 * abs(values))
+            shown = {name: column[place] for name, column in columns.items()}
+            wrong = [_misread(_readings(x, of, k, "u_ave_v" in columns), shown, units) for k in near]
+            if not any(fault == "" for fault in wrong):
+                yield f"branch {number_of}, {x.symbol} = {value}: {wrong[:1]}"
+                return
+
+
+def _readings(x: Results, of: dict[str, Any], k: int, volts: bool) -> dict[str, tuple[float, str]]:
+    """What can be read of a motion: values and units."""
+    bottom, top = speeds(x, of, k)
+    given = (("d", ""), ("q", ""), ("phi_bottom_rad", "rad"), ("phi_top_rad", "rad"))
+    given += (("velocity_bottom", "–"), ("velocity_top", "–"))
+    readings = {key: (of[key][k], unit) for key, unit in given}
+    readings |= {"velocity_bottom_m_s": (bottom, "m/s"), "velocity_top_m_s": (-top, "m/s")}
+    if volts:
+        gains = [x.device.gain(bottom), x.device.gain(top)]
+        readings |= {"u_ave_v": (mean(gains), "V"), "u_bottom_v": (gains[0], "V"), "u_top_v": (gains[1], "V")}
+    return readings
+
+
+def _misread(expected: dict[str, tuple[float, str]], shown: dict[str, Any], units: dict[str, str]) -> str:
+    for name, (value, unit) in expected.items():
+        if abs(shown[name] - value) > 0.500001e-4 * max(abs(value), 1e-9):
+            return f"{name} is {shown[name]}, and not {value:.8g}"
+        if units[name] != unit:
+            return f"{name} is read in {units[name]!r}"
+    return ""
+
+
+def cycles(x: Results) -> list[tuple[float, float, float]]:
+    """Of the stable motion that gains most: charge, voltage and energy of the impact at the bottom and at the top."""
+    of, area = x.device.membrane, pi * x.device.membrane["active_radius_m"] ** 2
+    capacitance = VACUUM_PERMITTIVITY * of["relative_permittivity"] * area / of["thickness_m"]
+    pair = max(x.design_speeds, key=lambda pair: sum(map(x.device.energy, pair)))
+    volts = [x.device.gain(speed) + of["bias_voltage_v"] for speed in pair]
+    return [(capacitance * high, high, x.device.energy(v)) for high, v in zip(volts, pair, strict=True)]
+
+
+def cycle_faults(x: Results, figure: Figure) -> Iterator[str]:
+    """The electrical cycle: stretched at the bias, at constant charge, and back along the flat capacitance."""
+    looks, bias = legend_of(figure), x.device.membrane["bias_voltage_v"]
+    units = [
+        10.0 ** PREFIXES[re.search(rf"\[(.?){unit}\]", label)[1]]
+        for label, unit in ((figure.axes[0].get_xlabel(), "C"), (figure.axes[0].get_ylabel(), "V"))
+    ]
+    for axes, (charge, high, energy), where in zip(figure.axes, cycles(x), ("bottom", "top"), strict=True):
+        drawn = {line.get_color(): np.column_stack(line.get_data()) * units for line in axes.lines}
+        stages = {
+            "charged to the bias, stretched": [(0.0, 0.0), (charge, bias)],
+            "isolated, until it is flat": [(charge, bias), (charge, high)],
+            "discharged, flat": [(charge, high), (0.0, 0.0)],
+        }
+        for words, points in stages.items():
+            if not np.allclose(drawn[looks[words].get_color()], points, rtol=CLOSE, atol=0):
+                yield f"{where}, {words}: {points} are not drawn"
+        title = axes.get_title(loc="left")
+        yield from filter(None, [Said(f"impact on the {where}: area {{}}", Amount(energy, "J", 4)).faults(title)])
+
+
+def captions(x: Results) -> Iterator[tuple[str, Said]]:
+    """What captions and alternative texts of simulated figures and of those of families say, by the figure."""
+    if x.sweep:
+        traces = [branch["trace"][k] for branch in x.data["branches"] for k in admissible(branch)]
+        roots = [(abs(trace), trace**2 - 4 * x.device.restitution**4) for trace in traces]
+        largest = max((size + sqrt(max(root, 0.0))) / 2 for size, root in roots)
+        told = Said("|λ| reaches {}", number(largest, 3)) if largest < 1e4 else Said("|λ| exceeds 10000")
+        yield "figure-4", told if largest > 1.6 else Said("where Δ < 0.")
+    if x.stable and x.device.membrane["thickness_m"] is not None:
+        bias, of = Amount(x.device.membrane["bias_voltage_v"], "V"), x.device.membrane
+        breaking = Amount(of["breakdown_field_v_m"] * of["thickness_m"], "V", 4)
+        yield "figure-cycle", Said("up to the bias of {}, isolated", bias)
+        yield "figure-cycle", Said("the membrane breaks down at {}.", breaking)
+        for where, (charge, high, energy) in zip(("bottom", "top"), cycles(x), strict=True):
+            amounts = Amount(charge, "C", 4), bias, Amount(high, "V", 4), Amount(energy, "J", 4)
+            yield "figure-cycle", Said(f"on the {where}: {{}} isolated from {{}} to {{}}, area {{}}", *amounts)
+    if x.stable:
+        share = number(x.design["q"][x.stable[0]], 3)
+        yield "figure-device", Said("over one period: it meets the top after {} of it.", share)
+    if x.data["families"]:
+        best = rungs(x)[0]
+        rate = Amount(best["Per second"].value, "V/s", 4)
+        yield "figure-ladder", Said(f"{best['Word']} generates most, up to {{}}.", rate)
+        yield "figure-atlas", Said(f"{len(x.data['families'])} families that meet at ")
+    of = x.data["simulation"]
+    if of is None:
+        return
+    if (follow := of["follow"]) is not None:
+        count = sum(len(follow[way]["jumps"]) for way in ("up", "down"))
+        ends = [(loop["from"], loop["to"]) for loop in follow["loops"]]
+        parts = "; ".join([f"{x.symbol} = {{}} to {{}}"] * len(ends))
+        amounts = [amount for low, high in ends for amount in (number(low, 5), swept(x, high, 5))]
+        yield "figure-hysteresis", Said(f"{count} jumps; the motion depends on the direction at {parts}.", *amounts)
+    if x.scenario["simulation"]["diagram"]:
+        words: dict[str, list[float]] = {}
+        for sample in of["samples"]:
+            for word in dict.fromkeys(end["word"] for end in sample["ends"] if end["outcome"] == "periodic"):
+                words.setdefault(word, []).append(sample["sweep_value"])
+        for word, values in words.items():
+            ends = sorted({min(values), max(values)})
+            amounts = [number(ends[0], 4)] * (len(ends) - 1) + [swept(x, ends[-1], 4)]
+            yield (
+                "figure-diagram",
+                Said(f"{word} at {len(values)} ({x.symbol} = {' to '.join(['{}'] * len(ends))})", *amounts),
+            )
+    yield from _portraits(x)
+
+
+def _portraits(x: Results) -> Iterator[tuple[str, Said]]:
+    """Portraits at the design point, of its stable motion: the one that is simulated."""
+    asked, k = x.scenario["simulation"], x.stable[0] if x.stable else None
+    for figure, key in (("figure-3", "portraits"), ("figure-6", "displacement")):
+        if k is None or asked[key] != [getattr(x.device, x.parameter)]:
+            continue
+        of, trace = x.design, x.design["trace"][k]
+        root = sqrt(trace**2 - 4 * x.device.restitution**4)
+        at = in_input(x.parameter, getattr(x.device, x.parameter))
+        speeds_of = number(of["velocity_bottom"][k], 5), number(-of["velocity_top"][k], 5)
+        said = f"{x.symbol} = {{}}, d = {{}}, ḡ = {{}}: BT, every forcing period, |Ż| = {{}}, {{}}, φ = {{}} rad, "
+        phase, growth = number(of["phi_bottom_rad"][k], 5), number((abs(trace) + root) / 2, 3)
+        groups = number(x.device.d, 4), number(x.device.gbar, 4)
+        said += "residual {}, largest |λ| = {}"
+        yield figure, Said(said, at, *groups, *speeds_of, phase, Below(1e-9), growth)
+        if figure == "figure-3":
+            yield figure, Said("over time (right), in units of F/(2 M f) and F/(4 M f²), ")
+        else:
+            yield figure, Said("the ball x in units of F/(4 M f²), ")
