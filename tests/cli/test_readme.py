@@ -68,7 +68,7 @@ def test_the_python_of_the_readme_prints_what_matters(monkeypatch: pytest.Monkey
     (code,) = blocks(README, "python")
     exec(compile(code, "README.md", "exec"), {})
     out = capsys.readouterr().out
-    assert "Stable 1:1 motion for 0.629457 m < s ≤ 0.9 m" in out
+    assert "Stable 1:1 motion for 0.629 m < s ≤ 0.9 m" in out
     assert "B1 period doubling at 0.629457 m" in out
     assert "stable node: U_ave = 926 V" in out
 
