@@ -228,7 +228,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "handover": (
         lambda: Evidence(solved("horizontal")),
         [
-            "below the design point; two asymmetric motions take over from the symmetric one, with other flight times",
+            "below the design point; two asymmetric motions take over from the symmetric one; stable motion ends",
             "stable motion ends at f = 1.42 Hz (period doubling B1, 29 % below)",
             "from the symmetric one, with other flight times and voltages), 15 % away in frequency. No motion takes",
             "disturbances turn about it as they die out",
@@ -259,7 +259,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
                 taken_over=True,
             )
         ),
-        ["with other flight times and voltages, and stable motion ends nowhere"],
+        [", and stable motion ends nowhere"],
     ),
     "mirror images": (
         lambda: Evidence(solved("horizontal", device__length_m=0.36)),

@@ -166,8 +166,8 @@ def scaled(value: float | None, power: int, digits: int = 4) -> str:
 
     Examples
     --------
-    >>> scaled(42836.16467, -3), scaled(0.0063, 3), scaled(0.1 + 0.2, 3), scaled(0.00099999, 3)
-    ('42.84', '6.3', '300', '0.99999')
+    >>> scaled(42836.16467, -3), scaled(0.0063, 3), scaled(0.1 + 0.2, 3), scaled(0.00099999, 3), scaled(0.001, 3)
+    ('42.84', '6.3', '300', '0.99999', '1')
     """
     if value is None or not isfinite(value):
         return ABSENT
@@ -229,7 +229,7 @@ def _print(number: Decimal, digits: int, reserved: int) -> str:
         digits = max(digits, number.adjusted() + 1)
     for used in range(digits, MOST_DIGITS + 1):
         rounded = _round(number, used)
-        if abs(rounded) == reserved and rounded != number:
+        if abs(rounded) == reserved and rounded not in (number, settled):
             continue
         return _layout(rounded.normalize() if rounded in (number, settled) else rounded)
     return _layout(number.normalize())
