@@ -47,7 +47,7 @@ COMMANDS = {
     "compare": ([*ENTRY, "compare", INCLINED, "--vary", "inclination_deg=30,45", "--json"], True),
     "accuracy": ([*SHORT, "accuracy", INCLINED, "--set", "accuracy.compliant_membrane=false"], True),
     "extremes": ([*SHORT, "extremes"], True),
-    "sweep": ([*ENTRY, "sweep", "map.yaml", "-o", "map", "--no-figures", "--workers", "1"], False),
+    "sweep": ([*ENTRY, "sweep", "map.yaml", "-o", "map", "--no-figures", "--workers", "1"], True),
 }
 CODES = {"requirement": 1, "diff": 1, "wrong": 2}
 

@@ -293,7 +293,7 @@ def test_a_report_tells_what_has_changed_since_a_baseline(tmp_path: Path, capsys
     for name, more in (("changed", changed), ("again", changed), ("same", [])):
         assert main([*run, "-o", str(tmp_path / name), *more]) == 0
         files[name] = {path.name: path.read_bytes() for path in (tmp_path / name).iterdir()}
-        told = capsys.readouterr().err
+        told = capsys.readouterr().out
         assert ("device.restitution: 0.5 to 0.52 (+4 %)" in told) == bool(more)
         assert ("No change beyond tolerance" in told) != bool(more)
     assert files["changed"] == files["again"]
