@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -173,6 +172,8 @@ def follow_impacts(
 
     count = len(model)
     if workers > 1 and count > 1:
+        from concurrent.futures import ThreadPoolExecutor
+
         edges = np.linspace(0, count, min(count, PARTS * workers) + 1).astype(int)
         run(slice(0, 0))  # compile once, not in each thread
         with ThreadPoolExecutor(workers) as pool:
