@@ -268,9 +268,9 @@ def best_of(method: Callable[[], Measured], times: int = 5) -> Measured:
 def first_call(cache: str) -> tuple[float, float]:
     """Seconds a new process needs to import the compiler, and for its first impact."""
     code = (
-        "import time, numpy, vireport.simulation.events as e; a = time.perf_counter()\n"
+        "import time, numpy, vireport.simulation as e; from vireport.physics import Groups; a = time.perf_counter()\n"
         "import numba; b = time.perf_counter()\n"
-        "e.follow(e.check_model(.4, .2, .5), numpy.array([[1., 0., 1., 0.]]), 1)\n"
+        "e.follow_impacts(e.check_model(Groups(.4, .2, .5)), numpy.array([[1., 0., 1., 0.]]), 1)\n"
         "print(b - a, time.perf_counter() - b)"
     )
     run = subprocess.run(
@@ -296,10 +296,10 @@ def interpreted(impacts: int = 5000) -> float:
     """Seconds an impact takes without numba."""
     code = (
         "import sys, time, numpy; sys.modules['numba'] = None\n"
-        "import vireport.simulation.events as e\n"
+        "import vireport.simulation.events as e; from vireport.physics import Groups\n"
         f"start = numpy.array([e.check_start(e.Impact(1, {SPEED}, {PHI}), {D})])\n"
-        f"model = e.check_model({D}, {GBAR}, {R}); e.follow(model, start, 1); a = time.perf_counter()\n"
-        f"e.follow(model, start, {impacts}); print((time.perf_counter() - a) / {impacts})"
+        f"model = e.check_model(Groups({D}, {GBAR}, {R})); e.follow_impacts(model, start, 1); a = time.perf_counter()\n"
+        f"e.follow_impacts(model, start, {impacts}); print((time.perf_counter() - a) / {impacts})"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return float(run.stdout)
