@@ -164,6 +164,11 @@ def digits_of(x: Results, parameter: str, value: float, most: int) -> int:
     return min(6, max(3, moved + 2))
 
 
+def motion_digits(x: Results, most: int) -> int:
+    """How many digits of a motion long contacts leave: one more than those that their share of the period leaves."""
+    return most if x.data["own_stiffness"] is None else min(most, max(3, 2 + ceil(-log10(x.contact_share))))
+
+
 def _critical(x: Results, parameter: str, value: float) -> bool:
     of_sweep = [point["sweep_value"] for point in x.points] if parameter == x.parameter else []
     around = [of["sweep_value"] for of in x.design["margins"] if of["parameter"] == parameter] if x.design else []
@@ -404,7 +409,7 @@ def motions_at_design(x: Results) -> list[Row]:
             "Motion": of["family"][k].capitalize(),
             "Type": of["stability"][k],
             "Admissible": "yes" if of["admissible"][k] else "no",
-            **{title: number(of[key][k]) for title, key in columns.items()},
+            **{title: number(of[key][k], motion_digits(x, 6)) for title, key in columns.items()},
             "Δ": number(of["trace"][k] ** 2 - 4 * x.device.restitution**4, 4),
         }
         for k in range(len(of["q"]))
@@ -418,13 +423,13 @@ def voltages(x: Results) -> list[Row]:
     return [
         {
             "Stable motion": name,
-            x.symbol: Amount(value, x.unit, 8),
-            "d": number(d, 8),
-            "VB": Amount(bottom, "m/s", 5),
-            "VT": Amount(top, "m/s", 5),
-            "bottom": Amount(x.device.gain(bottom), "V", 5),
-            "top": Amount(x.device.gain(top), "V", 5),
-            "Uave": Amount(mean([x.device.gain(bottom), x.device.gain(top)]), "V", 5),
+            x.symbol: Amount(value, x.unit, digits_of(x, x.parameter, value, 8)),
+            "d": number(d, digits_of(x, x.parameter, value, 8)),
+            "VB": Amount(bottom, "m/s", motion_digits(x, 5)),
+            "VT": Amount(top, "m/s", motion_digits(x, 5)),
+            "bottom": Amount(x.device.gain(bottom), "V", motion_digits(x, 5)),
+            "top": Amount(x.device.gain(top), "V", motion_digits(x, 5)),
+            "Uave": Amount(mean([x.device.gain(bottom), x.device.gain(top)]), "V", motion_digits(x, 5)),
             "δ": Amount(x.device.deflection(max(bottom, top)), "m", 4),
         }
         for name, value, d, bottom, top in x.places()
@@ -446,23 +451,23 @@ def mass_effects(x: Results) -> list[Row]:
                 "": Amount(1e3 * mass, "g", 6),
                 "δ": Amount(depth, "m", 4),
                 "δ/Rc": number(depth / device.membrane["active_radius_m"], 3),
-                "Uave": Amount(mean([device.gain(bottom), device.gain(top)]), "V", 5),
+                "Uave": Amount(mean([device.gain(bottom), device.gain(top)]), "V", motion_digits(x, 5)),
             }
         )
     return rows
 
 
 def energy(x: Results) -> list[Row]:
-    rows = []
+    rows, digits = [], motion_digits(x, 5)
     for bottom, top in x.design_speeds:
         gained = x.device.energy(bottom) + x.device.energy(top)
         rows.append(
             {
-                "bottom": Amount(x.device.energy(bottom), "J", 5),
-                "top": Amount(x.device.energy(top), "J", 5),
-                "mean power at most": Amount(gained / x.device.period_s, "W", 5),
-                "efficiency": percentage(gained / (x.device.lost(bottom) + x.device.lost(top)), 5),
-                "field over breakdown": percentage(breakdown(x, bottom, top), 5),
+                "bottom": Amount(x.device.energy(bottom), "J", digits),
+                "top": Amount(x.device.energy(top), "J", digits),
+                "mean power at most": Amount(gained / x.device.period_s, "W", digits),
+                "efficiency": percentage(gained / (x.device.lost(bottom) + x.device.lost(top)), digits),
+                "field over breakdown": percentage(breakdown(x, bottom, top), digits),
             }
         )
     return rows
@@ -491,7 +496,7 @@ def points_where(x: Results) -> list[Row]:
 
 
 def points_motion(x: Results) -> list[Row]:
-    rows = []
+    rows, digits = [], motion_digits(x, 8)
     for point in x.points:
         for mirrored in (False, True)[: 1 + (point["mirror"] is not None)]:
             motion = point["mirror"] if mirrored else point
@@ -499,19 +504,19 @@ def points_motion(x: Results) -> list[Row]:
             rows.append(
                 {
                     "Point": point["label"],
-                    "q": number(motion["q"], 8),
-                    "φB": number(motion["phi_bottom_rad"], 8),
-                    "φT": number(top, 8),
-                    "ŻB": _or_zero(motion["velocity_bottom"]),
-                    "ŻT": _or_zero(motion["velocity_top"]),
+                    "q": number(motion["q"], digits),
+                    "φB": number(motion["phi_bottom_rad"], digits),
+                    "φT": number(top, digits),
+                    "ŻB": _or_zero(motion["velocity_bottom"], digits),
+                    "ŻT": _or_zero(motion["velocity_top"], digits),
                     "What happens": "its mirror image" if mirrored else _happens(point),
                 }
             )
     return rows
 
 
-def _or_zero(value: float) -> Amount:
-    return number(0.0 if abs(value) < 1e-13 else value, 8)
+def _or_zero(value: float, digits: int) -> Amount:
+    return number(0.0 if abs(value) < 1e-13 else value, digits)
 
 
 def _happens(point: dict[str, Any]) -> str:
@@ -538,11 +543,11 @@ def table_1(x: Results) -> list[Row]:
             "Type": word,
             "Criteria": f"Δ {'>' if 'node' in word else '<'} 0 and |λi| {'<' if word.startswith('stable') else '>'} 1",
         }
-        ends = [of["sweep_start"], of["sweep_end"]]
-        row |= {f"{x.symbol} from": number(ends[0], 8), "to 2": number(ends[1], 8)}
-        row |= {"d from": number(x.device.at(x.parameter, ends[0]).d, 8)}
-        row |= {"to": number(x.device.at(x.parameter, ends[1]).d, 8)}
-        row[f"{x.symbol} from"] = Amount(ends[0], x.unit, 8)
+        for label, value, of_d, of_swept, unit in (
+            (start, of["sweep_start"], "d from", f"{x.symbol} from", x.unit), (end, of["sweep_end"], "to", "to 2", "")
+        ):  # fmt: skip
+            digits = digits_of(x, x.parameter, place[label], 8) if label else 8
+            row |= {of_d: number(x.device.at(x.parameter, value).d, digits), of_swept: Amount(value, unit, digits)}
         rows.append(row)
     return rows
 
@@ -1464,7 +1469,8 @@ def of_margins(x: Results) -> Iterator[Said]:
     """What the caption and the alternative text of the figure of margins say."""
     end = x.ending[0]
     quantity, symbol, _ = SYMBOLS[end["parameter"]]
-    value = in_input(end["parameter"], end["sweep_value"])
+    digits = digits_of(x, end["parameter"], end["sweep_value"], 6)
+    value = in_input(end["parameter"], end["sweep_value"], digits)
     yield Said(f"The nearest end of stable motion is the {_name(end)} at {symbol} = {{}}.", value)
     for key, slope in end["derivatives"].items():
         shift = (slope or 0.0) * getattr(x.device, key) / end["sweep_value"]

@@ -162,7 +162,8 @@ def test_table_1_is_the_results(name: str, page, study_of) -> None:
     for printed, row in zip(rows, study.solution.table, strict=True):
         assert (printed[0].lower(), printed[5]) == (row.symmetry, row.stability)
         values = (row.d_start, row.d_end, row.sweep_start, row.sweep_end)
-        assert [number(text) for text in printed[1:5]] == pytest.approx(values, rel=6e-8)
+        shown = 6e-8 if study.own_stiffness is None else 5e-3
+        assert [number(text) for text in printed[1:5]] == pytest.approx(values, rel=shown)
 
 
 @pytest.mark.parametrize("name", SWEPT)
@@ -197,7 +198,8 @@ def test_critical_points_are_the_results(name: str, page, study_of) -> None:
         top = (point.closed.phi_bottom + 3.141592653589793) % 6.283185307179586 if twin else point.closed.phi_top
         assert label == point.label
         values = (0.5 + motion.u, motion.phi_bottom, top, motion.velocity_top)
-        assert [number(text) for text in texts] == pytest.approx(values, rel=6e-8, abs=1e-12)
+        shown = 6e-8 if study_of(name).own_stiffness is None else 5e-4
+        assert [number(text) for text in texts] == pytest.approx(values, rel=shown, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -208,7 +210,8 @@ def test_the_design_point_is_the_results(name: str, page, study_of) -> None:
     for i, (word, *texts) in enumerate(rows):
         values = (x.q[i], x.phi_bottom[i], x.velocity_bottom[i], x.velocity_top[i], x.trace[i])
         assert word == x.words[i]
-        assert [number(text) for text in texts] == pytest.approx(values, rel=6e-6)
+        shown = 6e-6 if study.own_stiffness is None else 6e-4
+        assert [number(text) for text in texts] == pytest.approx(values, rel=shown)
     ranges = (
         page(name)
         .tables["Stable ranges around the design point, one input varied at a time"]

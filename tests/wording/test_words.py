@@ -680,7 +680,11 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         "0.5 of it.",
     ),
     ("figure_device_alt", {"dimensions": HELD, "motion": "B", "at_top": []}, "period: it does not meet the top."),
-    ("figure_margins_caption", {"end": END}, "The nearest end of stable motion is the fold C1 at f = 1.9 Hz. The bars"),
+    (
+        "figure_margins_caption",
+        {"end": END, "digits": 2},
+        "The nearest end of stable motion is the fold C1 at f = 1.9 Hz. The bars",
+    ),
     (
         "figure_margins_alt",
         {"end": END, "shifts": [(LENGTH, 0.5), (Parameter.AMPLITUDE, -0.25)]},

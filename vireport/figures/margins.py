@@ -43,7 +43,8 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
     shifts = _shifts(study, end) if end is not None else []
     if end is None or not shifts:
         return None
-    return pictured(Task.FIGURE_MARGINS, {"end": end, "shifts": shifts}, figure_margins(end, shifts), templates)
+    words = {"end": end, "shifts": shifts, "digits": study.verdict.digits(end.parameter, end.point)}
+    return pictured(Task.FIGURE_MARGINS, words, figure_margins(end, shifts), templates)
 
 
 def _shifts(study: Study, end: Margin) -> list[tuple[DesignInput, float]]:

@@ -329,6 +329,15 @@ class Verdict:
         # shown than those that this leaves.
         return most if not share else min(most, max(FEWEST_DIGITS, 1 + ceil(-log10(END_MOVED * share))))
 
+    def motion_digits(self, most: int) -> int:
+        """Digits to show of a motion's velocities, phases and voltages: those that long contacts leave, or `most`.
+
+        Where contacts are long they move these numbers by about the share of the period that they take, four tenths
+        of it for the examples: one digit more is shown than those that the share leaves.
+        """
+        own, share = self.evidence.own_stiffness, self.evidence.contact_share
+        return most if own is None or not share else min(most, max(FEWEST_DIGITS, 2 + ceil(-log10(share))))
+
     def inequality(self, part: StableInterval) -> str:
         """A stable range as text, strict at a critical point."""
         return part.shown(*(self.digits(part.parameter, point) for _, point in part.ends))
