@@ -189,7 +189,13 @@ def test_plan_says_what_runs_and_what_is_left_out(example, capfd) -> None:
     assert lines["design"].startswith("run")
     skipped = {line.split()[1]: line for line in plan("horizontal") if line.startswith("skip")}
     assert "thickness_m" in skipped.pop("conversion")
-    blocks = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances", "motions": "motions"}
+    blocks = {
+        "from-rest-windows": "disturbances",
+        "accuracy": "accuracy",
+        "compliant": "accuracy",
+        "tolerances": "tolerances",
+        "motions": "motions",
+    }
     assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", *blocks}
     for name, line in skipped.items():
         assert f"no {blocks.get(name, 'simulation')} block" in line

@@ -45,7 +45,8 @@ def test_without_stable_motion_the_ball_is_simulated_from_rest(
 ) -> None:
     assert main(["run", INCLINED, "--json", "--set", f"device.length_m={length}"]) == 0
     results = json.loads(capsys.readouterr().out)
-    assert results["disturbances"]["from_rest"] == {"outcome": outcome, "word": word, "periods": periods}
+    found = results["disturbances"]["from_rest"]
+    assert (found["outcome"], found["word"] or "", found["periods"] or 0) == (outcome, word, periods)
     (alert,) = [alert for alert in results["alerts"] if alert["code"] == "VR003"]
     assert (word or "chaotic") in alert["cause"]
     assert f"A block '{block}:' shows it." in alert["cause"]

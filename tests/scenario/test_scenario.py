@@ -220,6 +220,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "simulation": None,
         "motions": None,
         "accuracy": None,
+        "disturbances": None,
         "tolerances": None,
         "requirements": None,
         "design": None,

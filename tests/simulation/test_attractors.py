@@ -227,7 +227,7 @@ def test_chaos_that_sticks_now_and_then_is_not_sold_as_a_cycle() -> None:
         if attractor.outcome is Outcome.STICKING:
             assert attractor.cycle is not None
             assert attractor.cycle.sticks
-            assert attractor.cycle.residual < cycles.STICK_TOL
+            assert attractor.cycle.residual < cycles.LAP_TOL
             # What comes after a release comes after every release.
             lap = np.flatnonzero(rows[:, RIDING] > 0)[-1]
             assert attractor.cycle.distance(rows[lap]) == 0.0

@@ -30,13 +30,13 @@ def reworded(folder: Path, **changes: tuple[str, str]) -> Path:
 
 
 def test_the_headline_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, capsys) -> None:
-    folder = reworded(tmp_path / "own", verdict=("local stability only", "stability near by"))
+    folder = reworded(tmp_path / "own", verdict=("reached from rest", "got to from rest"))
     files = ["--format", "markdown,junit,json", "-o", str(tmp_path / "out")]
     assert main(["run", str(EXAMPLE), "--templates", str(folder), *files]) == 1
     said = capsys.readouterr().out
     for text in (said, (tmp_path / "out" / "junit.xml").read_text()):
-        assert "stability near by" in text
-        assert "local stability only" not in text
+        assert "got to from rest after 61 periods" in text
+        assert "reached from rest after" not in text
     assert analyse(load(EXAMPLE)).verdict.worded(folder).headline in said.splitlines()
 
 

@@ -14,6 +14,7 @@ from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
 
+from vireport.disturbances import Destination, Disturbances, Edge, FromRest, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
 from vireport.membranes import Grade
@@ -163,6 +164,17 @@ def film(**given: float) -> dict[str, float]:
 HERE = {"sweep__to": 0.62, "device__length_m": 0.6}
 """A sweep of the inclined capsule without stable 1:1 motion, and a design point in it."""
 
+
+def switched_on(end: Destination = Destination.ONE_TO_ONE, settles: int | None = 17, **given: object) -> Evidence:
+    """The inclined capsule with what it comes to when it is switched on."""
+    motion = {Destination.ONE_TO_ONE: ("BT", 1), Destination.REST_CYCLE: ("B~", 3)}.get(end, ("", 0))
+    found = Disturbances(FromRest(end, *motion, settles), **given)
+    return Evidence(solved("inclined"), disturbances=found)
+
+
+RESTING = Edge(0.6912, FromRest(Destination.REST_CYCLE, "B~", 3, 0), accumulates=True)
+LENGTH_WINDOW = Window(Parameter.LENGTH, 0.7, RESTING, Edge(0.75, None, accumulates=False))
+
 VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "swept": (
         lambda: Evidence(solved("inclined")),
@@ -218,6 +230,48 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         [
             "Stable 1:1 motion: stable node at s = 0.7 m, F = 3 N, f = 2 Hz, β = 45°.",
             "One input varied at a time. Likewise",
+        ],
+    ),
+    "reached from rest": (
+        lambda: switched_on(recovery=Recovery(30.84, 15.42, 1e-9)),
+        [
+            "reached from rest after 17 periods, deflection",
+            "Yes, after 17 periods Switched on at once; 1 % of a small disturbance is left after 30.8 periods (15.4 s)",
+            "from which other starts it is reached was not simulated",
+            "Switched on from rest, the device gets there after 17 periods.",
+        ],
+    ),
+    "reached from rest, not known when": (
+        lambda: switched_on(settles=None),
+        ["reached from rest, deflection", "when it is switched on? Yes Switched on at once", "gets there. Along"],
+    ),
+    "reached by a ramp": (
+        lambda: switched_on(settles=1, ramp_periods=20.0, share=1.0),
+        [
+            "Yes, after 1 period With the amplitude ramped up over 20 periods; 1:1 motion is reached from 100 % of",
+            "Switched on from rest, with the amplitude ramped up over 20 periods, the device gets there after 1 period",
+        ],
+    ),
+    "not reached from rest": (
+        lambda: switched_on(Destination.REST_CYCLE, share=0.2247, ramp=Ramp(10, 80), window=LENGTH_WINDOW),
+        [
+            "not reached from rest: rest every 3 forcing periods (B~)",
+            "No Switched on at once; the ball comes to rest every 3 forcing periods (B~); 1:1 motion is reached from "
+            "22 % of the moments at which the force may set in; a ramp over 10 periods reaches it from every moment",
+            "so it is for s from 0.6912 m (beyond: rest every 3 forcing periods (B~), edges accumulate) to 0.75 m",
+            "Switched on from rest, the device does not get there:** it comes to rest every 3 forcing periods (B~).",
+        ],
+    ),
+    "no ramp helps": (
+        lambda: switched_on(Destination.CHAOTIC, None, ramp=Ramp(None, 80)),
+        ["no ramp tried, up to 80 periods, reaches it from every moment"],
+    ),
+    "undecided from rest": (
+        lambda: switched_on(Destination.UNDECIDED, None),
+        [
+            "not known whether it is reached from rest",
+            "Not known Switched on at once; the ball comes to a motion that rounding does not tell",
+            "is not known: rounding decides it",
         ],
     ),
     "one unstable point": (

@@ -24,7 +24,7 @@ from vireport.scenario import DesignInput, Parameter
 from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity
 
 if TYPE_CHECKING:
-    from vireport.simulation import Attractor
+    from vireport.disturbances import FromRest
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
@@ -127,7 +127,7 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("from_rest", {"motion": results.from_rest.name, "block": _shown_by(results.from_rest)})
 
 
-def _shown_by(end: Attractor) -> str:
+def _shown_by(end: FromRest) -> str:
     """The block of a scenario that shows what a ball comes to.
 
     Families are followed of motions without rests, and found of few impacts; all else is found by simulation alone.

@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution, contact_share
 from vireport.motions import impact_velocities
+from vireport.physics import Word
 from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
     from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
+    from vireport.disturbances import Disturbances, FromRest
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
-    from vireport.simulation import Attractor
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +42,7 @@ class Question(StrEnum):
     MARGIN = "With what margin?"
     OWN_STIFFNESS = "And with compliant membranes?"
     TOLERANCES = "Do all devices within the tolerances work?"
+    FROM_REST = "Does the device reach it when it is switched on?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"
@@ -168,7 +170,7 @@ class Criterion:
 class Evidence:
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
-    `from_rest` is what the ball comes to from rest where the design point has no stable 1:1 motion.
+    `disturbances` are what the device does when it is switched on and disturbed.
     `criteria` are the requirements that were judged already, `required` those that are being judged.
     """
 
@@ -180,7 +182,7 @@ class Evidence:
     own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
-    from_rest: Attractor | None = None
+    disturbances: Disturbances | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:
@@ -205,6 +207,25 @@ class Evidence:
         return not self.required.allowed or all(
             (family.word.letters, family.word.periods) == one_to_one for family, _ in self.stable
         )
+
+    @property
+    def from_rest(self) -> FromRest | None:
+        """What the device comes to at the design point when it is switched on; None where that is not known."""
+        return self.disturbances.from_rest if self.disturbances is not None else None
+
+    @property
+    def narrow(self) -> bool:
+        """Whether the device comes from rest to the 1:1 motion, but near the design point to something else."""
+        return self.disturbances is not None and self.disturbances.narrow and self.is_reached
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether the device comes from rest to the 1:1 motion or, where words are required, to one of these."""
+        end, mirror = self.from_rest, self.solution.horizontal
+        if end is None or not self.required.allowed:
+            return end is not None and end.reached
+        allowed = {Word.of(word).canonical(mirror).letters for word in self.required.allowed}
+        return end.is_motion and Word.of(end.word).canonical(mirror).letters in allowed
 
     @property
     def design(self) -> DesignPoint:

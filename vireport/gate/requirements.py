@@ -209,6 +209,8 @@ class Requirement:
         if kind is LimitKind.WORDS:
             return Limit(kind, (), "", required.allowed) if required.allowed else None
         given = [getattr(required, key) for key in self.keys]
+        if kind is LimitKind.HELD:
+            return Limit(kind, (), "") if given[0] else None
         if kind is LimitKind.AGREEMENT and given[0]:
             given = [None if scenario.simulation is None else scenario.simulation.tolerance]
         usual = None in given and self._usual_holds(scenario)
@@ -326,6 +328,23 @@ def _may_yield(designs: Designs, limit: Limit) -> Mask:
     return kept
 
 
+def _reached(results: Evidence, limit: Limit) -> Judgement:
+    """From rest the device comes to a motion that is allowed, or where none is named to the 1:1 motion."""
+    end = results.from_rest
+    if end is None:
+        raise NumericalError("there is no design point")
+    passed = results.is_reached
+    after = (f"after {end.settles_after} periods",) if passed and end.settles_after is not None else ()
+    return Judgement(None, end.name, None, passed, after)
+
+
+def _recovery(results: Evidence, limit: Limit) -> Judgement:
+    recovery = results.disturbances.recovery if results.disturbances is not None else None
+    if recovery is None:
+        raise NumericalError("there is no stable 1:1 motion at the design point")
+    return held_against(recovery.periods, limit, bound=recovery.error_bound)
+
+
 def _agreement(results: Evidence, limit: Limit) -> Judgement:
     check = results.crosscheck
     if check is None:
@@ -337,7 +356,7 @@ def _agreement(results: Evidence, limit: Limit) -> Judgement:
     return Judgement(difference, f"largest difference {difference:.2g}", limit.value - difference, check.passed, again)
 
 
-_, MOTION, WHERE, MARGIN, _, TOLERANCES, _, VOLTAGE, SHAKER, _, SIMULATED = Question
+_, MOTION, WHERE, MARGIN, _, TOLERANCES, FROM_REST, _, VOLTAGE, SHAKER, _, SIMULATED = Question
 
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
 
@@ -365,6 +384,8 @@ REQUIREMENTS = (
     Requirement("margin_grazing_percent", "Margin to grazing", MARGIN, GRAZING),
     Requirement("margin_any_percent", "Margin to the end of stable motion", MARGIN, OfMargin(CRITICAL)),
     Requirement("word", "Stable motion at the design point", MOTION, OfRun(_words)),
+    Requirement("reached_from_rest", "Reached from rest", FROM_REST, OfRun(_reached)),
+    Requirement("recovers_within_periods", "Recovery from small disturbances", FROM_REST, OfRun(_recovery)),
     Requirement("u_ave_at_least_v", "U_ave", VOLTAGE, U_AVE),
     Requirement(
         "u_ave_difference_at_most_v",

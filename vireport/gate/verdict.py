@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from vireport.checks import CrossCheck
     from vireport.compliant import OwnStiffness, StabilityEnd
     from vireport.design import Tolerances
+    from vireport.disturbances import Disturbances
     from vireport.membranes import Grade
     from vireport.motions import Atlas
     from vireport.physics import Shaker, Word
@@ -61,12 +62,15 @@ class Conclusion(Enum):
     MORE_ENERGY_THAN_LOST = Status.BAD, "Stable, but with more electrical energy than the impacts lose"
     BREAKDOWN = Status.BAD, "Stable, but above the breakdown field"
     OTHER_MOTION = Status.CAUTION, "Stable, but not 1:1"
+    NOT_FROM_REST = Status.CAUTION, "Stable, but not reached from rest"
+    FROM_REST_UNKNOWN = Status.CAUTION, "Stable, not known whether reached from rest"
     NOT_EVERY_DEVICE = Status.CAUTION, "Stable, but not for every device within the tolerances"
     TOLERANCES_OPEN = Status.CAUTION, "Stable, but tolerances not decided"
     NOT_COMPLIANT = Status.CAUTION, "Stable by rigid impacts, but not with the membranes' own stiffness"
     COMPLIANT_UNKNOWN = Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
+    WINDOW_NARROW = Status.CAUTION, "Stable, reached from rest within narrow limits only"
     MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only"
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
     OUTSIDE_MEMBRANE = Status.CAUTION, "Stable, but outside the membrane model"
@@ -238,6 +242,8 @@ class Verdict:
         Along the sweep; without one of each input around the design point, that with the nearest end first.
     margin : Fact of NearestEnd, or None
     tolerances : Fact of Tolerances, or None
+    from_rest : Fact of Disturbances, or None
+        Where the 1:1 motion is stable at a design point.
     reached : Fact of CrossCheck or None, or None
         A fact of None where nothing was simulated, and stability is that against small disturbances.
     voltage : Fact of StableVoltages or None
@@ -254,6 +260,7 @@ class Verdict:
     where: Fact[tuple[StableInterval, ...]] | None
     margin: Fact[NearestEnd] | None
     tolerances: Fact[Tolerances] | None
+    from_rest: Fact[Disturbances] | None
     reached: Fact[CrossCheck | None] | None
     voltage: Fact[StableVoltages | None]
     shaker: Fact[Shaker] | None
@@ -291,6 +298,7 @@ class Verdict:
             "margin": self.margin,
             "own_stiffness": self.own_stiffness,
             "tolerances": self.tolerances,
+            "from_rest": self.from_rest,
             "reached": self.reached,
             "voltage": self.voltage,
             "shaker": self.shaker,
@@ -389,6 +397,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
         where=_where(solution, design, motions),
         margin=_margin(design, evidence.own_stiffness) if design is not None else None,
         tolerances=_tolerances(evidence.tolerances),
+        from_rest=_from_rest(evidence) if design is not None else None,
         reached=_reached(evidence.crosscheck) if stable else None,
         voltage=_voltage(solution),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
@@ -427,6 +436,9 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
     if _has(verdict.motion, Status.CAUTION):
         return Conclusion.OTHER_MOTION
+    if _has(verdict.from_rest, Status.CAUTION) and not verdict.evidence.narrow:
+        end = verdict.evidence.from_rest
+        return Conclusion.NOT_FROM_REST if end is not None and end.decided else Conclusion.FROM_REST_UNKNOWN
     if verdict.own_stiffness is not None and verdict.own_stiffness.data.margin_gone:
         return Conclusion.NOT_COMPLIANT
     if verdict.own_stiffness is not None and verdict.own_stiffness.data.motion is None:
@@ -438,6 +450,8 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         if margin is not None and margin.data.not_known:
             return Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
         return Conclusion.MARGIN_SMALL
+    if _has(verdict.from_rest, Status.CAUTION):
+        return Conclusion.WINDOW_NARROW
     if _has(verdict.rigid, Status.BAD):
         return Conclusion.NOT_RIGID
     if generated is not None and not generated.within:
@@ -547,6 +561,16 @@ def _tolerances(tolerances: Tolerances | None) -> Fact[Tolerances] | None:
     if tolerances is None:
         return None
     return Fact(Question.TOLERANCES, Status.GOOD if tolerances.proved else Status.CAUTION, tolerances)
+
+
+def _from_rest(evidence: Evidence) -> Fact[Disturbances] | None:
+    """Whether the device comes from rest to the stable motion, or to another one that is required."""
+    found = evidence.disturbances
+    if found is None or found.from_rest is None:
+        return None
+    required = any(criterion.names_motions and criterion.passed for criterion in evidence.criteria)
+    good = (found.from_rest.reached or required) and not found.narrow
+    return Fact(Question.FROM_REST, Status.GOOD if good else Status.CAUTION, found)
 
 
 def _reached(check: CrossCheck | None) -> Fact[CrossCheck | None]:

@@ -39,6 +39,10 @@ UNIT_OF_VARIED = "the unit of the input"
 """Stands for the unit of a value of an input that may vary."""
 
 
+LONGEST_RAMP = 1000.0
+"""Forcing periods over which a force is ramped up: minutes, at the frequencies of such devices."""
+
+
 class Block(BaseModel):
     """A block of keys: frozen, without keys that are not declared, and without conversion of types."""
 
@@ -253,9 +257,10 @@ class LimitKind(Enum):
     RANGE = "from {0:.12g} to {1:.12g} {unit}"
     AGREEMENT = "every stable orbit found again to {0:.12g}"
     WORDS = "only {words}"
+    HELD = "required"
 
 
-AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS = LimitKind
+AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS, HELD = LimitKind
 
 
 class Need(StrEnum):
@@ -334,6 +339,9 @@ WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=T
 """Impacts of one period in their order, B on the bottom and T on the top."""
 
 
+_FROM_REST = Demand(HELD)
+
+
 class RequirementsBlock(Block):
     """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
 
@@ -363,6 +371,21 @@ class RequirementsBlock(Block):
         min_length=1,
         max_length=8,
         strict=False,
+    )
+    reached_from_rest: Annotated[bool | None, _FROM_REST] = _key(
+        None,
+        "Reached from rest",
+        "",
+        "Whether the device must reach a stable motion that is required, or else 1:1 motion, when it is switched on.",
+        example=True,
+    )
+    recovers_within_periods: Annotated[float | None, Demand(AT_MOST)] = _positive(
+        None,
+        "Recovers within",
+        "periods",
+        "Most forcing periods until 1 % is left of a small disturbance of the slowest stable 1:1 motion at the design "
+        "point.",
+        example=40.0,
     )
     u_ave_at_least_v: Annotated[float | None, Demand(AT_LEAST, (Need.BALL_MASS,))] = _positive(
         None, "U_ave at least", "V", "Least U_ave of the stable motions at the design point.", example=1000.0
@@ -556,6 +579,20 @@ def percent_key(varied: DesignInput) -> str:
     return f"{varied.rpartition('_')[0] or varied}_percent"
 
 
+class DisturbancesBlock(Block):
+    """What the device does when it is switched on; without the block, only what takes some milliseconds."""
+
+    ramp_periods: float = _key(
+        0.0,
+        "Ramp",
+        "periods",
+        "Forcing periods in which the amplitude of the force is ramped up when the device is switched on; 0: at once.",
+        example=20.0,
+        ge=0.0,
+        le=LONGEST_RAMP,
+    )
+
+
 class AccuracyBlock(Block):
     """Error against run time of several methods, and the motion with compliant membranes beside the rigid one."""
 
@@ -722,6 +759,13 @@ class Scenario(Block):
     accuracy: AccuracyBlock | None = _key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
     )
+    disturbances: DisturbancesBlock | None = _key(
+        None,
+        "Disturbances",
+        "",
+        "What the device does when it is switched on. Left out, only the outcome from rest at once, and how fast small "
+        "disturbances die out.",
+    )
     tolerances: TolerancesBlock | None = _key(
         None,
         "Tolerances",
@@ -836,6 +880,7 @@ class MapFile(Scenario):
         "",
         "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
     )
+    disturbances: None = _key(None, "Disturbances", "", "a map has no disturbances block (delete it)")
     tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
     map: MapBlock = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 

@@ -1,7 +1,7 @@
 """The rigid-impact model simulated from event to event; knows nothing of the analytic solution."""
 
 from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor, motion_name
-from vireport.simulation.cycles import Cycle, growth_bound
+from vireport.simulation.cycles import Cycle, chain_growth, growth_bound, rest_cycle
 from vireport.simulation.events import (
     BOTTOM,
     TOP,
@@ -45,6 +45,7 @@ __all__ = [
     "Portrait",
     "Stage",
     "attractors",
+    "chain_growth",
     "check_model",
     "check_start",
     "course",
@@ -57,6 +58,7 @@ __all__ = [
     "path",
     "portrait",
     "random_starts",
+    "rest_cycle",
     "start_of",
     "start_speed",
 ]

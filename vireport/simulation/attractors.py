@@ -260,7 +260,7 @@ def search(
         if unresolved(rows):
             return Attractor(Outcome.UNRESOLVED, None, nan, inf, used, _last(rows)), rows
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
-        cycle = near[0] if near else cycles.sticking(model, rows) or cycles.approached(model, rows, compiled)
+        cycle = near[0] if near else cycles.sticking(model, rows, compiled) or cycles.approached(model, rows, compiled)
         if cycle is not None and cycle.sticks:
             return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used), rows
         if cycle is not None and cycle.growth >= 1:

@@ -38,6 +38,10 @@ NEWTON_STEPS = 12
 RESIDUAL_TOL = 1e-12
 # Error at the end of a lap that begins at a release, known exactly, up to which the lap is the true one.
 STICK_TOL = 1e-6
+# The same where the lap was gone again, a few roundings off, and ended alike.
+LAP_TOL = 1e-2
+# Of the first impact's velocity, by which a lap is begun anew where rounding has grown to more than that.
+OFF = 64 * EPS
 # Newton leaves less than this between equal impacts; different impacts of one cycle are further apart.
 SAME = 1e-9
 # A cycle this far from the impact that suggested it, in phase [rad] and velocity [y_c], is another one.
@@ -186,7 +190,7 @@ def exponent(model: Array, rows: Array) -> float:
     stuck = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     free = rows[stuck[-1] + 1 :] if len(stuck) else rows[rows[:, WALL] != 0]
     span = float(np.sum(free[1:, FLIGHT]))
-    return _chain_growth(model, free) / (span / 2) if span > 0 else nan
+    return chain_growth(model, free) / (span / 2) if span > 0 else nan
 
 
 def recurrences(rows: Array) -> list[int]:
@@ -233,13 +237,13 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cyc
     residual, lap, matrix = best
     shorter = _divisor(lap)
     if shorter < length:
-        return refine(model, lap[: shorter + 1], shorter)
+        return refine(model, lap[: shorter + 1], shorter, compiled)
     if _periods(lap[1:]) == 0:
         return None  # a lap so short that nothing changes in it
     return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), float(model[2]) ** (2 * length)))
 
 
-def sticking(model: Array, rows: Array) -> Cycle | None:
+def sticking(model: Array, rows: Array, compiled: bool = True) -> Cycle | None:
     """Cycle between the last two rides on one membrane: released from it, the ball always moves alike.
 
     In a chaotic motion that sticks now and then so much happens between two rides that rounding alone decides
@@ -248,12 +252,43 @@ def sticking(model: Array, rows: Array) -> Cycle | None:
     rides = np.flatnonzero((rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING]))
     for wall in (1, -1):
         own = rides[rows[rides, WALL] == wall]
-        if len(own) > 1:
-            lap = rows[own[-2] + 1 : own[-1] + 1]
-            growth = _chain_growth(model, lap)
-            if growth <= log(STICK_TOL / EPS) and len(word_of(lap)) <= MAX_IMPACTS and _periods(lap):
-                return _cycle(lap, EPS * exp(growth), (0j, 0j))
+        if len(own) > 1 and (cycle := rest_cycle(model, rows[own[-2] + 1 : own[-1] + 1], compiled)) is not None:
+            return cycle
     return None
+
+
+def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
+    """Cycle of the impacts from a release to the next ride on the same membrane; None where rounding makes the lap.
+
+    That is told by how much rounding has grown at its end or, where it has grown too much for that, by whether the lap
+    ends in the same ride when it is gone again, a few roundings off.
+
+    Parameters
+    ----------
+    model : array (3,)
+        d, gbar, r.
+    lap : array (n, 6)
+        Impacts since the release, the last one being that after which the ball rides.
+    compiled : bool
+        Whether to compile the search, where numba is there.
+    """
+    growth, periods = chain_growth(model, lap), _periods(lap)
+    if not periods:
+        return None
+    if growth > log(LAP_TOL / EPS):
+        return None
+    if growth > log(STICK_TOL / EPS):
+        for off in (OFF, -OFF):
+            first = lap[0].copy()
+            first[VELOCITY] *= 1 + off
+            again, _ = follow_one(model, as_start(first), len(lap) - 1, compiled=compiled)
+            # Not the number of the last hops, which rounding decides: that the ball rides, and after the same way.
+            alike = len(again) == len(lap) and np.array_equal(again[:, WALL], lap[:, WALL])
+            if not alike or not again[-1, RIDING] > 0:
+                return None
+    elif len(word_of(lap)) > MAX_IMPACTS:
+        return None
+    return _cycle(lap, EPS * exp(growth), (0j, 0j))
 
 
 def approached(model: Array, rows: Array, compiled: bool = True) -> Cycle | None:
@@ -292,7 +327,7 @@ def word_of(rows: Array) -> list[str]:
     return letters
 
 
-def _chain_growth(model: Array, rows: Array) -> float:
+def chain_growth(model: Array, rows: Array) -> float:
     """Logarithm of what a small difference at the first of these impacts is multiplied by until the last."""
     plain = rows.copy()
     plain[:, [SETTLING, RIDING]] = 0.0

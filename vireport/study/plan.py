@@ -39,6 +39,8 @@ class Task(StrEnum):
     DESIGN = "design", "the motions at the design point and their margins"
     ENERGY = "energy", "voltages"
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
+    FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
+    WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -177,6 +179,14 @@ COMPLIANT = Precondition(
     lambda scenario, _: scenario.accuracy and scenario.accuracy.compliant_membrane,
     "accuracy.compliant_membrane is false",
 )
+DISTURBANCES = Precondition(
+    lambda scenario, _: scenario.disturbances, "the scenario has no disturbances block (an empty one is enough)"
+)
+AT_ONCE = Precondition(
+    lambda scenario, _: scenario.disturbances and not scenario.disturbances.ramp_periods,
+    "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
+)
+NUMBA = Precondition(lambda *_: find_spec("numba"), f"the package numba is missing: {install_command('numba')}")
 TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
 REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
 BEST = Precondition(lambda scenario, _: scenario.design, "the scenario has no design block")
@@ -194,6 +204,8 @@ STEPS = (
     DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
+    DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
+    DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),

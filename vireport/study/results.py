@@ -50,6 +50,7 @@ from vireport.text import inert_cell
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
     from vireport.design import Failure, Tolerances
+    from vireport.disturbances import Disturbances, Window
     from vireport.motions import Atlas, Family, Mark
     from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
@@ -296,14 +297,43 @@ def _margin(margin: Margin) -> dict[str, Any]:
     }
 
 
-def from_rest_data(end: Attractor) -> dict[str, Any]:
-    """What a ball that lies on the bottom membrane comes to."""
-    from vireport.simulation import Outcome
+def disturbances_data(found: Disturbances) -> dict[str, Any]:
+    """What the device does when it is switched on and disturbed; null is what was not computed."""
+    end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
+    from_rest = {
+        "outcome": None if end is None else end.destination,
+        "word": None if end is None else end.word or None,
+        "periods": None if end is None else end.periods or None,
+        "settles_after_periods": None if end is None else end.settles_after,
+        "ramp_periods": found.ramp_periods,
+        "share_of_switch_on_phases": found.share,
+        "ramp_that_reaches_1_1": ramp and {"periods": ramp.periods, "longest_tried": ramp.longest},
+        "window": window and _window(window),
+        "along_sweep": [
+            {"from": part.start, "to": part.end, "outcome": part.outcome.destination}
+            | {"word": part.outcome.word or None, "periods": part.outcome.periods or None}
+            for part in found.along
+        ],
+    }
+    return {
+        "from_rest": from_rest,
+        "shock": None,
+        "recovery_periods": recovery and recovery.periods,
+        "recovery_s": recovery and recovery.seconds,
+        "recovery_error_bound_periods": recovery and recovery.error_bound,
+        "jitter": None,
+    }
 
-    outcomes = {Outcome.PERIODIC: "other_motion", Outcome.STICKING: "rest_cycle", Outcome.REST: "at_rest"}
-    chaotic = "chaotic" if end.outcome is Outcome.APERIODIC and end.lyapunov > 0 else "undecided"
-    outcome = outcomes.get(end.outcome, chaotic)
-    return {"outcome": outcome, "word": end.word, "periods": end.period}
+
+def _window(window: Window) -> dict[str, Any]:
+    """The window of an outcome, and what comes beyond either end."""
+    ends = {"from": window.low, "to": window.high}
+    return (
+        {"parameter": window.parameter}
+        | {name: edge.value for name, edge in ends.items()}
+        | {f"{name}_outcome": edge.beyond and edge.beyond.destination for name, edge in ends.items()}
+        | {f"{name}_accumulates": edge.accumulates for name, edge in ends.items()}
+    )
 
 
 def _shaker(shaker: Shaker) -> dict[str, float]:

@@ -25,13 +25,12 @@ from vireport.gate import (
     verdict_of,
 )
 from vireport.motions import Limits, Sweep
-from vireport.physics import Device, Groups, Membrane
+from vireport.physics import Device, Membrane
 from vireport.scenario import (
     AccuracyBlock,
     DesignInput,
     Loaded,
     MotionsBlock,
-    Parameter,
     Scenario,
     TolerancesBlock,
     load,
@@ -50,8 +49,8 @@ from vireport.study.results import (
     PROVED_MOTION,
     SCHEMA_VERSION,
     branch_rows,
+    disturbances_data,
     family_motions,
-    from_rest_data,
     json_bytes,
     simulation_data,
     solution_data,
@@ -69,9 +68,10 @@ if TYPE_CHECKING:
     from vireport.checks.certificates import Certificate
     from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
+    from vireport.disturbances import Disturbances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
-    from vireport.simulation import Attractor, Jump
+    from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
 
 
@@ -102,8 +102,8 @@ class Study:
         Proven enclosures of the critical points.
     criteria : tuple of Criterion
         What the scenario requires, and whether it is met; () where nothing is required.
-    from_rest : Attractor or None
-        What a ball that lies on the bottom membrane comes to, where the design point has no stable 1:1 motion.
+    disturbances : Disturbances or None
+        What the device does when it is switched on and disturbed.
     """
 
     loaded: Loaded
@@ -117,7 +117,7 @@ class Study:
     tolerances: Tolerances | None = None
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
-    from_rest: Attractor | None = None
+    disturbances: Disturbances | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -128,7 +128,7 @@ class Study:
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
         findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
-        return Evidence(self.solution, *findings, self.criteria, from_rest=self.from_rest)
+        return Evidence(self.solution, *findings, self.criteria, disturbances=self.disturbances)
 
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
@@ -176,7 +176,7 @@ class Study:
             "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
-            **({} if self.from_rest is None else {"disturbances": {"from_rest": from_rest_data(self.from_rest)}}),
+            "disturbances": self.disturbances and disturbances_data(self.disturbances),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -280,8 +280,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, progress))
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
         study = _with_motions(study, scenario.motion_limits, progress)
-    if solution.design is not None and not solution.design.motions.stable.any() and scenario.simulation is None:
-        study = replace(study, from_rest=_from_rest(solution.device))
+    if steps.runs(Task.FROM_REST, Task.WINDOWS):
+        study = _with_disturbances(study)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if steps.runs(Task.OWN_STIFFNESS):
@@ -293,16 +293,11 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     return study
 
 
-FROM_REST = 4000
-"""Impacts of a ball from rest: some tenths of a second without the compiler, which would take longer to start."""
+def _with_disturbances(study: Study) -> Study:
+    from vireport.disturbances import disturbances_of
 
-
-def _from_rest(device: Device) -> Attractor:
-    """What the ball comes to that lies on the bottom membrane when the shaking begins."""
-    from vireport.simulation import BOTTOM, Impact, find_attractor
-
-    d, gbar, r = map(float, device.groups(Parameter.LENGTH, device.length_m))
-    return find_attractor(Groups(d, gbar, r), Impact(BOTTOM, 0.0, 0.0), FROM_REST, compiled=False)
+    asked, windows = study.scenario.disturbances, study.plan.runs(Task.WINDOWS)
+    return replace(study, disturbances=disturbances_of(study.solution, asked, compiled=windows, windows=windows))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:

@@ -1,0 +1,260 @@
+"""What a device comes to that is switched on, against a simulator of the tests' own, and against facts of the model."""
+
+from __future__ import annotations
+
+from math import acos, ceil, pi
+
+import numpy as np
+import pytest
+from conftest import solved
+from rest_simulator import outcome
+
+from vireport import analyse, loads
+from vireport.design import motions_at
+from vireport.disturbances import Destination, disturbances_of
+from vireport.disturbances.from_rest import RAMPS, Target, from_rest, pressed_share, started, switched_on
+from vireport.disturbances.ramp import ramped
+from vireport.disturbances.windows import along, outcomes_at, window
+from vireport.physics import Device, Groups
+from vireport.scenario import Parameter
+from vireport.simulation import BOTTOM, Impact, attractors
+
+PAPER = Device(
+    capsule_mass_kg=0.1245,
+    restitution=0.5,
+    gravity_m_s2=9.8,
+    length_m=0.75,
+    amplitude_n=5.31,
+    frequency_hz=2.0,
+    inclination_deg=45.0,
+)
+
+
+def found(device: Device, compiled: bool = False):
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    motions, _, _ = motions_at(device, Parameter.LENGTH)
+    return from_rest(groups, Target.of(motions), device.period_ratio, compiled)
+
+
+def device_of(d: float, gbar: float, r: float) -> Device:
+    """A device with these groups."""
+    force = 9.8 * 0.1 / gbar if gbar else 3.0
+    length = d * force / (4 * 0.1 * 4)
+    return Device(0.1, r, 9.8, length, force, 2.0, 90.0 if gbar else 0.0)
+
+
+def held_against_the_own_simulator(seed: int, count: int) -> list[str]:
+    rng, kinds = np.random.default_rng(seed), []
+    for _ in range(count):
+        device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
+        groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+        told, expected = found(device), outcome(*groups)
+        if expected is None or not told.decided or told.destination is Destination.CHAOTIC:
+            kinds.append("open")
+            continue
+        if told.destination is Destination.REST_CYCLE and not told.periods:
+            assert expected[0] == "rest_cycle"
+            kinds.append("untold")
+            continue
+        word = "" if "~" in told.word else told.word
+        assert (told.destination, word, told.periods) == expected, groups
+        kinds.append(expected[0])
+    return kinds
+
+
+def test_a_few_random_devices_come_to_what_an_own_simulator_finds() -> None:
+    kinds = held_against_the_own_simulator(1, 8)
+    assert kinds.count("open") < 4
+    assert {"reaches_1_1", "rest_cycle"} <= set(kinds)
+
+
+@pytest.mark.slow
+def test_random_devices_come_to_what_an_own_simulator_finds() -> None:
+    kinds = held_against_the_own_simulator(2, 400)
+    assert kinds.count("open") < 160
+    assert all(kinds.count(kind) > 10 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))
+
+
+@pytest.mark.parametrize(
+    ("force", "destination", "periods"),
+    [(2.2, "rest_cycle", 3), (3.0, "reaches_1_1", 1), (3.6, "rest_cycle", 3), (4.0, "rest_cycle", 2)],
+)
+def test_the_device_of_the_paper_over_its_force(force: float, destination: str, periods: int) -> None:
+    told = found(PAPER.with_values({Parameter.AMPLITUDE: force}))
+    assert (told.destination, told.periods) == (destination, periods)
+
+
+def test_a_ball_that_is_too_heavy_rests_and_a_long_way_is_not_told_exactly() -> None:
+    assert found(PAPER.with_values({Parameter.AMPLITUDE: 0.5})).destination is Destination.AT_REST
+    long = found(PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: 1.25}))
+    assert (long.destination, long.periods, long.word) == (Destination.REST_CYCLE, 0, "")
+    assert "rounding does not tell" in long.name
+
+
+def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_hundredth() -> None:
+    """Counted on the impacts of the simulation."""
+    device = PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: 0.7})
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    motions, _, _ = motions_at(device, Parameter.LENGTH)
+    phase, velocity = float(motions.phi_bottom[0]), float(motions.velocity_bottom[0])
+    from vireport.simulation import FLIGHT, PHASE, VELOCITY, WALL, check_model, check_start, follow_one
+
+    start = Impact(BOTTOM, 0.0, acos(-groups.gbar))
+    rows, _ = follow_one(check_model(groups)[0], check_start(start, groups.d), 400, compiled=False)
+    time = np.cumsum(rows[:, FLIGHT]) / 2
+    bottom = rows[:, WALL] == BOTTOM
+    far = (np.abs(rows[bottom, VELOCITY] / velocity - 1) > 0.01) | (np.abs(rows[bottom, PHASE] - phase) > 0.01)
+    settled = time[bottom][np.flatnonzero(far)[-1] + 1]
+    told = found(device)
+    assert told.reached
+    assert told.settles_after == ceil(settled)
+
+
+def test_switching_on_while_the_ball_is_pressed_down_is_one_trajectory() -> None:
+    groups = PAPER.with_values({Parameter.AMPLITUDE: 3.6}).groups(Parameter.LENGTH, 0.75).as_floats()
+    share = pressed_share(groups.gbar)
+    assert share == pytest.approx(acos(-groups.gbar) / pi)
+    reached = attractors(groups, [Impact(BOTTOM, 0.0, share * pi * part) for part in (0.0, 0.3, 0.999)])[0]
+    assert {(end.word, end.period) for end in reached} == {("B~", 3)}
+    parts = switched_on(groups, (), 1, 0.0, False)
+    assert sum(part for part, _ in parts) == pytest.approx(1)
+    assert parts[0][0] == pytest.approx(share)
+
+
+def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
+    """At 3.6 N, 3 periods for nearly all moments, 20 for all."""
+    solution = solved("inclined-forcing", excitation__amplitude_n=3.6, sweep=None)
+    from vireport.scenario import DisturbancesBlock
+
+    at_once, short, long = (
+        disturbances_of(solution, DisturbancesBlock(ramp_periods=periods), compiled=True)
+        for periods in (0.0, 3.0, 20.0)
+    )
+    assert not at_once.from_rest.reached
+    assert 0.1 < at_once.share < 0.4
+    assert 0.7 < short.share < 1
+    assert long.share == pytest.approx(1)
+    assert long.from_rest.reached
+    assert long.ramp is None
+    assert at_once.ramp.periods in RAMPS
+    assert 3 < at_once.ramp.periods <= 20
+
+
+def test_a_ramp_is_the_motion_under_a_force_of_as_many_half_waves() -> None:
+    """Integrated with the amplitude of each half wave, from the state before it, by small steps."""
+    groups, phase, periods = Groups(0.4, 0.3, 0.5), 1.0, 3
+    wall, position, velocity, end = ramped(groups, phase, periods)
+    h, t, elapsed = 2e-5, phase / pi, 0.0
+    z, v, amplitude, half = groups.d / 2, 0.0, 0.0, None
+    while True:
+        current = np.floor(t - 0.5)
+        if current != half:
+            if elapsed >= 2 * periods - 1e-9:
+                break
+            half, until = current, current + 1.5
+            amplitude = min((elapsed + (until - t) / 2) / (2 * periods), 1)
+        step = min(h, until - t) if until - t > 1e-12 else h
+        force = groups.gbar + amplitude * np.cos(pi * (t + step / 2))
+        z, v = z + v * step + force * step * step / 2, v + force * step
+        if abs(z) > groups.d / 2:
+            z = np.copysign(groups.d / 2, z)
+            v = -0.5 * v if v * z > 0 else v
+        t, elapsed = t + step, elapsed + step
+    if wall:
+        assert abs(abs(z) - groups.d / 2) < 1e-3
+    else:
+        assert (z, v) == pytest.approx((position, velocity), abs=5e-3)
+    assert np.cos(end) == pytest.approx(0, abs=1e-9)
+
+
+def test_a_window_ends_where_the_outcome_changes() -> None:
+    device = PAPER.with_values({Parameter.AMPLITUDE: 3.6})
+
+    def outcomes(values):
+        return outcomes_at(device, Parameter.AMPLITUDE, values, False)
+
+    around = window(Parameter.AMPLITUDE, 3.6, 3.595, 3.612, outcomes)
+    assert around.low.beyond is None
+    assert around.low.value == 3.595
+    edge, step = around.high.value, 4e-9
+    before, after = outcomes(np.array([edge - step, edge + step]))
+    assert (before.destination, before.periods) == ("rest_cycle", 3)
+    assert after.kind != before.kind != around.high.beyond.kind
+    assert around.nearest == pytest.approx((edge - 3.6) / 3.6)
+
+
+def test_the_stretches_of_a_sweep_join_and_have_the_outcome_that_is_told(monkeypatch) -> None:
+    monkeypatch.setattr("vireport.disturbances.windows.ALONG", 9)
+
+    def outcomes(values):
+        return outcomes_at(PAPER, Parameter.AMPLITUDE, values, False)
+
+    stretches = along(3.55, 3.7, outcomes)
+    assert [part.start for part in stretches[1:]] == [part.end for part in stretches[:-1]]
+    assert (stretches[0].start, stretches[-1].end) == (3.55, 3.7)
+    assert len(stretches) > 1
+    values = np.linspace(3.55, 3.7, 9)
+    for value, own in zip(values, outcomes(values), strict=True):
+        (part,) = [part for part in stretches if part.start <= value <= part.end]
+        assert part.outcome.kind == own.kind
+
+
+@pytest.mark.slow
+def test_a_seventh_of_the_force_sweep_of_the_paper_is_not_reached_from_rest() -> None:
+    values = np.linspace(3.0, 5.35, 2001)
+    outcomes = outcomes_at(PAPER, Parameter.AMPLITUDE, values, True)
+    missed = np.mean([not outcome.reached for outcome in outcomes])
+    assert 0.12 < missed < 0.16
+
+
+def test_a_small_disturbance_is_down_to_a_hundredth_after_the_recovery() -> None:
+    solution = solved("design-point")
+    told = disturbances_of(solution, None).recovery
+    motions, groups = solution.design.motions, solution.device.groups(Parameter.LENGTH, 0.7).as_floats()
+    from vireport.simulation import PHASE, VELOCITY, WALL, check_model, check_start, follow_one
+
+    phase, velocity = float(motions.phi_bottom[0]), float(motions.velocity_bottom[0])
+    start = check_start(Impact(BOTTOM, velocity * (1 + 1e-6), phase), groups.d)
+    rows, _ = follow_one(check_model(groups)[0], start, 240, compiled=False)
+    bottom = rows[rows[:, WALL] == BOTTOM]
+    off = np.hypot(bottom[:, VELOCITY] - velocity, bottom[:, PHASE] - phase)
+    first, later = 10, 10 + round(told.periods)
+    assert off[later] / off[first] == pytest.approx(0.01 ** ((later - first) / told.periods), rel=0.05)
+    assert told.seconds == pytest.approx(told.periods / 2)
+    assert 0 < told.error_bound < 1e-9
+
+
+def test_interpreted_and_compiled_agree() -> None:
+    for force in (2.2, 3.6, 4.5):
+        device = PAPER.with_values({Parameter.AMPLITUDE: force})
+        assert found(device).kind == found(device, True).kind
+
+
+def test_a_start_beside_the_motion_reaches_it_at_once() -> None:
+    solution = solved("design-point")
+    motions = solution.design.motions
+    groups = solution.device.groups(Parameter.LENGTH, 0.7).as_floats()
+    start = (float(BOTTOM), 0.0, float(motions.velocity_bottom[0]), float(motions.phi_bottom[0]))
+    told = started(start, groups, Target.of(motions), 1, False)
+    assert told.reached
+    assert told.settles_after == 0
+
+
+def test_the_verdict_is_not_green_where_the_motion_is_not_reached_from_rest() -> None:
+    text = """
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, restitution: 0.5, length_m: 0.75}
+excitation: {amplitude_n: 3.6, frequency_hz: 2.0}
+inclination_deg: 45.0
+requirements: {reached_from_rest: true, recovers_within_periods: 20}
+"""
+    study = analyse(loads(text), ("json",))
+    verdict = study.verdict
+    assert (verdict.status, verdict.word) == ("bad", "Requirements not met")
+    assert [line.passed for line in study.criteria] == [False, True]
+    bare = analyse(loads(text.partition("requirements")[0]), ("json",))
+    assert (bare.verdict.status, bare.verdict.word) == ("caution", "Stable, but not reached from rest")
+    assert bare.to_dict()["disturbances"]["from_rest"]["periods"] == 3
+    ramped = analyse(loads(text + "disturbances: {ramp_periods: 20}\n"), ("json",))
+    assert [line.passed for line in ramped.criteria] == [True, True]
+    assert ramped.verdict.status != "bad"

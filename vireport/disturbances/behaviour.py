@@ -1,0 +1,133 @@
+"""What the device does when it is switched on and disturbed, gathered for one scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from vireport.design import Solution
+from vireport.disturbances.from_rest import (
+    RAMPS,
+    FromRest,
+    Target,
+    from_rest,
+    outcome_of,
+    ramp_that_helps,
+    switched_on,
+)
+from vireport.disturbances.recovery import Recovery, recovery_of
+from vireport.disturbances.windows import Stretch, Window, along, outcomes_at, window
+from vireport.scenario import DisturbancesBlock, Parameter
+
+WIDEST = 0.5
+"""How far from the design value it is looked for where a window ends, over that value, where no sweep says how far."""
+
+NARROW = 0.02
+"""Share of the design value within which the end of a window is near: what masses and lengths are commonly made to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ramp:
+    """The amplitude raised from zero, where switching on at once does not reach the motion.
+
+    Attributes
+    ----------
+    periods : int or None
+        The fewest forcing periods of those tried from which 1:1 motion is reached whenever the force sets in.
+    longest : int
+        The most that were tried.
+    """
+
+    periods: int | None
+    longest: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Disturbances:
+    """What a device does when it is switched on and disturbed; what was not computed is None.
+
+    Attributes
+    ----------
+    from_rest : FromRest or None
+        What it comes to at the design point that is switched on; None where none is given.
+    ramp_periods : float
+        Forcing periods in which its amplitude then rises.
+    share : float or None
+        Share of the moments at which the force may set in from which a 1:1 motion is reached.
+    ramp : Ramp or None
+        Where switching on at once does not reach it, though one is stable.
+    window : Window or None
+        How far the outcome stays around the design point.
+    along : tuple of Stretch
+        The outcomes along the sweep.
+    recovery : Recovery or None
+        Of the slowest stable 1:1 motion at the design point.
+    """
+
+    from_rest: FromRest | None
+    ramp_periods: float = 0.0
+    share: float | None = None
+    ramp: Ramp | None = None
+    window: Window | None = None
+    along: tuple[Stretch, ...] = ()
+    recovery: Recovery | None = None
+
+    @property
+    def narrow(self) -> bool:
+        """Whether the outcome changes within what devices are commonly made to."""
+        nearest = self.window.nearest if self.window is not None else None
+        return nearest is not None and nearest < NARROW
+
+
+def disturbances_of(
+    solution: Solution, asked: DisturbancesBlock | None, compiled: bool = False, windows: bool = False
+) -> Disturbances:
+    """Find out what a device does when it is switched on and disturbed.
+
+    Parameters
+    ----------
+    solution : Solution
+    asked : DisturbancesBlock or None
+        Without one, only what takes some milliseconds: the outcome from rest at once, and the recovery.
+    compiled : bool
+        Whether to compile the simulation.
+    windows : bool
+        Whether to find how far the outcome stays, around the design point and along the sweep.
+    """
+    design, device = solution.design, solution.device
+    strip = _along(solution, compiled) if windows else ()
+    if design is None:
+        return Disturbances(None, along=strip)
+    groups, targets = device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(design.motions)
+    recovery, ratio = recovery_of(solution), device.period_ratio
+    if asked is None:
+        return Disturbances(from_rest(groups, targets, ratio, compiled), recovery=recovery)
+    outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
+    found = outcome_of(outcomes)
+    ramp = None
+    if targets and not found.reached:
+        ramp = Ramp(ramp_that_helps(groups, targets, ratio, compiled), RAMPS[-1])
+    around = _window(solution, compiled) if windows else None
+    share = sum(part for part, outcome in outcomes if outcome.reached)
+    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery)
+
+
+def _along(solution: Solution, compiled: bool) -> tuple[Stretch, ...]:
+    sweep = solution.sweep
+    if sweep is None:
+        return ()
+    return along(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
+
+
+def _window(solution: Solution, compiled: bool) -> Window | None:
+    """The window along the input that is swept or, without a sweep, that in which stable motion ends first."""
+    design, sweep = solution.design, solution.sweep
+    ends = design.limits() if design is not None else []
+    if sweep is None and not ends:
+        return None
+    varied = sweep.parameter if sweep is not None else ends[0].parameter
+    value = float(getattr(solution.device, varied))
+    low, high = sorted((sweep.start, sweep.end)) if sweep is not None else (value, value)
+    if not low < value < high:
+        low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])
+    return window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))

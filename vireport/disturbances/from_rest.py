@@ -1,0 +1,441 @@
+"""What the device does when it is switched on: the ball lies on the bottom membrane, and the force sets in.
+
+For gbar < 1 a ball that is pressed onto the bottom membrane when the force sets in leaves it at the first zero of the
+pressing acceleration, with velocity 0 and at phase arccos(-gbar), whenever that was. So one trajectory is the answer
+for all these moments, and if the ball ever lies on the bottom again, the motion repeats itself from there exactly: a
+rest cycle. Where it leaves at once, the answer depends on the phase at which the force sets in.
+
+None of this is in the paper. It rests on the flight and the impact law alone, Eqs. (2.8)-(2.12).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import acos, ceil, exp, pi
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.disturbances.ramp import State, ramped
+from vireport.disturbances.recovery import largest_modulus
+from vireport.motions import Motions
+from vireport.physics import Groups, word_name, wrapped
+from vireport.simulation import (
+    BOTTOM,
+    FLIGHT,
+    PHASE,
+    REST,
+    RIDING,
+    RUNNING,
+    SETTLING,
+    TURN,
+    VELOCITY,
+    WALL,
+    Cycle,
+    Outcome,
+    chain_growth,
+    check_model,
+    find_attractor,
+    follow_one,
+    rest_cycle,
+    start_of,
+)
+
+Floats = NDArray[np.float64]
+
+BLOCK = 64
+"""Impacts simulated before it is looked whether the motion is settled."""
+
+TRANSIENT = 1024
+"""Impacts in which a ball reaches a stable 1:1 motion or rest, as a rule; then other motions are looked for."""
+
+SHORT_TRANSIENT = 256
+"""The same where no 1:1 motion is stable."""
+
+BUDGET = 1500
+"""Impacts for those: a tenth of a second without the compiler, which would take longer to start."""
+
+SETTLED = 0.01
+"""A motion is settled where its phase [rad] and its velocity, over that of the motion it goes to, differ by less."""
+
+CONTRACTING = 0.01
+"""Distance from a stable motion in phase [rad] and velocity [y_c] up to which its linearised map decides, over 1 less
+the modulus of its multiplier: next to a fold the basin is as wide as that difference times some number. Next to a
+period doubling it is as wide as its root, see `CONTRACTING_FLIP`."""
+
+CONTRACTING_FLIP = 0.02
+"""The same over that root, where the multiplier is negative: disturbances change sides, and terms of second order with
+them."""
+
+OF_GAP = 0.1
+"""The same over the distance of its turning points from a membrane: beyond it another impact may come in between."""
+
+PASSES = 3
+"""Impacts on the bottom membrane, in a row, that must be so near."""
+
+SLOW_FLIP = 0.02
+"""Distance from a stable 1:1 motion in phase [rad] and velocity [y_c] up to which a motion that strikes alike, in twice
+its period or more, is the same on its way: next to a period doubling disturbances die out too slowly to tell."""
+
+COMPILED = 4
+"""Times as many impacts where the simulation is compiled."""
+
+LEAST_EXPONENT = 0.02
+"""Lyapunov exponent per period above which a motion is chaotic; next to critical points it is hardly above 0."""
+
+LOST = 1e-3
+"""What rounding may have become on the way [rad, y_c], up to which the outcome is that of the true motion. Beyond it
+the way is gone once more, a few roundings off, and must end alike."""
+
+ROUNDINGS = 64 * 2.2e-16
+"""By how much the other way starts off, over the velocity of the first impact."""
+
+PHASES = 32
+"""Moments at which the force sets in, evenly over its period, where the outcome depends on that moment."""
+
+RAMPS = (1, 2, 3, 5, 10, 20, 40, 80)
+"""Forcing periods in which the amplitude is ramped up, tried where switching on at once does not reach the motion."""
+
+
+LONGEST_SHOWN = 16
+"""Letters of a word that are shown of a motion with rest."""
+
+
+class Destination(StrEnum):
+    """Where a ball ends that starts from rest; the value is its name in results.json."""
+
+    ONE_TO_ONE = "reaches_1_1"
+    OTHER_MOTION = "other_motion"
+    REST_CYCLE = "rest_cycle"
+    CHAOTIC = "chaotic"
+    AT_REST = "at_rest"
+    UNDECIDED = "undecided"
+
+
+class Target(NamedTuple):
+    """A stable 1:1 motion by its impact on the bottom membrane, and how near it the linearised map decides.
+
+    Phase [rad], velocity [y_c], and a distance in either.
+    """
+
+    phase: float
+    velocity: float
+    radius: float
+
+    @staticmethod
+    def of(motions: Motions) -> tuple[Target, ...]:
+        """The stable ones of some motions."""
+        stable = motions.stable
+        phase, velocity, trace = motions.phi_bottom[stable], motions.velocity_bottom[stable], motions.trace[stable]
+        return targets_of(phase, velocity, trace, motions.wall_gap[stable], motions.decay)
+
+
+def targets_of(
+    phase: Floats, velocity: Floats, trace: Floats, wall_gap: Floats, decay: Floats | float
+) -> tuple[Target, ...]:
+    """Stable 1:1 motions by their impacts on the bottom membrane, their traces, gaps, and r^2; arrays of one length."""
+    loss = 1 - largest_modulus(trace, decay)
+    radius = np.minimum(np.where(trace < 0, CONTRACTING_FLIP * np.sqrt(loss), CONTRACTING * loss), OF_GAP * wall_gap)
+    return tuple(Target(*map(float, row)) for row in zip(phase, velocity, radius, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class FromRest:
+    """What a device comes to that is switched on.
+
+    Attributes
+    ----------
+    destination : Destination
+    word : str
+        Impacts of one period, "" where it is not periodic, or rounding does not tell its period; a tilde marks ever
+        lower hops and the rest that follows.
+    periods : int
+        Forcing periods of one period of the motion; 0 where there is no word.
+    settles_after : int or None
+        Forcing periods from when the ball first leaves the membrane until its impacts stay within 1 % of the motion; 0
+        of a rest cycle that begins there; None where it never settles, or it is not known when.
+    cycle : Cycle or None
+        One period, where it was simulated.
+    """
+
+    destination: Destination
+    word: str = ""
+    periods: int = 0
+    settles_after: int | None = None
+    cycle: Cycle | None = None
+
+    @property
+    def reached(self) -> bool:
+        """Whether it comes to a 1:1 motion."""
+        return self.destination is Destination.ONE_TO_ONE
+
+    @property
+    def is_motion(self) -> bool:
+        """Whether it comes to a periodic motion without rest."""
+        return self.destination in (Destination.ONE_TO_ONE, Destination.OTHER_MOTION)
+
+    @property
+    def decided(self) -> bool:
+        """Whether rounding tells what it comes to."""
+        return self.destination is not Destination.UNDECIDED
+
+    @property
+    def kind(self) -> tuple[Destination, str, int]:
+        """What tells one outcome from another; of rest cycles not the number of hops before the rest."""
+        return self.destination, "" if self.destination is Destination.REST_CYCLE else self.word, self.periods
+
+    @property
+    def name(self) -> str:
+        """The motion in words: its word and period, or what it is where it has none."""
+        if not self.word:
+            return NAMES[self.destination]
+        if self.destination is not Destination.REST_CYCLE:
+            return word_name(self.word, self.periods)
+        often = f"{self.periods} forcing periods" if self.periods > 1 else "forcing period"
+        return f"rest every {often}" + (f" ({self.word})" if len(self.word) <= LONGEST_SHOWN else "")
+
+
+NAMES = {
+    Destination.REST_CYCLE: "rest again and again, after times that rounding does not tell",
+    Destination.CHAOTIC: Outcome.APERIODIC.value,
+    Destination.AT_REST: Outcome.REST.value,
+    Destination.UNDECIDED: "a motion that rounding does not tell",
+}
+"""Destinations without a word, for the reader."""
+
+
+def release_phase(gbar: float) -> float:
+    """Forcing phase at which a ball leaves the bottom membrane: the first zero of the pressing acceleration [rad].
+
+    Raises
+    ------
+    ValueError
+        For gbar >= 1, where it never does.
+    """
+    return acos(-gbar)
+
+
+def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, compiled: bool = False) -> FromRest:
+    """What a ball comes to that is pressed onto the bottom membrane when the force sets in.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device, as numbers.
+    targets : sequence of Target
+        The stable 1:1 motions, none where there is none.
+    ratio : int
+        Forcing periods of a 1:1 motion.
+    compiled : bool
+        Whether to compile the simulation, where numba is there.
+    """
+    if groups.gbar >= 1:
+        return FromRest(Destination.AT_REST)
+    return started((float(BOTTOM), 0.0, 0.0, release_phase(groups.gbar)), groups, targets, ratio, compiled)
+
+
+def switched_on(
+    groups: Groups[float], targets: Sequence[Target], ratio: int, ramp_periods: float, compiled: bool
+) -> tuple[tuple[float, FromRest], ...]:
+    """What a ball comes to that lies on the bottom membrane, for moments at which the force sets in over its period.
+
+    Parameters
+    ----------
+    ramp_periods : float
+        Forcing periods in which the amplitude rises, see `ramped`; 0 where it is there at once.
+
+    Returns
+    -------
+    tuple of (float, FromRest)
+        Each with its share of the moments. Without a ramp those in which the ball is pressed down come first, as one;
+        the others are 32 evenly spaced.
+    """
+    pressed = pressed_share(groups.gbar)
+    if not ramp_periods:
+        one = ((pressed, from_rest(groups, targets, ratio, compiled)),) if pressed else ()
+        if pressed == 1:
+            return one
+        release = release_phase(groups.gbar)
+        phases = release + (TURN - 2 * release) * (np.arange(PHASES) + 0.5) / PHASES
+        starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, float(phase)) for phase in phases)
+        each = (1 - pressed) / PHASES
+    else:
+        one, each = (), 1 / PHASES
+        phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
+        starts = (ramped(groups, float(phase), ramp_periods, compiled) for phase in phases)
+    return (*one, *((each, started(start, groups, targets, ratio, compiled)) for start in starts))
+
+
+def pressed_share(gbar: float) -> float:
+    """Share of the forcing period in which a ball at rest is pressed onto the bottom membrane."""
+    return release_phase(gbar) / pi if gbar < 1 else 1.0
+
+
+def started(
+    start: State, groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool, again: bool = True
+) -> FromRest:
+    """What a ball comes to from some state.
+
+    Parameters
+    ----------
+    start : tuple
+        Wall, position, velocity and phase, as `simulation.check_start` gives them.
+    again : bool
+        Whether to go the way once more, a few roundings off, where rounding grows too much on it.
+    """
+    model = check_model(groups)[0]
+    most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
+    rows, status = follow_one(model, start, BLOCK, compiled=compiled)
+    while True:
+        found = _rested(model, rows, compiled) or _arrived(rows, targets, ratio)
+        if found is not None or status[2] != RUNNING or len(rows) > most:
+            break
+        more, status = follow_one(model, _last(rows), max(BLOCK, len(rows) // 4), compiled=compiled)
+        rows = np.concatenate([rows, more[1:]])
+    if found is None and status[2] != RUNNING:
+        return FromRest(Destination.AT_REST if status[2] == REST else Destination.UNDECIDED)
+    end, way = found or _elsewhere(groups, rows, targets, ratio, compiled)
+    if again and end.destination is not Destination.CHAOTIC and _lost(model, way):
+        other = rows[1].copy()
+        other[VELOCITY] *= 1 + ROUNDINGS
+        twin = started(_last(other[None]), groups, targets, ratio, compiled, again=False)
+        return end if twin.kind == end.kind else FromRest(Destination.UNDECIDED)
+    return end
+
+
+def _last(rows: Floats) -> State:
+    """The last impact as a start."""
+    return float(rows[-1, WALL]), 0.0, float(rows[-1, VELOCITY]), float(rows[-1, PHASE])
+
+
+def _lost(model: Floats, rows: Floats) -> bool:
+    """Whether rounding has grown too much over these impacts for their end to be known."""
+    resting = np.flatnonzero(_held(rows) > 0)
+    free = rows[resting[-1] + 1 :] if len(resting) else rows[1:]
+    return len(free) > 1 and exp(min(chain_growth(model, free), 100.0)) * ROUNDINGS > LOST
+
+
+def _held(rows: Floats) -> Floats:
+    """Time on the membrane after each impact, ever lower hops and rest [t_c]."""
+    held: Floats = rows[:, SETTLING] + rows[:, RIDING]
+    return held
+
+
+def _times(rows: Floats) -> Floats:
+    """Forcing periods from when the ball first leaves the membrane to each impact."""
+    held = _held(rows)
+    spent = np.concatenate([[0.0], held[1:-1]]) if len(rows) > 1 else np.zeros(0)
+    times: Floats = np.concatenate([[0.0], np.cumsum(rows[1:, FLIGHT] + spent)]) / 2
+    return times
+
+
+def _rested(model: Floats, rows: Floats, compiled: bool) -> tuple[FromRest, Floats] | None:
+    """The rest cycle, and the impacts to its end, once the ball has come to rest twice on one membrane; else None."""
+    resting = (_held(rows) > 0) & np.isfinite(_held(rows))
+    resting[0] |= rows[0, WALL] == BOTTOM and rows[0, VELOCITY] == 0
+    for wall in (BOTTOM, -BOTTOM):
+        own = np.flatnonzero(resting & (rows[:, WALL] == wall))
+        if len(own) > 1:
+            way = rows[: own[1] + 1]
+            cycle, before = rest_cycle(model, way[own[0] + 1 :], compiled), ceil(float(_times(rows)[own[0]]))
+            if cycle is None:
+                return FromRest(Destination.REST_CYCLE, settles_after=before), way
+            return FromRest(Destination.REST_CYCLE, cycle.word, cycle.period, before, cycle), way
+    return None
+
+
+def _arrived(rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromRest, Floats] | None:
+    """The 1:1 motion, and the impacts until it was settled, once its linearised map decides; else None."""
+    if len(rows) < 2 * PASSES:
+        return None
+    recent = rows[-2 * PASSES :]
+    bottom = recent[recent[:, WALL] == BOTTOM]
+    for target in targets if len(bottom) == PASSES else ():
+        apart = np.maximum(
+            np.abs(wrapped(bottom[:, PHASE] - target.phase)), np.abs(bottom[:, VELOCITY] - target.velocity)
+        )
+        if apart.max() < target.radius:
+            near = np.abs(wrapped(rows[:, PHASE] - target.phase)) < SETTLED
+            near &= np.abs(rows[:, VELOCITY] - target.velocity) < SETTLED * target.velocity
+            first = _settled_at(near | (rows[:, WALL] != BOTTOM))
+            settles = ceil(float(_times(rows)[first])) if first < len(rows) else None
+            return FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles), rows[: first + 1]
+    return None
+
+
+def _settled_at(near: NDArray[np.bool_]) -> int:
+    """The first of the last impacts that are all near; beyond the last one where that is not."""
+    far = np.flatnonzero(~near)
+    return int(far[-1]) + 1 if len(far) else 0
+
+
+def _elsewhere(
+    groups: Groups[float], rows: Floats, targets: Sequence[Target], ratio: int, compiled: bool
+) -> tuple[FromRest, Floats]:
+    """The motion that is neither the 1:1 motion known nor a rest cycle, and the impacts until it was settled."""
+    budget = BUDGET * (COMPILED if compiled else 1)
+    end = find_attractor(groups, start_of(np.array(_last(rows))), budget, compiled)
+    cycle = end.cycle
+    if cycle is None:
+        chaotic = end.outcome is Outcome.APERIODIC and end.lyapunov > LEAST_EXPONENT
+        return FromRest(Destination.CHAOTIC if chaotic else Destination.UNDECIDED), rows
+    more, _ = follow_one(check_model(groups)[0], _last(rows), end.impacts, compiled=compiled)
+    rows = np.concatenate([rows, more[1:]])
+    first = _settled_at(_near(cycle, rows))
+    settles = ceil(float(_times(rows)[first])) if first < len(rows) else None
+    destination = Destination.REST_CYCLE if cycle.sticks else Destination.OTHER_MOTION
+    if (cycle.word, cycle.period) == ("BT", ratio) or _flips_slowly(cycle, targets, ratio):
+        return FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles, cycle), rows[: first + 1]
+    return FromRest(destination, end.word, end.period, settles, cycle), rows[: first + 1]
+
+
+def _flips_slowly(cycle: Cycle, targets: Sequence[Target], ratio: int) -> bool:
+    """Whether what looks like a motion of twice the period or more is a stable 1:1 motion on its way."""
+    count = cycle.period // ratio
+    if cycle.word != "BT" * count or cycle.period != count * ratio:
+        return False
+    bottom = cycle.wall == BOTTOM
+    return any(
+        max(
+            np.abs(wrapped(cycle.phase[bottom] - target.phase)).max(),
+            np.abs(cycle.velocity[bottom] - target.velocity).max(),
+        )
+        < SLOW_FLIP
+        for target in targets
+    )
+
+
+def _near(cycle: Cycle, rows: Floats) -> NDArray[np.bool_]:
+    """Which impacts are one of a cycle, up to what counts as settled."""
+    scale = SETTLED * max(float(np.abs(cycle.velocity).max()), SETTLED)
+    near = cycle.wall == rows[:, WALL, None]
+    near &= np.abs(wrapped(cycle.phase - rows[:, PHASE, None])) < SETTLED
+    near &= np.abs(cycle.velocity - rows[:, VELOCITY, None]) < scale
+    return np.asarray(near.any(axis=1))
+
+
+def ramp_that_helps(groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool) -> int | None:
+    """The fewest forcing periods of `RAMPS` over which to raise the amplitude so that every moment leads to 1:1 motion.
+
+    None where none of them does.
+    """
+    for periods in RAMPS:
+        phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
+        starts = (ramped(groups, float(phase), periods, compiled) for phase in phases)
+        if all(started(start, groups, targets, ratio, compiled).reached for start in starts):
+            return periods
+    return None
+
+
+def outcome_of(outcomes: Sequence[tuple[float, FromRest]]) -> FromRest:
+    """What to tell of several moments: the first outcome, or one of a ramp that misses the 1:1 motion, or the slowest.
+
+    Without a ramp the first one is that of all moments in which the ball is pressed down.
+    """
+    if len({part for part, _ in outcomes}) > 1:
+        return outcomes[0][1]
+    missed = (found for _, found in outcomes if not found.reached)
+    return next(missed, max((found for _, found in outcomes), key=lambda found: found.settles_after or 0))

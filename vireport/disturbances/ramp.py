@@ -1,0 +1,90 @@
+"""The amplitude of the force ramped up from zero, with the event search for a constant amplitude.
+
+Each half wave of the force, between two of its zeros, has the amplitude that a linear ramp has at its middle: the force
+is continuous, and within a half wave all is the model of the simulation in the units of that amplitude.
+"""
+
+from __future__ import annotations
+
+from math import ceil, cos, floor, inf, nextafter, pi, sin
+
+import numpy as np
+
+from vireport.physics import Groups, flight
+from vireport.simulation import (
+    BOTTOM,
+    FLIGHT,
+    PHASE,
+    RIDING,
+    SETTLING,
+    TURN,
+    VELOCITY,
+    WALL,
+    check_model,
+    follow_one,
+)
+
+State = tuple[float, float, float, float]
+"""Wall (0 in flight), position [x_c], velocity before the impact, or in flight [y_c], and phase [rad]."""
+
+BLOCK = 32
+"""Impacts simulated at once within a half wave."""
+
+
+def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool = False) -> State:
+    """State of a ball that lay on the bottom membrane, when the amplitude has been ramped up.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device at full amplitude, as numbers.
+    phase : float
+        Forcing phase at which the force sets in [rad].
+    periods : float
+        Forcing periods that the ramp takes, above 0; from its end to the next zero of the force is added.
+    compiled : bool
+        Whether to compile the simulation, where numba is there.
+    """
+    state: State = (float(BOTTOM), 0.0, 0.0, phase)
+    elapsed, now = 0.0, phase / pi
+    while elapsed < 2 * periods:
+        zero = floor(now - 0.5) + 1.5  # the next of the zeros of the force, which are at odd multiples of 1/2
+        amplitude = min((elapsed + (zero - now) / 2) / (2 * periods), 1.0)
+        state = _half_wave(groups, state, amplitude, zero - now, compiled)
+        elapsed, now = elapsed + zero - now, zero
+        state = (*state[:3], (zero % 2) * pi)
+    return state
+
+
+def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: float, compiled: bool) -> State:
+    """State after a time [t_c] with a constant amplitude, over that at the end of the ramp."""
+    d, gbar, r = groups
+    model = check_model(Groups(d / amplitude, gbar / amplitude, r))[0]
+    wall, position, velocity, phase = state
+    start = wall, position / amplitude, velocity / amplitude, phase
+    clock, count = 0.0, ceil(BLOCK)
+    while True:
+        rows, _ = follow_one(model, start, count, compiled=compiled)
+        held = rows[:, SETTLING] + rows[:, RIDING]
+        times = clock + np.concatenate([[0.0], np.cumsum(held[:-1] + rows[1:, FLIGHT])])
+        past = times > duration
+        if past.any() or len(rows) <= count:
+            break
+        row = rows[-1]
+        clock, start = float(times[-1]), (float(row[WALL]), 0.0, float(row[VELOCITY]), float(row[PHASE]))
+    last = int(np.argmax(past)) - 1 if past.any() else len(rows) - 1
+    row, left = rows[last], duration - float(times[last])
+    hit = float(row[WALL])
+    if left <= 0 and hit:
+        return hit, 0.0, float(row[VELOCITY]) * amplitude, phase
+    if held[last] >= left and held[last] > 0:
+        return hit, 0.0, 0.0, phase  # at rest, or in hops that are too low to tell
+    moved = float(held[last])
+    place = hit * model[0] / 2 if hit else start[1]
+    speed = 0.0 if moved else float(row[VELOCITY]) * (-r if hit else 1.0)
+    angle, t = float(row[PHASE]) + pi * moved, left - moved
+    sine, cosine, end = sin(angle), cos(angle), angle + pi * t
+    z = place + flight.displacement(t, speed, sine, cosine, cos(end), float(model[1]))
+    v = flight.velocity(t, speed, sine, sin(end), float(model[1]))
+    most = nextafter(d / 2, -inf)
+    return 0.0, min(max(z * amplitude, -most), most), v * amplitude, phase % TURN

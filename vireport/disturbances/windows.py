@@ -1,0 +1,175 @@
+"""Where along an input the outcome of switching on stays what it is: around the design point, and along the sweep.
+
+Edges are sharp, and at many of them infinitely many others accumulate: what is told of an edge says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.disturbances.from_rest import FromRest, from_rest, targets_of
+from vireport.motions import find_motions
+from vireport.physics import Device, Groups
+from vireport.scenario import Parameter, ScalarInput
+from vireport.simulation import TURN
+
+Floats = NDArray[np.float64]
+
+Outcomes = Callable[[Floats], Sequence[FromRest]]
+"""The outcomes at some values of an input."""
+
+EDGE = 1e-9
+"""Width to which the edges of a window are found, over the value."""
+
+COARSE = 64
+"""Values between the design point and either end of what is looked through for an edge."""
+
+FINER = 16
+"""Parts of an interval with an edge, of which the one with the nearest is taken in its stead."""
+
+DEEP = 1e-4
+"""An interval this narrow, over the value, that still has several edges is one where edges accumulate."""
+
+ALONG = 201
+"""Values along a sweep, between which edges are then located."""
+
+STRIP_EDGE = 1e-6
+"""Width to which an edge along a sweep is located, over the sweep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """Where the outcome of switching on changes, on the way from the design point.
+
+    Attributes
+    ----------
+    value : float
+        Of the input; the last one found with the outcome of the design point.
+    beyond : FromRest or None
+        The outcome just beyond; None where it does not change as far as was looked.
+    accumulates : bool
+        Whether there are edges without end beside it.
+    """
+
+    value: float
+    beyond: FromRest | None
+    accumulates: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """The interval of an input around the design point in which the outcome of switching on stays.
+
+    Attributes
+    ----------
+    parameter : ScalarInput
+    value : float
+        At the design point.
+    low, high : Edge
+    """
+
+    parameter: ScalarInput
+    value: float
+    low: Edge
+    high: Edge
+
+    @property
+    def nearest(self) -> float | None:
+        """Distance of the nearer edge over the value; None where there is none."""
+        edges = [abs(edge.value - self.value) for edge in (self.low, self.high) if edge.beyond is not None]
+        return min(edges) / abs(self.value) if edges and self.value else None
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """An interval of the sweep in which the outcome of switching on is one, as far as values tell.
+
+    Attributes
+    ----------
+    start, end : float
+    outcome : FromRest
+    """
+
+    start: float
+    end: float
+    outcome: FromRest
+
+
+def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
+    """What a device comes to from rest at each of some values of an input."""
+    ratio, several = device.period_ratio, device.with_values({varied: values})
+    d, gbar, r = (
+        np.broadcast_to(np.asarray(group, dtype=float), values.shape)
+        for group in several.groups(Parameter.LENGTH, several.length_m)
+    )
+    motions = find_motions(Groups(d, gbar, r), ratio)
+    stable = motions.stable(r)
+    orbit, cell, trace = motions.orbit.select(stable), motions.cell[stable], motions.trace[stable]
+    phase, decay = np.mod(orbit.phi, TURN), r[cell] ** 2
+    targets = targets_of(phase, orbit.velocity_bottom, trace, motions.wall_gap[stable], decay)
+    return [
+        from_rest(Groups(*map(float, own)), [targets[k] for k in np.flatnonzero(cell == i)], ratio, compiled)
+        for i, own in enumerate(zip(d, gbar, r, strict=True))
+    ]
+
+
+def window(parameter: ScalarInput, value: float, low: float, high: float, outcomes: Outcomes) -> Window:
+    """The interval around a design point in which the outcome stays.
+
+    Parameters
+    ----------
+    parameter : ScalarInput
+    value : float
+        At the design point.
+    low, high : float
+        How far to look.
+    outcomes : callable
+        The outcomes at some values.
+    """
+    (here,) = outcomes(np.array([value]))
+    return Window(parameter, value, *(_edge(here, value, end, outcomes) for end in (low, high)))
+
+
+def _edge(here: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
+    """The first edge on the way from a value to an end, as far as refinement tells."""
+    near, far, parts = value, end, COARSE
+    beyond: FromRest | None = None
+    accumulates = False
+    while near != far:
+        values = np.linspace(near, far, parts + 1)[1:]
+        found = outcomes(values)
+        changed = [outcome.kind != here.kind for outcome in found]
+        if True not in changed:
+            if beyond is None:
+                return Edge(end, None, False)
+            break  # of an interval with an edge the far end has changed; rounding alone tells them apart
+        first = changed.index(True)
+        # Coming back to the outcome beyond the first edge, within so little, there are further edges nearer still.
+        accumulates |= abs(far - near) < DEEP * abs(value) and False in changed[first:]
+        near, far, beyond = float(values[first - 1]) if first else near, float(values[first]), found[first]
+        if abs(far - near) <= EDGE * max(abs(value), abs(end - value)):
+            break
+        parts = FINER
+    return Edge(near, beyond, accumulates)
+
+
+def along(start: float, end: float, outcomes: Outcomes) -> tuple[Stretch, ...]:
+    """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
+    values = np.linspace(min(start, end), max(start, end), ALONG)
+    found = outcomes(values)
+    pairs = zip(pairwise(values.tolist()), pairwise(found), strict=True)
+    brackets = [(*ends, before) for ends, (before, after) in pairs if before.kind != after.kind]
+    edges = np.array([bracket[:2] for bracket in brackets], dtype=float).reshape(-1, 2)
+    kinds = [before.kind for *_, before in brackets]
+    while len(edges) and (edges[:, 1] - edges[:, 0]).max() > STRIP_EDGE * (values[-1] - values[0]):
+        middle = edges.mean(axis=1)
+        same = np.array([outcome.kind == kind for outcome, kind in zip(outcomes(middle), kinds, strict=True)])
+        edges = np.where(same[:, None], np.stack([middle, edges[:, 1]], 1), np.stack([edges[:, 0], middle], 1))
+    places = [float(values[0]), *edges.mean(axis=1).tolist(), float(values[-1])]
+    firsts = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(found)) if a.kind != b.kind)]
+    return tuple(Stretch(*ends, found[first]) for ends, first in zip(pairwise(places), firsts, strict=True))
