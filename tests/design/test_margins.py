@@ -38,7 +38,7 @@ from vireport.scenario import DesignInput, Parameter
 NEAR = 0.06
 """Distance in q and radians within which a motion is the one that ends nearby."""
 
-PARTS = int(os.environ.get("VIREPORT_PARTS", "4"))
+PARTS = int(os.environ.get("VIREPORT_PARTS", "3"))
 """Of the random devices in 40 digits, each but the first with 20; 11 are 201 devices, in three minutes."""
 
 JUMP = 0.3
@@ -115,7 +115,7 @@ def goes_on(device: Device, varied: DesignInput, to: float) -> bool:
     return True
 
 
-@pytest.mark.parametrize("part", first(1, range(10)))
+@pytest.mark.parametrize("part", first(1, range(4)))
 def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
     """A search among all solutions at many values finds the motion up to just before the end, and not just after."""
     for device, design in stable_devices(2 if part == 0 else 22, 1000 * part):
@@ -127,9 +127,9 @@ def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
             assert not stable_near(device, varied, end.sweep_value + little, place, 0.3 * NEAR), (device, end)
 
 
-@pytest.mark.parametrize("part", first(1, range(10)))
+@pytest.mark.parametrize("part", first(1, range(4)))
 def test_where_nothing_ends_stable_motion_goes_on(part: int) -> None:
-    for device, design in stable_devices(5 if part == 0 else 20, 1000 * part):
+    for device, design in stable_devices(3 if part == 0 else 20, 1000 * part):
         for varied in (DesignInput.INCLINATION, DesignInput.RESTITUTION):
             low, high = (0.0, 90.0) if varied is DesignInput.INCLINATION else (1e-3, 0.99)
             for end, limit in zip(ends(design, varied), (low, high), strict=True):
@@ -351,10 +351,10 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
     return margins, outcomes, study.verdict.status, study.verdict.word, fact and (fact.answer, fact.status), exit_code
 
 
-@pytest.mark.parametrize("part", first(1, range(10)))
+@pytest.mark.parametrize("part", first(1, range(4)))
 def test_no_sweep_changes_margins_verdict_or_exit_code(part: int) -> None:
-    """Over 101 scenarios."""
-    for sweep in random_sweeps(11, 77 + part)[: 2 if part == 0 else 11]:
+    """Over 34 scenarios, each alone and along all parameters."""
+    for sweep in random_sweeps(11, 77 + part)[: 1 if part == 0 else 11]:
         alone = judged(sweep.device, None)
         for parameter in Parameter:
             assert judged(sweep.device, parameter) == alone, (sweep.device, parameter)
