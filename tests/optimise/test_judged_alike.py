@@ -16,6 +16,8 @@ from vireport.optimise import DesignGrid, Problem, grid_of, optimise, problem_of
 from vireport.optimise.cells import evaluate
 from vireport.scenario import LimitKind, Need, Parameter, schema
 
+pytestmark = pytest.mark.usefixtures("without_a_front")
+
 BLOCKS = {
     Need.SWEEP: "sweep: {parameter: length_m, from: 0.55, to: 0.9}\n",
     Need.TOLERANCES: "tolerances: {length_percent: 2, frequency_percent: 3, restitution: 0.05, samples: 256}\n",
@@ -105,12 +107,6 @@ def test_run_and_optimise_judge_designs_alike(requirement: Requirement) -> None:
 
 
 LENGTH, FORCE = "{path: device.length_m, from: 0.6, to: 0.9}", "{path: excitation.amplitude_n, from: 2, to: 6}"
-
-
-@pytest.fixture(autouse=True)
-def without_a_front(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What margins cost is not asked here, and takes nine tenths of a search."""
-    monkeypatch.setattr("vireport.optimise.search.LEVELS", ())
 
 
 def looked_for(required: str, cells: int, objective: str = "u_ave_v", vary: tuple[str, ...] = (LENGTH, FORCE)) -> str:

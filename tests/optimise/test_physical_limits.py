@@ -16,6 +16,8 @@ from vireport.gate import Status
 from vireport.optimise import optimise, outputs, problem_of
 from vireport.optimise.bound import largest_value
 
+pytestmark = pytest.mark.usefixtures("without_a_front")
+
 IMPOSSIBLE = """\
 schema_version: 1
 device:
@@ -37,12 +39,6 @@ DEVICES = 40
 """Random devices of which runs are judged; searches among a fourth of them, and runs of the same in the quick tests."""
 CELLS = 16
 """Cells of the grids from which searches start: ascent finds the same designs from 100."""
-
-
-@pytest.fixture(autouse=True)
-def without_a_front(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What margins cost is not asked here, and takes nine tenths of a search."""
-    monkeypatch.setattr("vireport.optimise.search.LEVELS", ())
 
 
 def searched(objective: str, *vary: str, text: str = IMPOSSIBLE, cells: int = CELLS, required: str = "") -> str:
@@ -152,10 +148,8 @@ def test_a_search_does_not_end_beyond_what_is_possible(objective: str, vary: tup
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(DEVICES // 4))
-def test_no_search_among_random_electrical_devices_ends_above_what_impacts_lose(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("vireport.optimise.search.LEVELS", (0.0, 0.05, 0.2))
+@pytest.mark.usefixtures("short_front")
+def test_no_search_among_random_electrical_devices_ends_above_what_impacts_lose(seed: int) -> None:
     objective = ("efficiency", "power_mw", "u_ave_v")[seed % 3]
     result = optimise(problem_of(loads(searched(objective, LENGTH, BIAS, text=random_device(seed)))))
     designs = [point for point in (result.best, *result.front) if point is not None]
