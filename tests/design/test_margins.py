@@ -351,9 +351,9 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
     return margins, outcomes, study.verdict.status, study.verdict.word, fact and (fact.answer, fact.status), exit_code
 
 
-@pytest.mark.parametrize("part", first(1, range(4)))
+@pytest.mark.parametrize("part", first(1, range(3)))
 def test_no_sweep_changes_margins_verdict_or_exit_code(part: int) -> None:
-    """Over 34 scenarios, each alone and along all parameters."""
+    """Over 23 scenarios, each alone and along all parameters."""
     for sweep in random_sweeps(11, 77 + part)[: 1 if part == 0 else 11]:
         alone = judged(sweep.device, None)
         for parameter in Parameter:
