@@ -76,6 +76,18 @@ def study_of() -> Callable[..., Study]:
     return study
 
 
+@pytest.fixture
+def without_a_front(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search does not ask what larger margins cost, which takes nine tenths of it."""
+    monkeypatch.setattr("vireport.optimise.search.LEVELS", ())
+
+
+@pytest.fixture
+def short_front(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search asks for three margins only what they cost."""
+    monkeypatch.setattr("vireport.optimise.search.LEVELS", (0.05, 0.14, 0.28))
+
+
 @pytest.fixture(scope="module")
 def forty_digits() -> Iterator[None]:
     """The 40 digits of the reference, also for what a test works out itself."""

@@ -226,8 +226,9 @@ motions: {{impacts: 2, periods: 2}}
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(("r", "beta"), [(0.375, 0.0), (0.538, 45.0), (0.9, 90.0)])
-@pytest.mark.parametrize(("low", "high"), [(1e-6, 1e6), (1e-9, 1e9), (1e-3, 1e12)])
+@pytest.mark.parametrize(
+    ("r", "beta", "low", "high"), [(0.375, 0.0, 1e-6, 1e6), (0.538, 45.0, 1e-9, 1e9), (0.9, 90.0, 1e-3, 1e12)]
+)
 def test_motions_are_the_same_in_a_sweep_over_many_decades_of_frequency(r: float, beta: float, low: float, high: float):
     def found(low: float, high: float) -> dict[tuple[str, int], set[float]]:
         """Where families of each word begin or end by grazing or a fold."""

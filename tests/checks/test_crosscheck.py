@@ -175,17 +175,17 @@ def test_without_a_simulation_stability_is_called_local(study_of) -> None:
 
 @pytest.mark.slow
 def test_the_interval_holds_the_share_in_95_of_100_runs(example) -> None:
-    """Over 200 seeds. With the same starts at every value it would hold it in 75 of 100."""
+    """Over 100 seeds. With the same starts at every value it would hold it in 75 of 100."""
     over = [*LIVELY, "device.length_m=", "sweep.from=6.4", "sweep.to=6.6"]
     over += ["simulation={samples: 5, starts: 8, impacts: 400}"]
     study = analyse(loads(example("horizontal").read_text(), overrides=over))
     asked = study.scenario.simulation
-    many = crosscheck(study.solution, asked.model_copy(update={"starts": 3000}), seed=10**6)
+    many = crosscheck(study.solution, asked.model_copy(update={"starts": 2000}), seed=10**6)
     exact = many.share[0]
     assert 0.7 < exact < 0.8
-    intervals = [crosscheck(study.solution, asked, seed=seed).share for seed in range(200)]
+    intervals = [crosscheck(study.solution, asked, seed=seed).share for seed in range(100)]
     held = sum(low <= exact <= high for _, low, high in intervals)
-    assert held >= 182  # of a coverage of 95 % fewer are seen once in a hundred times
+    assert held >= 89  # of a coverage of 95 % fewer are seen once in a hundred times
 
 
 def test_overlay_lies_on_the_curves(checked) -> None:

@@ -23,9 +23,9 @@ def test_the_examples_are_reproduced(example, name: str, periods: int) -> None:
 
 
 def test_random_devices_are_reproduced_unless_it_takes_too_long() -> None:
-    reproductions = [reproduce(solution_of(sweep.device, None, None, True)) for sweep in random_sweeps(30, 5)]
+    reproductions = [reproduce(solution_of(sweep.device, None, None, True)) for sweep in random_sweeps(16, 5)]
     stable = [reproduction for reproduction in reproductions if reproduction is not None]
-    assert len(stable) > 7
+    assert len(stable) > 3
     assert all(reproduction.passed for reproduction in stable if reproduction.decided)
     assert sum(not reproduction.decided for reproduction in stable) <= 1
     assert all(reproduction.periods == min(reproduction.needed, MOST_PERIODS) for reproduction in stable)

@@ -123,9 +123,12 @@ def test_streams(name: str, stdin: str, stdout: str, stderr: str, folder: Path) 
 @pytest.mark.slow
 @pytest.mark.parametrize(("turn", "name"), [*enumerate(COMMANDS)])
 def test_combinations_of_streams(turn: int, name: str, folder: Path) -> None:
-    """Every state of standard output and of standard error; the commands take turns in which of them meet."""
-    for i, stdout in enumerate(OUTPUTS):
-        check_streams(name, folder, INPUTS[(i + turn) % 2], stdout, OUTPUTS[(i + turn) % 4])
+    """Every state of standard output, and of standard error; the commands take turns in which of them meet.
+
+    Sixteen commands have two pairs each: every pair of states twice.
+    """
+    for i in (turn % 4, (turn + 2) % 4):
+        check_streams(name, folder, INPUTS[(i + turn) % 2], OUTPUTS[i], OUTPUTS[(i + turn // 4) % 4])
 
 
 def test_standard_input_that_is_closed(tmp_path: Path) -> None:
@@ -229,7 +232,7 @@ def test_sigterm_ends_a_run_as_ctrl_c_does_and_leaves_no_folder(tmp_path: Path) 
     code = MOMENTS["between writing and renaming"].replace("interrupt()", "os.kill(os.getpid(), signal.SIGTERM)")
     (tmp_path / "tmp").mkdir()
     code += "\nos.environ['TMPDIR'] = 'tmp'"
-    run = interrupted(code, "run", INCLINED, "-o", "out", "--format", "html,json", cwd=tmp_path)
+    run = interrupted(code, "run", INCLINED, "-o", "out", "--format", "csv,json", cwd=tmp_path)
     assert run.returncode == 143, run.stderr
     assert run.stderr.startswith(b"vireport: interrupted")
     assert [path for path in tmp_path.rglob("*") if path.name != "tmp"] == []
@@ -325,7 +328,7 @@ def test_a_report_needs_no_temporary_folder(tmp_path: Path, monkeypatch) -> None
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [
-        ([DESIGN, "-o", "OUT", "--format", "html,png,json,github"], 0, b""),
+        ([DESIGN, "-o", "OUT", "--format", "html,json,github"], 0, b""),
         ([DESIGN], 2, b"design-point cannot be written: the current folder has been deleted"),
         (["compare", DESIGN, "--vary", "inclination_deg=30,45"], 2, b"the current folder has been deleted"),
         (["portrait", "results.json", "--at", "1"], 2, b"results.json: cannot be read"),
@@ -352,7 +355,7 @@ def test_a_folder_may_have_a_name_that_is_not_utf_8(tmp_path: Path, monkeypatch)
     here.mkdir()
     monkeypatch.chdir(here)
     folder = os.fsdecode(b"out\xfe")
-    assert main(["run", DESIGN, "-o", folder, "--format", "html,pdf,png,json", "-q"]) == 0
+    assert main(["run", DESIGN, "-o", folder, "--format", "pdf,json", "-q"]) == 0
     assert main(["run", f"{folder}/report.pdf", "-o", "again", "--format", "json", "-q"]) == 0
     pytest.importorskip("pyarrow")
     map_text = (ROOT / "examples/maps/map.yaml").read_text().replace("count: 60", "count: 3")
@@ -387,13 +390,12 @@ def test_a_comparison_does_not_overwrite_another(tmp_path: Path, monkeypatch) ->
     monkeypatch.chdir(tmp_path)
 
     def compare(angles: str) -> None:
-        assert main(["compare", INCLINED, "--vary", f"inclination_deg={angles}", "--format", "json", "-q"]) == 0
+        assert main(["compare", DESIGN, "--vary", f"inclination_deg={angles}", "--format", "json", "-q"]) == 0
 
     compare("30,45")
     compare("30,45")
     assert names(tmp_path) == {"comparison"}
     first = (tmp_path / "comparison/compare.json").read_bytes()
-    compare("30,40")
     compare("30,40")
     compare("20,40")
     assert names(tmp_path) == {"comparison", "comparison-2", "comparison-3"}

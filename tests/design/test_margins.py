@@ -38,8 +38,8 @@ from vireport.scenario import DesignInput, Parameter
 NEAR = 0.06
 """Distance in q and radians within which a motion is the one that ends nearby."""
 
-PARTS = int(os.environ.get("VIREPORT_PARTS", "4"))
-"""Of the random devices in 40 digits, each but the first with 20; 11 are 201 devices, in three minutes."""
+PARTS = int(os.environ.get("VIREPORT_PARTS", "3"))
+"""Of the random devices in 40 digits, each but the first with 8; 26 are 201 devices, in three minutes."""
 
 JUMP = 0.3
 """The same of one motion at two of many values: more than it moves, less than to another."""
@@ -115,10 +115,10 @@ def goes_on(device: Device, varied: DesignInput, to: float) -> bool:
     return True
 
 
-@pytest.mark.parametrize("part", first(1, range(10)))
+@pytest.mark.parametrize("part", first(1, range(4)))
 def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
     """A search among all solutions at many values finds the motion up to just before the end, and not just after."""
-    for device, design in stable_devices(2 if part == 0 else 22, 1000 * part):
+    for device, design in stable_devices(2 if part == 0 else 16, 1000 * part):
         assert not design.unresolved
         for varied, end in ((v, e) for v in DesignInput for e in ends(design, v) if e is not None):
             place, little = (end.point.closed.u, end.point.closed.phi_bottom), 1e-6 * end.distance
@@ -127,9 +127,9 @@ def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
             assert not stable_near(device, varied, end.sweep_value + little, place, 0.3 * NEAR), (device, end)
 
 
-@pytest.mark.parametrize("part", first(1, range(10)))
+@pytest.mark.parametrize("part", first(1, range(4)))
 def test_where_nothing_ends_stable_motion_goes_on(part: int) -> None:
-    for device, design in stable_devices(5 if part == 0 else 20, 1000 * part):
+    for device, design in stable_devices(3 if part == 0 else 20, 1000 * part):
         for varied in (DesignInput.INCLINATION, DesignInput.RESTITUTION):
             low, high = (0.0, 90.0) if varied is DesignInput.INCLINATION else (1e-3, 0.99)
             for end, limit in zip(ends(design, varied), (low, high), strict=True):
@@ -174,7 +174,7 @@ def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
 
 @pytest.mark.parametrize("part", first(1, range(PARTS)))
 def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
-    for device, design in stable_devices(1 if part == 0 else 20, 1000 * part):
+    for device, design in stable_devices(1 if part == 0 else 8, 1000 * part):
         for end in design.limits():
             with reference.precise():
                 inputs = {name.value: mpf(getattr(device, name)) for name in DesignInput}
@@ -351,10 +351,10 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
     return margins, outcomes, study.verdict.status, study.verdict.word, fact and (fact.answer, fact.status), exit_code
 
 
-@pytest.mark.parametrize("part", first(1, range(10)))
+@pytest.mark.parametrize("part", first(1, range(3)))
 def test_no_sweep_changes_margins_verdict_or_exit_code(part: int) -> None:
-    """Over 101 scenarios."""
-    for sweep in random_sweeps(11, 77 + part)[: 2 if part == 0 else 11]:
+    """Over 23 scenarios, each alone and along all parameters."""
+    for sweep in random_sweeps(11, 77 + part)[: 1 if part == 0 else 11]:
         alone = judged(sweep.device, None)
         for parameter in Parameter:
             assert judged(sweep.device, parameter) == alone, (sweep.device, parameter)

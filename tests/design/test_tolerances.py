@@ -78,7 +78,7 @@ def escapes(seed: int, count: int = 20) -> int:
     return outside
 
 
-@pytest.mark.parametrize("seed", first(3, range(100)))
+@pytest.mark.parametrize("seed", first(3, range(40)))
 def test_affine_arithmetic_encloses_random_operations(seed: int) -> None:
     assert escapes(seed) == 0
 
@@ -184,7 +184,7 @@ def test_no_box_across_the_end_of_stable_motion_is_proved(case: tuple[str, int],
 @pytest.mark.slow
 def test_a_tenth_of_the_margin_is_proved_for_random_devices() -> None:
     count = 0
-    for i, sweep in enumerate(random_sweeps(150, 5)):
+    for i, sweep in enumerate(random_sweeps(80, 5)):
         design = replace(sweep.device, period_ratio=(1, 1, 2, 3)[i % 4])
         margins = [
             abs(ending.relative) for ending in design_point(design, None).endings() if ending.relative is not None
@@ -194,7 +194,7 @@ def test_a_tenth_of_the_margin_is_proved_for_random_devices() -> None:
             assert proof.failing is None
             assert Leaf.OPEN not in proof.halved
             count += 1
-    assert count > 30
+    assert count > 15
 
 
 @pytest.mark.parametrize("case", first(1, [("design-point", 500), *((name, 250_000) for name in PAPER)]))

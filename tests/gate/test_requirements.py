@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import markdown
+from conftest import markdown, solved
 
 from vireport import analyse, load, loads
 from vireport.cli import main
@@ -33,8 +33,8 @@ def judged(name: str, required: dict[str, object], **overrides: object) -> dict[
     """The criteria of an example with requirements, by their keys."""
     over = {f"requirements.{key}": value for key, value in required.items()}
     given = {path.replace("__", "."): value for path, value in overrides.items()}
-    study = analyse(load(ROOT / "examples" / f"{name}.yaml", over | given))
-    return {criterion.key: criterion for criterion in study.criteria}
+    loaded = load(ROOT / "examples" / f"{name}.yaml", over | given)
+    return {criterion.key: criterion for criterion in assess(loaded, Evidence(solved(name, **overrides)))}
 
 
 def only(name: str, required: dict[str, object], **overrides: object) -> Criterion:
@@ -48,9 +48,9 @@ def test_every_key_of_the_block_is_required_by_one_row() -> None:
     assert sorted(keys) == sorted(RequirementsBlock.model_fields)
 
 
-def volts(study) -> dict[str, float]:
+def volts(solution) -> dict[str, float]:
     """The voltages of the stable motions at the design point, each the worst of them."""
-    stable, x = study.solution.design.motions.stable, study.solution.design.voltages
+    stable, x = solution.design.motions.stable, solution.design.voltages
     return {
         "u_ave_at_least_v": float(x.average_v[stable].min()),
         "u_bottom_top_difference_at_most_v": float(np.abs(x.bottom_v - x.top_v)[stable].max()),
@@ -60,8 +60,8 @@ def volts(study) -> dict[str, float]:
 
 @pytest.mark.parametrize("key", ["u_ave_at_least_v", "u_bottom_top_difference_at_most_v", "deflection_at_most_m"])
 @pytest.mark.parametrize("name", ["inclined", "design-point"])
-def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) -> None:
-    value, least = volts(study_of(name))[key], key.endswith("least_v")
+def test_voltages_on_both_sides_of_their_limit(name: str, key: str) -> None:
+    value, least = volts(solved(name))[key], key.endswith("least_v")
     for change in (-1e-9, 0.0, 1e-9):
         criterion = only(name, {key: value * (1 + change)})
         assert criterion.outcome.value == value
@@ -74,11 +74,11 @@ def test_voltages_on_both_sides_of_their_limit(name: str, key: str, study_of) ->
 
 def test_of_two_stable_motions_the_worst_is_judged() -> None:
     two = {"inclination_deg": 1.0, "device__length_m": 0.36}
-    study = analyse(load(ROOT / "examples/horizontal.yaml", {key.replace("__", "."): x for key, x in two.items()}))
-    x, stable = study.solution.design.voltages, study.solution.design.motions.stable
+    solution = solved("horizontal", **two)
+    x, stable = solution.design.voltages, solution.design.motions.stable
     for values in (x.average_v, x.bottom_v - x.top_v, x.deflection_m):
         assert np.ptp(values[stable]) > 1e-4 * values.max()
-    for key, value in volts(study).items():
+    for key, value in volts(solution).items():
         criterion = only("horizontal", {key: 1.0}, **two)
         assert criterion.outcome.value == value
         assert "of 2 stable motions" in criterion.outcome.why
@@ -90,7 +90,7 @@ ELECTRICAL = {f"device.membrane.{key}": value for key, value in DIELECTRIC.items
 
 @pytest.mark.parametrize("key", ["power_at_least_mw", "field_at_most_percent"])
 def test_power_and_field_on_both_sides_of_their_limit(key: str) -> None:
-    x = analyse(load(ROOT / "examples/design-point.yaml", ELECTRICAL)).solution.design
+    x = solved("design-point", **ELECTRICAL).design
     assert x.motions.stable.tolist() == [True, False]
     value, least = (x.power_mw if key[0] == "p" else 1e-6 * x.field_v_m for x in [x.conversion]), key[0] == "p"
     value = float(next(value)[0])
@@ -136,13 +136,12 @@ def test_no_grazing_point_ends_stability() -> None:
 def test_margin_is_that_of_the_motion_that_ends_first() -> None:
     # Nearly horizontal, the stable motion at 0.42 m doubles its period at B2; the stable range goes on to B1, with
     # another motion that is not there at 0.42 m: it begins in the fold C1, near 0.375 m.
-    study = analyse(load(ROOT / "examples/horizontal.yaml", {"inclination_deg": 1, "device.length_m": 0.42}))
-    assert study.solution.design.motions.stable.sum() == 1
-    value = {point.label: point.sweep_value for point in study.solution.critical_points}
-    assert value["B1"] == study.solution.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
+    solution = solved("horizontal", inclination_deg=1, device__length_m=0.42)
+    assert solution.design.motions.stable.sum() == 1
+    value = {point.label: point.sweep_value for point in solution.critical_points}
+    assert value["B1"] == solution.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
     for at, below in ((0.42, ["B2"]), (0.36, ["C1", "B2", "B1"]), (0.40, ["B2"])):
-        over = {"inclination_deg": 1, "device.length_m": at}
-        design = analyse(load(ROOT / "examples/horizontal.yaml", over)).solution.design
+        design = solved("horizontal", inclination_deg=1, device__length_m=at).design
         ends = [ending for ending in design.endings() if ending.parameter == "length_m" and ending.label]
         assert {ending.label for ending in ends} <= {"B1", "B2", "C1"}
         assert ends[0].label == below[0]
@@ -185,11 +184,9 @@ def test_what_the_shaker_must_do(key: str, value: float | None) -> None:
         assert criterion.passed is passed
         assert criterion.outcome.value == pytest.approx(value, rel=1e-14)
     # Without a design point it is the most that the sweep asks for: here its largest force.
-    swept = analyse(
-        load(ROOT / "examples/inclined-forcing.yaml", [f"requirements.{key}=1e3", "excitation.amplitude_n="])
-    )
+    swept = judged("inclined-forcing", {key: 1e3}, excitation__amplitude_n=None)
     sweep = load(ROOT / "examples/inclined-forcing.yaml").scenario.sweep
-    assert swept.criteria[0].outcome.value == pytest.approx(value * max(sweep.from_, sweep.to) / 3, rel=1e-12)
+    assert swept[key].outcome.value == pytest.approx(value * max(sweep.from_, sweep.to) / 3, rel=1e-12)
 
 
 def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_sweep(study_of) -> None:
@@ -221,24 +218,25 @@ def test_a_yield_is_all_only_where_that_is_proved() -> None:
 
 @pytest.mark.parametrize(
     "sweep",
-    [{"parameter": "length_m", "from": 0.59, "to": 0.75}, {"parameter": "inclination_deg", "from": 20, "to": 60}, None],
+    [
+        {"sweep__parameter": "length_m", "sweep__from": 0.59, "sweep__to": 0.75},
+        {"sweep__parameter": "inclination_deg", "sweep__from": 20, "sweep__to": 60},
+        {"sweep": None},
+    ],
 )
-def test_inclinations_up_to_the_period_doubling(sweep: dict[str, object] | None, study_of) -> None:
-    margins = study_of("design-point").solution.design.margins
+def test_inclinations_up_to_the_period_doubling(sweep: dict[str, object]) -> None:
+    margins = solved("design-point").design.margins
     (end,) = (m.sweep_value for m in margins if m.parameter == "inclination_deg" and m.event == "period_doubling")
     for to, passed in ((end - 1e-9, True), (end + 1e-9, False)):
         required = {"inclination_from_deg": 40, "inclination_to_deg": to}
-        criterion = only("inclined", required, device__length_m=0.70, sweep=sweep)
+        criterion = only("inclined", required, device__length_m=0.70, **sweep)
         assert criterion.passed is passed
         assert criterion.outcome.margin == pytest.approx(end - to, abs=1e-12)
 
 
 def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
     low, high = 0.65, 0.74
-    points = [
-        analyse(load(ROOT / "examples/inclined.yaml", {"device.length_m": float(value)}))
-        for value in np.linspace(low, high, 9)
-    ]
+    points = [solved("inclined", device__length_m=float(value)) for value in np.linspace(low, high, 9)]
     values = [volts(point)["u_ave_at_least_v"] for point in points]
     expected = max(values) - min(values)
     ends = {"stable_from": low, "stable_to": high}
@@ -388,7 +386,7 @@ def test_a_1_1_motion_is_judged_by_its_error_bounds_where_it_alone_is_stable(exa
     study = analyse(given, ("json",))
     word, volt = study.criteria
     assert (word.passed, word.outcome.text, word.limit.text) == (True, "BT every forcing period", "only TB")
-    assert volt.outcome.value == volts(study)["u_ave_at_least_v"]
+    assert volt.outcome.value == volts(study.solution)["u_ave_at_least_v"]
     assert word.to_dict()["limit_value"] is None
 
 

@@ -1,6 +1,6 @@
 """Valid scenarios of every decade: an answer without NaN that holds its invariants, or a refusal that says why.
 
-`EXAMPLES=20000 pytest tests/analysis/test_any_scenario.py` tries as many, at random.
+`EXAMPLES=20000 pytest tests/motions/test_any_scenario.py` tries as many, at random.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ EXAMPLES = int(os.environ.get("EXAMPLES", "0"))
 
 
 @pytest.mark.slow
-@settings(max_examples=EXAMPLES or 200, derandomize=not EXAMPLES)
+@settings(max_examples=EXAMPLES or 80, derandomize=not EXAMPLES)
 @given(solvable_trees())
 def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
     loaded = loads(json.dumps(tree))
@@ -51,7 +51,7 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=EXAMPLES // 100 or 8, derandomize=not EXAMPLES)
+@settings(max_examples=EXAMPLES // 100 or 4, derandomize=not EXAMPLES)
 @given(solvable_trees().filter(lambda tree: "simulation" in tree))
 def test_any_scenario_is_drawn_and_reported_or_refused(tree: dict) -> None:
     if "sweep" in tree:

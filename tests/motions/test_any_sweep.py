@@ -25,7 +25,7 @@ SUBNORMAL = Device(1.0, 0.03125, 9.8, 0.21353156973176252, 0.8541262789270501, 1
 
 
 @pytest.mark.slow
-@settings(max_examples=250)
+@settings(max_examples=80)
 @given(sweeps())
 @example(Sweep(SUBNORMAL, Parameter.LENGTH, 0.42706313946352503, 0.10676578486588126))
 def test_invariants_of_any_sweep(sweep: Sweep) -> None:
@@ -59,7 +59,7 @@ def _check_design(sweep: Sweep, solution: BifurcationDiagram) -> None:
 
 
 @given(sweeps(), st.floats(-6, 6), st.floats(-6, 6))
-@settings(max_examples=60)
+@settings(max_examples=30)
 def test_only_the_dimensionless_groups_matter(sweep: Sweep, masses: float, forces: float) -> None:
     """Mass and force over twelve decades, the groups held: the same motions."""
     if sweep.parameter is not Parameter.LENGTH:

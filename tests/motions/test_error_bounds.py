@@ -98,7 +98,7 @@ def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
     return ratios
 
 
-@pytest.mark.parametrize("batch", first(1, range(30)))
+@pytest.mark.parametrize("batch", first(1, range(0, 30, 2)))
 def test_bounds_of_branches_hold_and_are_not_wild(batch: int) -> None:
     together: dict[str, list[float]] = {}
     for sweep in sweep_grid()[6 * batch : 6 * batch + 6]:
@@ -111,7 +111,7 @@ def test_bounds_of_branches_hold_and_are_not_wild(batch: int) -> None:
 @pytest.mark.slow
 def test_bounds_of_random_branches_hold() -> None:
     parameters = set()
-    for sweep in random_sweeps(44, seed=11):
+    for sweep in random_sweeps(22, seed=11):
         if any(ratios_of(solution_of(sweep.device, MEMBRANE, sweep, design=False), 3)):
             parameters.add(sweep.parameter)
     assert parameters == set(Parameter)
@@ -178,10 +178,10 @@ def test_an_inclination_of_zero_has_bounds(length: float) -> None:
     assert flat >= 2
 
 
-@pytest.mark.parametrize("seed", first(1, range(12, 20)))
+@pytest.mark.parametrize("seed", first(1, range(12, 17)))
 def test_bounds_at_design_points_hold(seed: int) -> None:
     together: dict[str, list[float]] = {}
-    for device in (sweep.device for sweep in random_sweeps(10, seed)):
+    for device in (sweep.device for sweep in random_sweeps(8, seed)):
         solution, sweep = solution_of(device, DIELECTRIC, None, design=True), around_length(device)
         design, bounds = solution.design, solution.bounds.design
         for row in range(len(design.motions)):

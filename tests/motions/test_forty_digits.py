@@ -14,14 +14,15 @@ from vireport.motions import solve
 pytestmark = pytest.mark.usefixtures("forty_digits")
 
 SWEEPS = random_sweeps(240, seed=20190301)
+BATCHES = 24
 TOLERANCE = 1e-12
 ROWS = 5
 
 
-@pytest.mark.parametrize("batch", first(1, range(12)))
+@pytest.mark.parametrize("batch", first(1, range(BATCHES)))
 def test_branch_values(batch: int) -> None:
     checked = 0
-    for sweep in SWEEPS[20 * batch : 20 * batch + 20]:
+    for sweep in SWEEPS[batch::BATCHES]:
         for m in (branch.motions for branch in solve(sweep).branches):
             for row in np.unique(np.linspace(0, len(m) - 1, ROWS).astype(int)):
                 slowest = min(m.velocity_bottom[row], -m.velocity_top[row])
@@ -36,16 +37,16 @@ def test_branch_values(batch: int) -> None:
                 assert away <= TOLERANCE * max(abs(exact["velocity_bottom"]), 1), (sweep, row)
                 trace = exact["trace"]
                 assert abs(mpf(float(m.trace[row])) - trace) <= 1e-11 * (1 + abs(trace) / slowest), (sweep, row)
-    assert checked > 100
+    assert checked > 50
 
 
-@pytest.mark.parametrize("batch", first(1, range(12)))
+@pytest.mark.parametrize("batch", first(1, range(BATCHES)))
 def test_critical_points_within_their_bounds(batch: int) -> None:
     checked = 0
-    for sweep in SWEEPS[20 * batch : 20 * batch + 20]:
+    for sweep in SWEEPS[batch::BATCHES]:
         for critical in solve(sweep).critical_points:
             value, point = critical_motion(sweep, critical)[3], critical
             checked += 1
             assert abs(mpf(point.sweep_value) - value) <= point.error_bound, (sweep, critical)
             assert point.error_bound <= TOLERANCE * abs(point.sweep_value)
-    assert checked > 15
+    assert checked > 7

@@ -16,6 +16,8 @@ from vireport.optimise import DesignGrid, Problem, grid_of, optimise, problem_of
 from vireport.optimise.cells import evaluate
 from vireport.scenario import LimitKind, Need, Parameter, schema
 
+pytestmark = pytest.mark.usefixtures("without_a_front")
+
 BLOCKS = {
     Need.SWEEP: "sweep: {parameter: length_m, from: 0.55, to: 0.9}\n",
     Need.TOLERANCES: "tolerances: {length_percent: 2, frequency_percent: 3, restitution: 0.05, samples: 256}\n",
@@ -27,7 +29,8 @@ VARIED = (
     *("{path: excitation.amplitude_n, from: 2, to: 5}", "{path: inclination_deg, from: 5, to: 80}"),
     *("{path: device.restitution, from: 0.35, to: 0.65}", "{path: device.length_m, from: 0.6, to: 0.85}"),
 )
-DESIGNS, FEW = 50, 6
+DESIGNS, FEW = 12, 6
+"""Random designs on which run and search are held against each other; in the quick tests."""
 
 
 def scenario(requirement: Requirement, given: dict[str, object]) -> str:
@@ -56,7 +59,9 @@ def required(requirement: Requirement, designs: np.ndarray) -> dict[str, object]
     if kind is LimitKind.AGREEMENT:
         return {requirement.key: True}
     loose = problem_of(loads(scenario(requirement, {requirement.key: 1e-9 if kind is LimitKind.AT_LEAST else 1e9})))
-    values = [lines[requirement.key].outcome.value for lines, stable in (run(loose, t) for t in designs) if stable]
+    values = [
+        lines[requirement.key].outcome.value for lines, stable in (run(loose, t) for t in designs[:FEW]) if stable
+    ]
     most = schema()["$defs"]["RequirementsBlock"]["properties"][requirement.key].get("maximum", np.inf)
     return {requirement.key: min(float(np.median([value for value in values if value is not None])), most)}
 
@@ -114,11 +119,11 @@ TILTED = "inclination_from_deg: 0, inclination_to_deg: 88"
 
 def test_a_design_that_a_run_passes_is_found_far_down_the_grid() -> None:
     """The designs with the most voltage are not stable when upright."""
-    problem = problem_of(loads(looked_for(TILTED, 64, vary=(FORCE,)).replace("length_m: 0.7", "length_m: 0.9")))
+    problem = problem_of(loads(looked_for(TILTED, 16, vary=(FORCE,)).replace("length_m: 0.7", "length_m: 0.9")))
     grid = grid_of(problem)
     cells = [grid.t[row] for row in grid.within()]
     passed = next(k for k, t in enumerate(cells) if grid.judge(t).met())
-    assert passed > 8
+    assert passed > 1
     result = optimise(problem)
     assert result.best.met()
     assert result.best.value >= grid.judged.best.value
@@ -137,7 +142,7 @@ def test_a_design_that_a_run_passes_is_found_far_down_the_grid() -> None:
     ],
 )
 def test_no_cell_that_a_run_passes_is_better(required: str, objective: str) -> None:
-    problem = problem_of(loads(looked_for(required, 196, objective)))
+    problem = problem_of(loads(looked_for(required, 100, objective)))
     result, grid = optimise(problem), grid_of(problem)
     for row in grid.within():
         grid.judge(grid.t[row])

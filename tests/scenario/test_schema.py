@@ -67,19 +67,13 @@ def test_schema_accepts_scenarios_and_what_is_made_of_them(text):
     VALIDATOR.validate(to_dict(loads(text).scenario))
 
 
-def readable():
-    for case in BAD_SCENARIOS:
-        try:
-            document = read(case.text, "text")
-        except ScenarioError:
-            continue
-        if not document.mistakes:
-            yield pytest.param(case.name, document.data, id=case.name)
-
-
-@pytest.mark.parametrize(("name", "tree"), list(readable()))
-def test_schema_refuses_what_the_loader_refuses(name, tree):
-    assert VALIDATOR.is_valid(tree) is (name in BEYOND)
+@pytest.mark.parametrize("case", BAD_SCENARIOS, ids=lambda case: case.name)
+def test_schema_refuses_what_the_loader_refuses(case):
+    try:
+        document = read(case.text, "text")
+    except ScenarioError:
+        return  # not even a tree
+    assert document.mistakes or VALIDATOR.is_valid(document.data) is (case.name in BEYOND)
 
 
 @pytest.mark.parametrize("block", ["", "device", "device.membrane", "excitation", "sweep"])
