@@ -32,7 +32,20 @@ Finder = Callable[[float, Floats], tuple[Any, Floats]]
 
 @dataclass(frozen=True, slots=True)
 class Rigid:
-    """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`."""
+    """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`.
+
+    Attributes
+    ----------
+    parameter : Parameter
+    value : float
+    chosen : str
+    velocity_bottom, velocity_top : float
+        Z' just before the impact [y_c].
+    phase_bottom, phase_top : float
+        Forcing phase there [rad].
+    time_up : float
+        Of the flight from the bottom to the top [t_c].
+    """
 
     parameter: Parameter
     value: float
@@ -41,6 +54,7 @@ class Rigid:
     velocity_top: float
     phase_bottom: float
     phase_top: float
+    time_up: float
 
 
 def rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
@@ -51,7 +65,8 @@ def rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
     design, row = chosen
     where = "at the design point" if design is solution.design else "in the middle of the first stable range"
     m = design.motions
-    numbers = (float(a[row]) for a in (m.velocity_bottom, m.velocity_top, m.phi_bottom, m.phi_top))
+    time_up = 2 * solution.device.period_ratio * m.q
+    numbers = (float(a[row]) for a in (m.velocity_bottom, m.velocity_top, m.phi_bottom, m.phi_top, time_up))
     rigid = Rigid(design.parameter, design.value, f"the stable motion {where}", *numbers)
     return rigid, solution.device.with_values({design.parameter: design.value})
 

@@ -14,7 +14,7 @@ from math import pi
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Membrane, contacts
 from vireport.scenario import Parameter
 from vireport.simulation import FLIGHT, VELOCITY, WALL, follow_one
 
@@ -58,6 +58,48 @@ def compliant_model(
     per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
     scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
     return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactUnits:
+    """Units of one contact, in which all stiffnesses look alike, and its numbers in them.
+
+    Attributes
+    ----------
+    time, depth : float
+        Duration [t_c] and largest deflection [x_c] of the contact without other forces.
+    spring : float
+        Force of the membrane at a depth of 1.
+    damping : float
+        lambda.
+    pull : float
+        Z'' = 1, towards the membrane.
+    speed : float
+        Towards the membrane, at the touch.
+    """
+
+    time: float
+    depth: float
+    spring: float
+    damping: float
+    pull: float
+    speed: float
+
+
+def contact_units(model: CompliantModel, wall: int, velocity: float) -> ContactUnits:
+    """The units of a contact at a wall that is struck with a velocity Z'."""
+    alone = contacts(np.array(velocity), model.membrane, model.restitution)
+    time, depth = float(alone.duration), float(alone.deflection)
+    # By logarithms: the depth to the power h - 1 may vanish where its product with K does not.
+    stiffness = float(np.exp(np.log(model.membrane.stiffness) + (model.membrane.exponent - 1) * np.log(depth)))
+    return ContactUnits(
+        time,
+        depth,
+        spring=stiffness * time * time,
+        damping=float(alone.damping) * depth / time,
+        pull=wall * time * time / depth,
+        speed=wall * velocity * time / depth,
+    )
 
 
 def free_flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:

@@ -11,26 +11,30 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from enum import StrEnum
-from math import copysign, pi
-from typing import Any, cast
+from math import copysign, inf, pi
+from typing import Any
 
 import numpy as np
 
 from vireport.base import NumericalError
 from vireport.compliant.descent import MULTIPLIER, Floats, Rigid, descend, rigid_motion
 from vireport.compliant.model import CompliantModel, compliant_model, free_flight
-from vireport.compliant.return_map import SUBSTEPS, Turn, repeated
-from vireport.design import DesignPoint, Solution, stable_motion
+from vireport.compliant.return_map import SUBSTEPS, ReturnTrip, return_trip
+from vireport.design import Solution
 from vireport.motions import Event, Point
 from vireport.physics import Device, Membrane
 from vireport.scenario import Parameter, ScalarInput
 from vireport.simulation import BOTTOM, TOP
 
-ROUGH = 6
-"""Columns of the extrapolation while something is followed; the last corrections are made with all."""
+COARSE, ROUGH = 3, 6
+"""Columns of the extrapolation while a correction is larger than `NEAR`, and then; the last one is made with all."""
 
-CLOSE = 1e-10
-"""Last relative correction of what is followed."""
+NEAR = 0.03
+"""Relative correction after which the next one is about as small as the error of the coarse columns, 1e-3."""
+
+CLOSE = 1e-5
+"""Last relative correction of what is followed: about the square of it, with the slopes taken anew, is left to
+correct."""
 
 MOST_STEPS = 12
 """Newton's steps; three to five are usual."""
@@ -234,10 +238,8 @@ def own_stiffness(solution: Solution) -> OwnStiffness | None:
     )
     if device.restitution < LEAST_RESTITUTION:
         return OwnStiffness(rigid, at_design, None, TOO_LOSSY, ends)
-    design, row = cast(tuple[DesignPoint, int], stable_motion(solution))
-    upwards = 2 * device.period_ratio * float(design.motions.q[row])
     try:
-        followed = _Followed(device, membrane, rigid.parameter, None, upwards)
+        followed = _Followed(device, membrane, rigid.parameter, None, rigid.time_up)
         start = np.array([rigid.velocity_bottom, rigid.phase_bottom])
         motion, absence = _motion(followed, *_descended(followed, start)), None
     except NumericalError as error:
@@ -272,51 +274,59 @@ class _Followed:
     """Something on the return map: the motion of a device or, with a multiplier, where it has that one.
 
     Its unknowns are velocity and phase at the bottom and, with a multiplier, the value of the input that varies.
-    `upwards` is the time of the rigid motion from bottom to top [t_c].
+    `time_up` is the time of the rigid motion from bottom to top [t_c].
     """
 
     device: Device
     membrane: Membrane
     varied: ScalarInput
     multiplier: float | None
-    upwards: float
+    time_up: float
 
-    def turned(self, x: Floats, factor: float, columns: int) -> tuple[Floats, Turn, CompliantModel]:
-        """What vanishes where it is, with the turn and the model there."""
+    def returned(self, x: Floats, factor: float, columns: int) -> tuple[Floats, ReturnTrip, CompliantModel]:
+        """What vanishes where it is, with the trip and the model there."""
         device = self.device if self.multiplier is None else self.device.with_values({self.varied: float(x[2])})
         model = compliant_model(device, Parameter.LENGTH, device.length_m, self.membrane, factor)
-        flights = self.upwards, model.period - self.upwards
-        mismatch, matrix, turn = repeated(model, float(x[0]), float(x[1]), flights, columns)
-        if self.multiplier is None:
-            return np.append(mismatch, matrix.ravel()), turn, model
-        return np.append(mismatch, np.linalg.det(matrix - self.multiplier * np.eye(2))), turn, model
+        flights = self.time_up, model.period - self.time_up
+        trip = return_trip(model, float(x[0]), float(x[1]), flights, columns)
+        values = [trip.velocity - x[0], pi * (trip.time - model.period)]
+        if self.multiplier is not None:
+            values.append(np.linalg.det(trip.jacobian - self.multiplier * np.eye(2)))
+        return np.array(values), trip, model
 
-    def corrected(self, x: Floats, factor: float, columns: int) -> Floats:
-        """The next one of Newton's steps."""
-        values, _, _ = self.turned(x, factor, columns)
-        if self.multiplier is None:
-            return x - np.linalg.solve(values[2:].reshape(2, 2) - np.eye(2), values[:2])
-        slopes = []
-        for k in range(3):
-            step = np.zeros(3)
-            step[k] = DIFFERENCE * max(abs(x[k]), 0.1)
-            slopes.append((self.turned(x + step, factor, columns)[0] - values) / step[k])
-        return x - np.linalg.solve(np.stack(slopes, axis=1), values)
+    def corrected(self, x: Floats, factor: float, columns: int) -> tuple[Floats, ReturnTrip, CompliantModel]:
+        """The next one of Newton's steps, with the trip and the model that it starts from."""
+        values, trip, model = self.returned(x, factor, columns)
+        slopes = trip.jacobian - np.eye(2)
+        if self.multiplier is not None:
+            steps = np.diag(DIFFERENCE * np.maximum(np.abs(x), 0.1))
+            stepped = (self.returned(x + step, factor, columns)[0] - values for step in steps)
+            slopes = np.stack([change / step.sum() for change, step in zip(stepped, steps, strict=True)], axis=1)
+        return x - np.linalg.solve(slopes, values), trip, model
 
     def found(self, factor: float, guess: Floats) -> tuple[Floats, Floats]:
         """Newton's method from a guess, as `descend` asks for it."""
-        x, scale = guess, np.maximum(np.abs(guess), 0.1)
+        try:
+            x = self._found(factor, guess, COARSE)
+        except NumericalError:
+            # With contacts that are nearly as long as the flights the coarse columns may lead astray.
+            x = self._found(factor, guess, ROUGH)
+        return x, x
+
+    def _found(self, factor: float, guess: Floats, coarse: int) -> Floats:
+        x, scale, last = guess, np.maximum(np.abs(guess), 0.1), inf
         for _ in range(MOST_STEPS):
+            columns = coarse if last > NEAR else ROUGH
             try:
-                after = self.corrected(x, factor, ROUGH)
+                after, _, _ = self.corrected(x, factor, columns)
             except (np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as error:
                 raise NumericalError("the iteration on the return map leads to no motion nearby") from error
             # A root far away is a motion of another family, which must not pass for the one that is followed.
             if not np.all(np.abs(after - guess) < FAR * scale):
                 break
-            x, last = after, np.max(np.abs(after - x) / scale)
-            if last < CLOSE:
-                return x, x
+            x, last = after, float(np.max(np.abs(after - x) / scale))
+            if last < CLOSE and columns == ROUGH:
+                return x
         raise NumericalError("the iteration on the return map leads to no motion nearby")
 
 
@@ -331,16 +341,15 @@ def _descended(followed: _Followed, start: Floats) -> tuple[Floats, Floats]:
     ((found, reason),) = descend([1.0], followed.membrane.exponent, start, followed.found)
     if found is None:
         raise NumericalError(reason)
-    x = followed.corrected(found, 1.0, len(SUBSTEPS))
-    _, turn, model = followed.turned(x, 1.0, len(SUBSTEPS))
+    x, trip, model = followed.corrected(found, 1.0, len(SUBSTEPS))
     # The map goes from membrane to membrane by roots near those of the rigid motion; that the ball touches none before
     # is for the event search of the simulation to say.
     departures = (
-        (BOTTOM, turn.bottom, float(x[1]), turn.flights[0]),
-        (TOP, turn.top, turn.phase_top.real, turn.flights[1]),
+        (BOTTOM, trip.bottom, float(found[1]), trip.flights[0]),
+        (TOP, trip.top, trip.phase_top, trip.flights[1]),
     )
     for wall, contact, phase, expected in departures:
-        time, reached, _ = free_flight(model, wall, contact.leaving.real, phase + pi * contact.duration.real)
+        time, reached, _ = free_flight(model, wall, contact.leaving, phase + pi * contact.duration)
         if reached == wall or abs(time - expected) > SAME_TIME * model.period:
             raise _TouchedBefore("the ball falls back on the same membrane: not a motion with one impact on each")
     return x, np.abs(x - found)
@@ -348,16 +357,15 @@ def _descended(followed: _Followed, start: Floats) -> tuple[Floats, Floats]:
 
 def _motion(followed: _Followed, x: Floats, corrected: Floats) -> OwnMotion:
     """The numbers of a motion that was found."""
-    values, turn, _ = followed.turned(x, 1.0, len(SUBSTEPS))
-    matrix = values[2:].reshape(2, 2)
+    _, trip, _ = followed.returned(x, 1.0, len(SUBSTEPS))
     return OwnMotion(
         velocity_bottom=float(x[0]),
-        velocity_top=turn.velocity_top.real,
+        velocity_top=trip.velocity_top,
         phase_bottom=float(x[1] % (2 * pi)),
-        phase_top=turn.phase_top.real % (2 * pi),
-        contact_share=max(turn.bottom.duration.real, turn.top.duration.real) / 2,
-        trace=float(np.trace(matrix)),
-        determinant=float(np.linalg.det(matrix)),
+        phase_top=trip.phase_top % (2 * pi),
+        contact_share=max(trip.bottom.duration, trip.top.duration) / 2,
+        trace=float(np.trace(trip.jacobian)),
+        determinant=float(np.linalg.det(trip.jacobian)),
         error=float(np.max(corrected)),
     )
 
@@ -373,9 +381,9 @@ def _end(
     if absence is not None:
         return StabilityEnd(varied, point, design_value, swept, None, 0.0, absence)
     start = np.array([closed.velocity_bottom, closed.phi_bottom, point.sweep_value])
-    upwards = 2 * device.period_ratio * (0.5 + closed.u)
+    time_up = 2 * device.period_ratio * (0.5 + closed.u)
     try:
-        x, corrected = _descended(_Followed(device, membrane, varied, MULTIPLIER[point.event], upwards), start)
+        x, corrected = _descended(_Followed(device, membrane, varied, MULTIPLIER[point.event], time_up), start)
     except NumericalError as error:
         return StabilityEnd(varied, point, design_value, swept, None, 0.0, _absence(error))
     return StabilityEnd(varied, point, design_value, swept, float(x[2]), float(corrected[2]), None)

@@ -3,24 +3,27 @@
 Contacts take a few per cent of the period, and flights are known in closed form. A contact is integrated in four
 legs whose ends are known beforehand: from the touch to a depth, by the root of the depth, in which delta^h is smooth;
 to the deepest point, by the velocity; for a time; and back to the surface, by the root of the depth again. No leg needs
-a search for its end, so that the map is an analytic function of the touch, and a complex step gives its derivatives.
-`membranes.compliant_motion` integrates in time with steps that adapt, by another method, and is the check of it.
+a search for its end, so that the map is an analytic function of the touch. The linearised equations are integrated
+along with it by the same steps: their solution is the derivative of the numerical map, to rounding.
+
+Derivatives by velocity and by phase of the touch are the real and the imaginary part of one number: every rule for them
+is linear with real coefficients, so that one line serves both.
 """
 
 from __future__ import annotations
 
-from cmath import cos as complex_cos
-from cmath import sin as complex_sin
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, pi
+from functools import lru_cache
+from math import ceil, cos, pi, prod, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.compliant.model import CompliantModel
-from vireport.physics import contacts, flight, law_of
+from vireport.compliant.model import CompliantModel, contact_units
+from vireport.motions import flight_jacobian
+from vireport.physics import flight
 from vireport.simulation import BOTTOM, TOP
 
 Floats = NDArray[np.float64]
@@ -37,146 +40,199 @@ large, as the next leg divides by the force."""
 UNLOADED = 0.55
 """Share of the time from the deepest point to the end, without other forces, after which the last leg begins."""
 
-IMAGINARY = 1e-30
-"""Complex step: nothing is subtracted, so that it may be far below rounding."""
-
 SETTLED = 1e-13
 """Last relative correction of a flight time."""
 
 MOST_CORRECTIONS = 30
 """Newton's steps for a flight time; about four are usual."""
 
-Number = complex
-"""A real number with, in its imaginary part, a derivative times `IMAGINARY`."""
+State = tuple[float, float, complex, complex]
+"""Two unknowns of a leg, and the derivatives of either."""
 
-Rates = Callable[[float, Number, Number], tuple[Number, Number]]
-"""Derivatives of two unknowns as functions of the variable of a leg and of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class Touch:
-    """A contact from its touch, dimensionless: how long, the velocity Z' afterwards, and the largest deflection."""
-
-    duration: Number
-    leaving: Number
-    deflection: Number
+Rates = Callable[[float, float, float, complex, complex], State]
+"""Derivatives of a state by the variable of a leg, as a function of that variable and of the state."""
 
 
-@dataclass(frozen=True, slots=True)
-class Turn:
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounce:
+    """A contact from its touch, dimensionless.
+
+    Attributes
+    ----------
+    duration : float
+        Until the ball leaves [t_c].
+    leaving : float
+        Z' then.
+    deflection : float
+        The largest one.
+    jacobian : ndarray
+        Derivatives of velocity and forcing phase [rad] at the end by those at the touch, (2, 2).
+    """
+
+    duration: float
+    leaving: float
+    deflection: float
+    jacobian: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReturnTrip:
     """One period from a touch of the bottom to the next.
 
     Attributes
     ----------
-    bottom, top : Touch
-    phase_top, velocity_top : complex
+    bottom, top : Bounce
+    phase_top, velocity_top : float
         Forcing phase [rad] and Z' at the touch of the top.
     flights : tuple of float
         Flight times up and down [t_c].
-    time : complex
+    time : float
         Until the next touch [t_c].
-    velocity : complex
+    velocity : float
         Z' there.
+    jacobian : ndarray
+        Derivatives of velocity and forcing phase [rad] there by those at the touch before, (2, 2).
     """
 
-    bottom: Touch
-    top: Touch
-    phase_top: Number
-    velocity_top: Number
+    bottom: Bounce
+    top: Bounce
+    phase_top: float
+    velocity_top: float
     flights: tuple[float, float]
-    time: Number
-    velocity: Number
+    time: float
+    velocity: float
+    jacobian: Floats
 
 
-def touch(model: CompliantModel, wall: int, velocity: Number, phase: Number, columns: int) -> Touch:
-    """Integrate a contact, as `membranes.compliant_motion.contact` does.
+def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, columns: int) -> Bounce:
+    """Integrate a contact from its touch to the departure.
+
+    Parameters
+    ----------
+    model : CompliantModel
+    wall : int
+    velocity : float
+        Z' at the touch, towards the wall [y_c].
+    phase : float
+        Forcing phase there [rad].
+    columns : int
+        How many of `SUBSTEPS` are extrapolated from.
 
     Raises
     ------
     NumericalError
         If the ball is pressed onto the membrane instead of bouncing.
     """
-    speed = wall * velocity
-    if not speed.real > 0:
+    if not wall * velocity > 0:
         raise NumericalError("the ball must strike a membrane with a velocity towards it")
-    h, gbar = model.membrane.exponent, model.gbar
-    alone = contacts(np.array(speed.real), model.membrane, model.restitution)
-    time, depth = float(alone.duration), float(alone.deflection)
-    # Units as in `membranes.compliant_motion.contact`, in which all stiffnesses look alike.
-    spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time
-    damping = law_of(h, model.restitution).damping / speed * depth / time
-    pull, turning = wall * time * time / depth, pi * time
+    h, gbar, units = model.membrane.exponent, model.gbar, contact_units(model, wall, velocity)
+    spring, damping, pull, speed, turning = units.spring, units.damping, units.pull, units.speed, pi * units.time
 
-    def acceleration(t: Number, y: Number, v: Number) -> Number:
+    def acceleration(phase: float, y: float, v: float) -> tuple[float, float, float, float]:
+        # and its derivatives by the three
+        a, by_phase = pull * (gbar + cos(phase)), -pull * sin(phase)
         resisting = 1 + damping * v
-        push = spring * y**h * resisting if y.real > 0 and resisting.real > 0 else 0.0
-        return pull * (gbar + complex_cos(turning * t + phase)) - push
+        if not (y > 0 and resisting > 0):
+            return a, by_phase, 0.0, 0.0
+        force = spring * y**h
+        return a - force * resisting, by_phase, -h * force * resisting / y, -force * damping
 
-    def in_depth(v: Number, speed_sign: int) -> Number:
-        if not speed_sign * v.real > 0:
+    def in_depth(v: float, speed_sign: int) -> None:
+        if not speed_sign * v > 0:
             raise NumericalError("the ball stays on the membrane instead of bouncing")
-        return v
 
-    def loading(w: float, t: Number, v: Number) -> tuple[Number, Number]:
-        rate = 2 * LOADED * w / in_depth(v, 1)
-        return rate, rate * acceleration(t, LOADED * w * w, v)
+    def loading(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
+        in_depth(v, 1)
+        rate = 2 * LOADED * w / v
+        d_rate = -rate / v * d_v
+        a, by_phase, _, by_velocity = acceleration(phase, LOADED * w * w, v)
+        d_a = by_phase * d_phase + by_velocity * (d_v - v / speed)
+        return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
 
-    def stopping(w: float, t: Number, y: Number) -> tuple[Number, Number]:
-        a = acceleration(t, y, fast * (1 - w))
-        if not a.real < 0:
+    def stopping(w: float, phase: float, y: float, d_phase: complex, d_y: complex) -> State:
+        v, d_v = fast * (1 - w), d_fast * (1 - w)
+        a, by_phase, by_depth, by_velocity = acceleration(phase, y, v)
+        if not a < 0:
             raise NumericalError("the ball stays on the membrane instead of bouncing")
-        return -fast / a, -fast * fast * (1 - w) / a
+        rate = -fast / a
+        d_a = by_phase * d_phase + by_depth * d_y + by_velocity * (d_v - v / speed)
+        d_rate = -(d_fast + rate * d_a) / a
+        return turning * rate, rate * v, turning * d_rate, d_rate * v + rate * d_v
 
-    def turning_back(w: float, y: Number, v: Number) -> tuple[Number, Number]:
-        return span * v, span * acceleration(stopped + span * w, y, v)
+    def turning_back(w: float, y: float, v: float, d_y: complex, d_v: complex) -> State:
+        a, by_phase, by_depth, by_velocity = acceleration(stopped + turned * w, y, v)
+        d_a = by_phase * d_stopped + by_depth * d_y + by_velocity * (d_v - v / speed)
+        return span * v, span * a, span * d_v, span * d_a
 
-    t, fast = _integrated(loading, 0j, speed * time / depth, columns)
-    stopped, deepest = _integrated(stopping, t, LOADED + 0j, columns)
-    span = UNLOADED * (1 - stopped.real)
+    # The units, though chosen by the velocity, are constants to the derivatives; the damping, as 1/velocity, is not:
+    # `d_v - v / speed` is the velocity's derivative as the damping force feels it.
+    touched = phase, speed, 1j, 1 + 0j
+    loaded, fast, d_loaded, d_fast = _integrated(loading, touched, columns)
+    stopped, deepest, d_stopped, d_deepest = _integrated(stopping, (loaded, LOADED, d_loaded, 0j), columns)
+    span = UNLOADED * (1 - (stopped - phase) / turning)
+    turned = span * turning
     # The damping, D -> 1/r, brings the ball to a velocity of its own in ever shorter a time: unsplit, this leg is wrong
     # by 2e-7 for r = 0.5, by 6 % for r = 0.2.
-    end, v = _integrated(turning_back, deepest, 0j, columns, ceil(1 / model.restitution))
+    parts = ceil(1 / model.restitution)
+    end, v, d_end, d_v = _integrated(turning_back, (deepest, 0.0, d_deepest, 0j), columns, parts)
 
-    def unloading(w: float, t: Number, v: Number) -> tuple[Number, Number]:
+    def unloading(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
+        in_depth(v, -1)
         left = 1 - w
-        rate = -2 * end * left / in_depth(v, -1)
-        return rate, rate * acceleration(t, end * left * left, v)
+        rate = -2 * end * left / v
+        d_rate = -(2 * left * d_end + rate * d_v) / v
+        a, by_phase, by_depth, by_velocity = acceleration(phase, end * left * left, v)
+        d_a = by_phase * d_phase + by_depth * left * left * d_end + by_velocity * (d_v - v / speed)
+        return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
 
-    t, v = _integrated(unloading, stopped + span, v, columns)
-    return Touch(t * time, wall * v * depth / time, deepest * depth)
+    last, v, d_last, d_v = _integrated(unloading, (stopped + turned, v, d_stopped, d_v), columns)
+    unit = units.depth / units.time
+    jacobian = np.array([[d_v.real, wall * unit * d_v.imag], [wall * d_last.real / unit, d_last.imag]])
+    return Bounce((last - phase) / pi, wall * v * unit, deepest * units.depth, jacobian)
 
 
-def _integrated(rates: Rates, a: Number, b: Number, columns: int, parts: int = 1) -> tuple[Number, Number]:
-    """Two unknowns over a leg of length 1, in equal parts: the midpoint rule, extrapolated to steps of no length."""
+def _integrated(rates: Rates, state: State, columns: int, parts: int = 1) -> State:
+    """A state over a leg of length 1, in equal parts: the midpoint rule, extrapolated to steps of no length."""
     for part in range(parts):
-        a, b = _extrapolated(rates, part / parts, 1 / parts, a, b, columns)
-    return a, b
+        state = _extrapolated(rates, part / parts, 1 / parts, state, columns)
+    return state
 
 
-def _extrapolated(
-    rates: Rates, start: float, length: float, a: Number, b: Number, columns: int
-) -> tuple[Number, Number]:
+def _extrapolated(rates: Rates, start: float, length: float, state: State, columns: int) -> State:
     """One part of a leg, by Gragg's method: the modified midpoint rule errs by even powers of the step only."""
-    table: list[tuple[Number, Number]] = []
-    for n in SUBSTEPS[:columns]:
-        step = length / n
-        ra, rb = rates(start, a, b)
-        a0, b0, a1, b1 = a, b, a + step * ra, b + step * rb
+    a, b, d_a, d_b = state
+    ra, rb, d_ra, d_rb = rates(start, a, b, d_a, d_b)
+    sum_a, sum_b, sum_d_a, sum_d_b = 0.0, 0.0, 0j, 0j
+    for n, weight in _weights(columns):
+        step, stride = length / n, 2 * length / n
+        a0, b0, d_a0, d_b0 = a, b, d_a, d_b
+        a1, b1, d_a1, d_b1 = a + step * ra, b + step * rb, d_a + step * d_ra, d_b + step * d_rb
         for k in range(1, n):
-            ra, rb = rates(start + k * step, a1, b1)
-            a0, b0, a1, b1 = a1, b1, a0 + 2 * step * ra, b0 + 2 * step * rb
-        ra, rb = rates(start + length, a1, b1)
-        row = [((a0 + a1 + step * ra) / 2, (b0 + b1 + step * rb) / 2)]
-        for k, (coarser_a, coarser_b) in enumerate(table):
-            ratio = (n / SUBSTEPS[len(table) - 1 - k]) ** 2 - 1
-            last_a, last_b = row[-1]
-            row.append((last_a + (last_a - coarser_a) / ratio, last_b + (last_b - coarser_b) / ratio))
-        table = row
-    return table[-1]
+            pa, pb, d_pa, d_pb = rates(start + k * step, a1, b1, d_a1, d_b1)
+            a0, a1, b0, b1 = a1, a0 + stride * pa, b1, b0 + stride * pb
+            d_a0, d_a1, d_b0, d_b1 = d_a1, d_a0 + stride * d_pa, d_b1, d_b0 + stride * d_pb
+        pa, pb, d_pa, d_pb = rates(start + length, a1, b1, d_a1, d_b1)
+        sum_a += weight * (a0 + a1 + step * pa)
+        sum_b += weight * (b0 + b1 + step * pb)
+        sum_d_a += weight * (d_a0 + d_a1 + step * d_pa)
+        sum_d_b += weight * (d_b0 + d_b1 + step * d_pb)
+    return sum_a, sum_b, sum_d_a, sum_d_b
 
 
-def crossing(model: CompliantModel, wall: int, leaving: Number, phase: Number, guess: float) -> tuple[Number, Number]:
-    """Fly from a membrane to the other one: time near a guess [t_c], and Z' there.
+@lru_cache
+def _weights(columns: int) -> tuple[tuple[int, float], ...]:
+    """Numbers of steps, and weights with which the sums of their last two states extrapolate to steps of no length.
+
+    Half those of Lagrange's polynomial in the square of the step.
+    """
+    squares = [(n, n * n) for n in SUBSTEPS[:columns]]
+    return tuple((n, prod(own / (own - other) for _, other in squares if other != own) / 2) for n, own in squares)
+
+
+def crossing(
+    model: CompliantModel, wall: int, leaving: float, phase: float, guess: float
+) -> tuple[float, float, Floats]:
+    """Fly from a membrane to the other one: time near a guess [t_c], Z' there, and the Jacobian as in `Bounce`.
 
     Whether the ball touches a membrane before is not looked at: `model.free_flight` does.
 
@@ -185,47 +241,41 @@ def crossing(model: CompliantModel, wall: int, leaving: Number, phase: Number, g
     NumericalError
         If Newton's method finds no time.
     """
-    sine, cosine = complex_sin(phase), complex_cos(phase)
-    t: Number = guess
+    sine, cosine, gbar, t = sin(phase), cos(phase), model.gbar, guess
     for _ in range(MOST_CORRECTIONS):
         now = phase + pi * t
-        gap = flight.displacement(t, leaving, sine, cosine, complex_cos(now), model.gbar) + wall * model.d
-        velocity = flight.velocity(t, leaving, sine, complex_sin(now), model.gbar)
+        gap = flight.displacement(t, leaving, sine, cosine, cos(now), gbar) + wall * model.d
+        velocity = flight.velocity(t, leaving, sine, sin(now), gbar)
         if velocity == 0:
             break
         correction = gap / velocity
         t -= correction
         if not abs(t) < 10 * model.period:
             break
-        # The imaginary part, a derivative, is right one step after the real part is.
-        if abs(correction.real) < SETTLED * model.period:
+        if abs(correction) < SETTLED * model.period:
             now = phase + pi * t
-            return t, flight.velocity(t, leaving, sine, complex_sin(now), model.gbar)
+            velocity = flight.velocity(t, leaving, sine, sin(now), gbar)
+            pulls = flight.acceleration(cosine, gbar), flight.acceleration(cos(now), gbar)
+            # With r = -1 the velocity after the impact, which flies, is the one before it.
+            time_time, time_velocity, velocity_time, velocity_velocity = flight_jacobian(
+                t, leaving, velocity, *pulls, -1
+            )
+            jacobian = [[velocity_velocity, velocity_time / pi], [pi * time_velocity, time_time]]
+            return t, velocity, np.array(jacobian)
     raise NumericalError("the ball does not reach the other membrane")
 
 
-def turn(model: CompliantModel, velocity: Number, phase: Number, flights: tuple[float, float], columns: int) -> Turn:
+def return_trip(
+    model: CompliantModel, velocity: float, phase: float, flights: tuple[float, float], columns: int
+) -> ReturnTrip:
     """Apply the return map to a touch of the bottom; the flights take about the times given."""
-    bottom = touch(model, BOTTOM, velocity, phase, columns)
+    bottom = bounce(model, BOTTOM, velocity, phase, columns)
     elapsed = bottom.duration
-    up, velocity_top = crossing(model, BOTTOM, bottom.leaving, phase + pi * elapsed, flights[0])
+    up, velocity_top, rising = crossing(model, BOTTOM, bottom.leaving, phase + pi * elapsed, flights[0])
     elapsed += up
     phase_top = phase + pi * elapsed
-    top = touch(model, TOP, velocity_top, phase_top, columns)
+    top = bounce(model, TOP, velocity_top, phase_top, columns)
     elapsed += top.duration
-    down, end = crossing(model, TOP, top.leaving, phase + pi * elapsed, flights[1])
-    return Turn(bottom, top, phase_top, velocity_top, (up.real, down.real), elapsed + down, end)
-
-
-def repeated(
-    model: CompliantModel, velocity: float, phase: float, flights: tuple[float, float], columns: int
-) -> tuple[Floats, Floats, Turn]:
-    """Mismatch of velocity and phase [rad] after a period, Jacobian of the return map, and the turn itself."""
-    by_velocity = turn(model, complex(velocity, IMAGINARY), complex(phase, 0.0), flights, columns)
-    by_phase = turn(model, complex(velocity, 0.0), complex(phase, IMAGINARY), flights, columns)
-    mismatch = np.array([by_velocity.velocity.real - velocity, pi * (by_velocity.time.real - model.period)])
-    derivatives = [
-        (way.velocity.imag / IMAGINARY, pi * way.time.imag / IMAGINARY + own)
-        for way, own in ((by_velocity, 0.0), (by_phase, 1.0))
-    ]
-    return mismatch, np.array(derivatives).T, by_velocity
+    down, end, falling = crossing(model, TOP, top.leaving, phase + pi * elapsed, flights[1])
+    jacobian = falling @ top.jacobian @ rising @ bottom.jacobian
+    return ReturnTrip(bottom, top, phase_top, velocity_top, (up, down), elapsed + down, end, jacobian)

@@ -43,16 +43,6 @@ class Line(Enum):
     GRAVITY = (DesignInput.INCLINATION,)
     RESTITUTION = (DesignInput.RESTITUTION,)
 
-    @property
-    def growth(self) -> tuple[int, int, int]:
-        """Which of d, gbar and r grow with the exponential function of the position."""
-        return int(self in (Line.LENGTHS, Line.FORCES)), int(self is Line.FORCES), 0
-
-    @property
-    def shift(self) -> tuple[int, int, int]:
-        """Which of d, gbar and r change by the position."""
-        return 0, int(self is Line.GRAVITY), int(self is Line.RESTITUTION)
-
     @staticmethod
     def sense(varied: DesignInput) -> float:
         """1 where an input grows with the position on its line, -1 where it falls."""
@@ -86,19 +76,30 @@ class AlongLine:
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
-        (position,) = varied
-        grown = self.ops.exp(position) if any(self.line.growth) else 1
-        return Groups(
-            *(
-                start * grown if grows else start + position if shifts else start
-                for start, grows, shifts in zip(self.origin, self.line.growth, self.line.shift, strict=True)
-            )
-        )
+        (position,), (d, gbar, r) = varied, self.origin
+        match self.line:
+            case Line.LENGTHS:
+                return Groups(d * self.ops.exp(position), gbar, r)
+            case Line.FORCES:
+                grown = self.ops.exp(position)
+                return Groups(d * grown, gbar * grown, r)
+            case Line.GRAVITY:
+                return Groups(d, gbar + position, r)
+            case Line.RESTITUTION:
+                return Groups(d, gbar, r + position)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of d, gbar and r by the position, shape (3, 1)."""
-        here = self.at(varied)
-        return np.array([[g * x + s] for g, s, x in zip(self.line.growth, self.line.shift, here, strict=True)])
+        d, gbar, _ = self.at(varied)
+        match self.line:
+            case Line.LENGTHS:
+                return np.array([[d], [0.0], [0.0]])
+            case Line.FORCES:
+                return np.array([[d], [gbar], [0.0]])
+            case Line.GRAVITY:
+                return np.array([[0.0], [1.0], [0.0]])
+            case Line.RESTITUTION:
+                return np.array([[0.0], [0.0], [1.0]])
 
 
 def along(line: Line, device: Device, ops: Any) -> AlongLine:

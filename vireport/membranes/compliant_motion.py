@@ -16,8 +16,8 @@ import numpy as np
 
 from vireport.base import NumericalError
 from vireport.checks import Floats, find_root
-from vireport.compliant import CompliantModel, compliant_model, free_flight
-from vireport.physics import Device, Membrane, contacts
+from vireport.compliant import CompliantModel, compliant_model, contact_units, free_flight
+from vireport.physics import Device, Membrane
 from vireport.scenario import Parameter
 from vireport.simulation import (
     BOTTOM,
@@ -158,15 +158,10 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
     """
     from scipy.integrate import DOP853, solve_ivp  # type: ignore[import-untyped]
 
-    speed = wall * velocity
-    alone = contacts(np.array(speed), model.membrane, model.restitution)
-    time, depth = float(alone.duration), float(alone.deflection)
+    # So scaled the tolerances mean the same on each rung.
+    units = contact_units(model, wall, velocity)
+    time, depth, spring, damping, pull = units.time, units.depth, units.spring, units.damping, units.pull
     h, gbar = model.membrane.exponent, model.gbar
-    # Time in durations and depth in deflections of the contact without external force: so scaled all stiffnesses look
-    # alike, and the tolerances mean the same on each rung. By logarithms: the depth to the power h - 1 may vanish where
-    # its product with K does not.
-    spring = float(np.exp(np.log(model.membrane.stiffness) + (h - 1) * np.log(depth))) * time * time
-    damping, pull = float(alone.damping) * depth / time, wall * time * time / depth
 
     def acceleration(t: float, y: float, v: float) -> float:
         # The force of a membrane cannot pull: without the cut-off the damping would hold the ball back as it leaves.
@@ -189,7 +184,7 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
     settings: dict[str, Any] = {"rtol": TOLERANCE, "atol": TOLERANCE}
     # Nor can a contact last as long as the motion itself.
     most = min(LONGEST_CONTACT, model.period / time)
-    solver = DOP853(in_time, 0.0, [0.0, speed * time / depth], most, max_step=LONGEST_STEP, **settings)
+    solver = DOP853(in_time, 0.0, [0.0, units.speed], most, max_step=LONGEST_STEP, **settings)
     turned = 0.0
     while solver.status == "running":
         t, (y, v) = solver.t, solver.y

@@ -124,7 +124,7 @@ class Study:
         """The scenario as understood."""
         return self.loaded.scenario
 
-    @property
+    @cached_property
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
         findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
@@ -327,7 +327,7 @@ def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None
 
 def _with_own_stiffness(study: Study) -> Study:
     """Add the motion with the membranes' own stiffness where contacts are long, or found to matter, for rigid ones."""
-    share, compared = Evidence(study.solution).contact_share, study.compliance
+    share, compared = study.evidence.contact_share, study.compliance
     contradicted = compared is not None and compared.grade is not None and compared.grade.contradicts
     if share is None or not (share > LONG_CONTACT or contradicted):
         return study
