@@ -2,16 +2,25 @@
 
 from vireport.disturbances.behaviour import Disturbances, Ramp, disturbances_of
 from vireport.disturbances.from_rest import Destination, FromRest
+from vireport.disturbances.jitter import Jitter, NoJitter, Unsettled, jitter
 from vireport.disturbances.recovery import Recovery
+from vireport.disturbances.shock import QUICK, LeastShock, least_shock
 from vireport.disturbances.windows import Edge, Window
 
 __all__ = [
+    "QUICK",
     "Destination",
     "Disturbances",
     "Edge",
     "FromRest",
+    "Jitter",
+    "LeastShock",
+    "NoJitter",
     "Ramp",
     "Recovery",
+    "Unsettled",
     "Window",
     "disturbances_of",
+    "jitter",
+    "least_shock",
 ]
