@@ -93,7 +93,7 @@ def test_an_end_that_the_ball_does_not_reach_is_lost_as_by_the_slow_solver() -> 
 def test_a_margin_that_the_own_stiffness_takes_is_a_caution(length: float, lost: bool, example) -> None:
     study = analyse(load(example("inclined"), [*GONE, f"device.length_m={length}"]))
     rigid = verdict_of(Evidence(study.solution))
-    end = study.own_stiffness.nearest
+    end = study.verdict.margin.data.compliant
     assert end.point.event is Event.FOLD
     assert end.rigid_margin > 0
     assert (end.compliant_margin < 0) == lost

@@ -18,7 +18,7 @@ from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
 from vireport.membranes import Grade
 from vireport.motions import Event
-from vireport.physics import Cycle, Word
+from vireport.physics import ElectricalCycle, Word
 from vireport.report.templates import FILTERS
 from vireport.scenario import DesignInput, Parameter
 from vireport.study import Task
@@ -545,7 +545,7 @@ GROUPS = [
 ]
 END = thing(name="fold C1", parameter=DesignInput.FREQUENCY, sweep_value=1.9)
 CYCLES = {
-    "cycles": (("bottom", Cycle(1.5e-6, 2e3, 5e3)), ("top", Cycle(1.2e-6, 2e3, 6e3))),
+    "cycles": (("bottom", ElectricalCycle(1.5e-6, 2e3, 5e3)), ("top", ElectricalCycle(1.2e-6, 2e3, 6e3))),
     "bias_v": 2e3,
     "breakdown_v": 8e3,
 }

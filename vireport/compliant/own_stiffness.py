@@ -197,12 +197,6 @@ class OwnStiffness:
     ends: tuple[StabilityEnd, ...]
 
     @property
-    def nearest(self) -> StabilityEnd | None:
-        """The nearest end to the design point by the rigid model, where it is one that can be followed."""
-        near = [end for end in self.ends if end.rigid_margin is not None]
-        return min(near, key=lambda end: abs(end.rigid_margin or 0.0), default=None)
-
-    @property
     def margin_gone(self) -> bool:
         """Whether the motion at the design point is known to be not stable, or not there, although the rigid one is."""
         lost = self.absence is not None and self.absence.missing is Missing.LOST

@@ -7,7 +7,7 @@ from which the values of the inputs follow exactly.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, pi
 from typing import Any, cast
 
@@ -125,7 +125,12 @@ class Margins:
 
 
 def margin_at(
-    device: Device, parameter: DesignInput, point: Point, ends: bool, derivatives: dict[DesignInput, Any]
+    device: Device,
+    parameter: DesignInput,
+    point: Point,
+    ends: bool,
+    derivatives: dict[DesignInput, Any],
+    taken_over: bool = False,
 ) -> Margin:
     """Measure how far a critical point of one input is from a device's value of it."""
     value = cast(float, getattr(device, parameter))
@@ -133,7 +138,7 @@ def margin_at(
     relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
     # The difference of two doubles of different size is rounded once more.
     error = point.error_bound + float(np.spacing(abs(distance)))
-    return Margin(parameter, point, distance, relative, ends, error, derivatives)
+    return Margin(parameter, point, distance, relative, ends, error, derivatives, taken_over)
 
 
 def nearest_first(margins: Iterable[Margin]) -> list[Margin]:
@@ -181,7 +186,14 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             solved, rests, touches = _solved(device, end)
         except (NumericalError, ArithmeticError):
             return [
-                _margin_at(device, varied, _bracketed(device, varied, end), end, _no_derivatives(varied))
+                margin_at(
+                    device,
+                    varied,
+                    _bracketed(device, varied, end),
+                    not end.taken_over,
+                    _no_derivatives(varied),
+                    end.taken_over,
+                )
                 for varied in end.line.value
             ]
         normal, margins = _normal(solved, end, rests), []
@@ -193,15 +205,8 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             if mirrored(device) and end.line is not Line.GRAVITY:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
                 derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
-            margins.append(_margin_at(device, varied, point, end, derivatives))
+            margins.append(margin_at(device, varied, point, not end.taken_over, derivatives, end.taken_over))
         return margins
-
-
-def _margin_at(
-    device: Device, varied: DesignInput, point: Point, end: Ending, derivatives: dict[DesignInput, float | None]
-) -> Margin:
-    margin = margin_at(device, varied, point, not end.taken_over, derivatives)
-    return replace(margin, taken_over=end.taken_over)
 
 
 def _place(device: Device, end: Ending) -> tuple[Orbits, float]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.style import DASHED, Color, Look, Picture, style
-from vireport.physics import Cycle, Membrane, cycle_of
+from vireport.physics import ElectricalCycle, Membrane, cycle_of
 from vireport.study import Study, Task
 from vireport.text import PREFIXES, quantity
 
@@ -55,7 +55,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
     return pictured(Task.FIGURE_CYCLE, shown, figure_cycle(cycles, membrane), templates)
 
 
-def cycles_at_design(study: Study) -> tuple[Cycle, ...]:
+def cycles_at_design(study: Study) -> tuple[ElectricalCycle, ...]:
     """The cycles at the bottom and at the top of the stable motion that gains most; () where there is none."""
     design, membrane = study.solution.design, study.solution.membrane
     if design is None or design.conversion is None or design.voltages is None or not design.motions.stable.any():
@@ -67,7 +67,7 @@ def cycles_at_design(study: Study) -> tuple[Cycle, ...]:
     return tuple(cycle_of(float(gain), membrane, membrane.dielectric) for gain in gains)
 
 
-def figure_cycle(cycles: tuple[Cycle, ...], membrane: Membrane) -> Figure:
+def figure_cycle(cycles: tuple[ElectricalCycle, ...], membrane: Membrane) -> Figure:
     """The cycle of an impact on either membrane, to one scale, with its area."""
     powers = prefix([np.array([x.charge_c for x in cycles])]), prefix([np.array([x.peak_v for x in cycles])])
     limit = _breakdown_v(membrane)
@@ -89,7 +89,7 @@ def figure_cycle(cycles: tuple[Cycle, ...], membrane: Membrane) -> Figure:
         return finished(figure, HEIGHT, [], [STAGES, broken])
 
 
-def _draw(axes: Axes, cycle: Cycle, powers: tuple[int, int]) -> None:
+def _draw(axes: Axes, cycle: ElectricalCycle, powers: tuple[int, int]) -> None:
     charge, volts = (values / 10.0**power for values, power in zip(cycle.corners, powers, strict=True))
     axes.fill(charge, volts, **AREA)
     for k, (_, look) in enumerate(STAGES):

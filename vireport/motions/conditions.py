@@ -19,6 +19,9 @@ Floats = NDArray[np.float64]
 IMAGINARY = 1e-30
 """Imaginary step of derivatives, whose square is lost in rounding: they are exact to the last digit."""
 
+Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
+"""(velocities, times and what varies; d, gbar and r there; kind of number) -> what is zero."""
+
 
 @dataclass(frozen=True, slots=True)
 class Condition:
@@ -79,8 +82,8 @@ class Condition:
         level = self.sign * TRACE_LEVELS[self.event](groups.decay(word.walls))
         return weighted_trace(word, x, groups, ops) - level * prod(x[: len(kept)])
 
-    def equation(self, word: Word) -> Callable[[Sequence[Any], Groups[Any], Any], Any]:
-        """The condition for the motions of one word, of (unknowns, groups, functions of the kind of number)."""
+    def equation(self, word: Word) -> Equation:
+        """The condition for the motions of one word."""
         return lambda x, groups, ops: self.value(word, x, groups, ops)
 
     def linearised(self, word: Word, x: Floats, groups: Groups[float], gradients: Floats) -> tuple[float, Floats]:

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.motions.conditions import Condition
+from vireport.motions.conditions import Condition, Equation
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion, Symmetry
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Orbits
 from vireport.motions.periodicity import Model, Varied, trace
-from vireport.motions.polish import DECIMALS, Equation, Solved, in_decimals, solve_motion
+from vireport.motions.polish import DECIMALS, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
 from vireport.physics import ARRAYS, FLOATS, Word

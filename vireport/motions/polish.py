@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.motions.conditions import IMAGINARY
+from vireport.motions.conditions import IMAGINARY, Equation
 from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Varied, linearised, residuals
 from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps, Groups, Word
@@ -44,9 +44,6 @@ MOST_STEPS = 12
 
 FINE_STEP = Decimal("1e-18")
 """Step of differences in decimals: far below any scale of a motion, far above their rounding."""
-
-Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
-"""(velocities, times and what varies; d, gbar and r there; kind of number) -> what is zero."""
 
 Function = Callable[[list[Any]], list[Any]]
 """Unknowns -> residuals, as many of them."""

@@ -6,8 +6,8 @@ from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_num
 from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
 from vireport.physics.energy import (
     Conversion,
-    Cycle,
     Dielectric,
+    ElectricalCycle,
     Fitting,
     Membrane,
     Voltages,
@@ -53,10 +53,10 @@ __all__ = [
     "UNIT",
     "Affine",
     "Conversion",
-    "Cycle",
     "DecimalOps",
     "Device",
     "Dielectric",
+    "ElectricalCycle",
     "Fitting",
     "Flight",
     "Groups",

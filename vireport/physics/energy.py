@@ -214,7 +214,7 @@ def flat_capacitance(membrane: Membrane, dielectric: Dielectric) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Cycle:
+class ElectricalCycle:
     """What a membrane goes through at an impact, in the plane of charge and voltage: a triangle from the origin.
 
     Charged at its largest area up to the bias, then isolated until it is flat, then discharged.
@@ -243,7 +243,7 @@ class Cycle:
         return float(-np.sum((volts[1:] + volts[:-1]) / 2 * np.diff(charge)))
 
 
-def cycle_of(gain: float, membrane: Membrane, dielectric: Dielectric) -> Cycle:
+def cycle_of(gain: float, membrane: Membrane, dielectric: Dielectric) -> ElectricalCycle:
     """The cycle of an impact that gains U_imp - Uin, Eq. (5.2); `conversion` derives it.
 
     Parameters
@@ -254,7 +254,7 @@ def cycle_of(gain: float, membrane: Membrane, dielectric: Dielectric) -> Cycle:
     dielectric : Dielectric
     """
     peak = membrane.bias_voltage_v + gain
-    return Cycle(float(flat_capacitance(membrane, dielectric)) * peak, membrane.bias_voltage_v, peak)
+    return ElectricalCycle(float(flat_capacitance(membrane, dielectric)) * peak, membrane.bias_voltage_v, peak)
 
 
 def conversion(
