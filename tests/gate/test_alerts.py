@@ -316,6 +316,7 @@ SAID = [
         {"solution": known(design=ending(0.0123, taken_over=True))},
         ["passes to another motion, with other voltages, 1.23 % above the design point"],
     ),
+    ("VR005", {"solution": known(design=ending(3.1e-5))}, ["ends 0.0031 % above the design point in length"]),
     ("VR005", {"solution": known(design=ending(0.0123))}, ["ends 1.23 % above the design point in length: fold D1."]),
     ("VR006", {"solution": known(critical_points=rough("B1"))}, ["B1: so nearly degenerate that it was bracketed"]),
     (
