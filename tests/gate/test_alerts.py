@@ -197,7 +197,7 @@ class Rows(SimpleNamespace):
 
 def design(count: int, stable: int = 0, **more: object) -> SimpleNamespace:
     flags = np.arange(count) < stable
-    motions = Rows(stable=flags, d=np.full(count, 0.5), wall_gap=np.full(count, 0.009))
+    motions = Rows(stable=flags, d=np.full(count, 0.5), wall_gap=0.009 + 5e-4 * np.arange(count))
     families = (Symmetry.ASYMMETRIC,) * count
     of = {"motions": motions, "parameter": Parameter.LENGTH, "value": 0.7, "families": families, "endings": list}
     return SimpleNamespace(**of | more)
@@ -324,7 +324,7 @@ SAID = [
         {"solution": known(critical_points=rough("B1", "C2"))},
         ["B1, C2: so nearly degenerate that they were bracketed, not polished; the error bounds say"],
     ),
-    ("VR007", {"solution": known(design=design(1, 1))}, ["The ball turns 1.8 % of the length from a membrane"]),
+    ("VR007", {"solution": known(design=design(2, 2))}, ["The ball turns 1.8 % of the length from a membrane"]),
     (
         "VR010",
         {"solution": deep()},

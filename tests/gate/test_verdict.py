@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from conftest import solved
 
+from vireport.design import Solution
 from vireport.gate import Evidence, Question, Verdict, alerts, cause_of, verdict_of
 from vireport.membranes import Grade
 from vireport.physics import contacts
@@ -138,6 +139,19 @@ def test_starts_that_end_elsewhere_are_cautioned_against_and_counted(study_of: C
         assert fact(said(solution, crosscheck=answer), Question.REACHED).status == status
         noted = cause("VR021", Evidence(solution, answer))
         assert noted.startswith("5 of 20 starts") if elsewhere else not noted
+
+
+def test_the_deepest_of_all_stable_motions_is_held_against_the_membrane() -> None:
+    def deflections(solution: Solution) -> np.ndarray:
+        segments = ((branch, part) for branch in solution.branches for part in branch.family.segments if part.stable)
+        parts = [branch.voltages.deflection_m[part.first : part.last + 1] for branch, part in segments]
+        return np.concatenate(parts)
+
+    solution = solved("inclined", device__length_m=None)
+    depths = deflections(solution)
+    assert depths.min() < depths.max() == said(solution).voltage.data.deepest_m
+    between = replace(solution.membrane, active_radius_m=float(depths.mean()))
+    assert not said(replace(solution, membrane=between)).voltage.data.within
 
 
 def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
