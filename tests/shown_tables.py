@@ -1435,13 +1435,13 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
     for figure in ("figure-2", "figure-4", "figure-7"):
         yield figure, conditions
         places = [f"{point['label']} {{}}" for point in x.points]
-        yield (
-            figure,
-            Said(
-                f"Critical points, at {x.symbol}: {'; '.join(places)}.",
-                *(swept(x, of["sweep_value"]) for of in x.points),
-            ),
-        )
+        values = [(value := of["sweep_value"], digits_of(x, x.parameter, value, 6)) for of in x.points]
+        shown = (in_input(x.parameter, value, digits) for value, digits in values)
+        yield figure, Said(f"Critical points, at {x.symbol}: {'; '.join(places)}.", *shown)
+        ranges = [inequality(x, part, x.parameter) for part in x.data["stable_range"]]
+        if ranges:
+            amounts = (amount for part in ranges for amount in part.amounts)
+            yield figure, Said(f"Stable 1:1 motion for {' and for '.join(part.words for part in ranges)}.", *amounts)
     if x.parameter == "length_m":
         yield "figure-2", Said("F/(2 M f) = {}", Amount(x.device.velocity_unit, "m/s", 4))
     yield "figure-7", Said(

@@ -10,7 +10,19 @@ from conftest import first
 
 from vireport import analyse, load, loads
 from vireport.atlas import atlas, motion_of_cycle
-from vireport.motions import Atlas, Event, Family, Limits, Motion, Sweep, completed, follow, neighbours, polished
+from vireport.motions import (
+    Atlas,
+    Event,
+    Family,
+    Limits,
+    Motion,
+    Sweep,
+    completed,
+    follow,
+    neighbours,
+    openings,
+    polished,
+)
 from vireport.physics import Groups, Word
 from vireport.simulation import (
     Impact,
@@ -213,6 +225,43 @@ def test_a_sweep_over_the_whole_of_lengths_with_high_restitution_is_followed_to_
     changes = ["motions.impacts=6", "motions.periods=8", "device.restitution=0.9", "sweep.from=0.05", "sweep.to=2"]
     families = analyse(load(example("inclined"), changes), ["json"]).atlas.families
     assert {word: sum(f.word.letters == word for f in families) for word in ("BBT", "BBB")} == {"BBT": 34, "BBB": 42}
+
+
+def test_the_shortest_words_are_followed_first_and_what_is_left_out_is_said():
+    """In an atlas that is cut short all families up to `followed` impacts are those of the whole."""
+    swept = sweep_of(loads(LITERATURE.format(inclination=30)).scenario)
+    cut = [atlas(swept, Limits(7, 1), openings=count) for count in (0, 2, 1000)]
+    assert [part.followed for part in cut] == [4, 5, 7]
+
+    def families(of: Atlas, impacts: int) -> list[tuple[str, int]]:
+        return [(family.name, len(family.x)) for family in of.families if len(family.word) <= impacts]
+
+    for part in cut:
+        assert families(part, part.followed) == families(cut[-1], part.followed)
+    assert len(cut[0].families) < len(cut[1].families) < len(cut[-1].families)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("impacts", "r"), [(10, 0.95), (16, 0.5)])
+def test_an_atlas_of_very_many_families_ends_and_says_what_it_leaves_out(impacts: int, r: float, example):
+    """Up to ten impacts in ten periods, all that begins was followed for 16 minutes without end."""
+    changes = [f"motions.impacts={impacts}", "motions.periods=4", f"device.restitution={r}"]
+    swept = sweep_of(load(example("inclined"), [*changes, "sweep.from=0.05", "sweep.to=2"]).scenario)
+    found = atlas(swept, Limits(impacts, 4), openings=40)
+    assert 4 <= found.followed < impacts
+    assert all(Event.LOST not in {mark.event for mark in family.marks} for family in found.families)
+
+
+def test_of_repeated_periods_each_word_is_tried_once_and_the_shortest_first():
+    """Of n periods with one touch, 2, 1, 2, 3 and 6 choices are neither rotations of others nor repeat themselves."""
+    swept = sweep_of(loads(LITERATURE.format(inclination=30)).scenario)
+    whole = atlas(swept, Limits(3, 1))
+    vertices = (v for v in whole.vertices if v.event is Event.GRAZING and len(v.motion.rests) == 1)
+    vertex = next(v for v in vertices if len(v.motion.word) <= 3 and v.motion.word.periods == 1)
+    curve = replace(whole.families[vertex.families[0] - 1].curve, word=vertex.motion.word)
+    tried = [impacts for impacts, _ in openings(curve, vertex.motion, Event.GRAZING, Limits(16, 5))]
+    assert len(tried) == 2 + 1 + 2 + 3 + 6
+    assert tried == sorted(tried)
 
 
 WIDE = """\

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pytest
@@ -13,8 +15,9 @@ from vireport.atlas import portrait_of
 from vireport.base import ScenarioError, UsageError
 from vireport.motions import Limits, generation, ladder
 from vireport.physics import generated_voltage
+from vireport.report import Report, render_html
 from vireport.report.motions import families_table
-from vireport.study import branches_csv, families_of
+from vireport.study import Study, branches_csv, families_of, provenance_of
 
 TEXT = """\
 schema_version: 1
@@ -281,3 +284,18 @@ def test_figure_and_section_name_the_words(study):
     seen = {label for label, width in on_stable if width > 0.002}
     assert vertices & labels == seen < {label for label, _ in on_stable}
     assert "BBT" in picture.alt
+
+
+def test_report_and_results_say_from_how_many_impacts_on_families_are_left_out(study):
+    assert study.to_dict()["motions"]["followed_impacts"] == 3
+    said = "all families met are followed up to 2 impacts a period, of longer ones only a part"
+    assert said not in section(study)
+    cut = replace(study, atlas=replace(study.atlas, followed=2))
+    assert said in section(cut)
+    assert cut.to_dict()["motions"]["followed_impacts"] == 2
+
+
+def section(study: Study) -> str:
+    """The report as text."""
+    page = render_html(Report(study, {}, provenance_of(study.loaded, "run"))).decode()
+    return unescape(page).replace("\u00a0", " ")

@@ -174,6 +174,13 @@ def test_without_a_design_point_the_widest_stable_range_is_best() -> None:
     assert "the stable range is the widest (0.59 m ≤ s ≤ 0.75 m; next" in ranges.headline
 
 
+def test_a_ranking_gives_the_ends_of_a_stable_range_in_the_digits_that_the_contacts_leave() -> None:
+    ranked = compare([study("inclined"), study("inclined", "device.restitution=0.6")]).ranking
+    for scenario in ranked:
+        assert scenario.show(Merit.RANGE) == "; ".join(scenario.study.verdict.inequalities)
+    assert any("0.629 m < s" in scenario.show(Merit.RANGE) for scenario in ranked)
+
+
 def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> None:
     mixed = compare([study("inclined", "device.length_m="), study("inclined")], names=("range", "point"))
     assert [scenario.name for scenario in mixed.ranking] == ["point", "range"]

@@ -205,7 +205,7 @@ class Rows(SimpleNamespace):
 
 def design(count: int, stable: int = 0, **more: object) -> SimpleNamespace:
     flags = np.arange(count) < stable
-    motions = Rows(stable=flags, d=np.full(count, 0.5), wall_gap=np.full(count, 0.009))
+    motions = Rows(stable=flags, d=np.full(count, 0.5), wall_gap=0.009 + 5e-4 * np.arange(count))
     families = (Symmetry.ASYMMETRIC,) * count
     of = {"motions": motions, "parameter": Parameter.LENGTH, "value": 0.7, "families": families, "endings": list}
     return SimpleNamespace(**of | more)
@@ -324,6 +324,7 @@ SAID = [
         {"solution": known(design=ending(0.0123, taken_over=True))},
         ["passes to another motion, with other voltages, 1.23 % above the design point"],
     ),
+    ("VR005", {"solution": known(design=ending(3.1e-5))}, ["ends 0.0031 % above the design point in length"]),
     ("VR005", {"solution": known(design=ending(0.0123))}, ["ends 1.23 % above the design point in length: fold D1."]),
     ("VR006", {"solution": known(critical_points=rough("B1"))}, ["B1: so nearly degenerate that it was bracketed"]),
     (
@@ -331,7 +332,7 @@ SAID = [
         {"solution": known(critical_points=rough("B1", "C2"))},
         ["B1, C2: so nearly degenerate that they were bracketed, not polished; the error bounds say"],
     ),
-    ("VR007", {"solution": known(design=design(1, 1))}, ["The ball turns 1.8 % of the length from a membrane"]),
+    ("VR007", {"solution": known(design=design(2, 2))}, ["The ball turns 1.8 % of the length from a membrane"]),
     (
         "VR010",
         {"solution": deep()},

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from conftest import solved
 
-from vireport.gate import Evidence, Question, Verdict, cause_of, verdict_of
+from vireport.design import Solution
+from vireport.gate import Evidence, Question, Verdict, alerts, cause_of, verdict_of
 from vireport.membranes import Grade
 from vireport.physics import contacts
 from vireport.text import CATALOGUE
@@ -140,6 +141,19 @@ def test_starts_that_end_elsewhere_are_cautioned_against_and_counted(study_of: C
         assert noted.startswith("5 of 20 starts") if elsewhere else not noted
 
 
+def test_the_deepest_of_all_stable_motions_is_held_against_the_membrane() -> None:
+    def deflections(solution: Solution) -> np.ndarray:
+        segments = ((branch, part) for branch in solution.branches for part in branch.family.segments if part.stable)
+        parts = [branch.voltages.deflection_m[part.first : part.last + 1] for branch, part in segments]
+        return np.concatenate(parts)
+
+    solution = solved("inclined", device__length_m=None)
+    depths = deflections(solution)
+    assert depths.min() < depths.max() == said(solution).voltage.data.deepest_m
+    between = replace(solution.membrane, active_radius_m=float(depths.mean()))
+    assert not said(replace(solution, membrane=between)).voltage.data.within
+
+
 def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
     solution = study_of("inclined").solution
     for phase, velocity in ((3e-3, 1e-14), (1e-14, 3e-3)):
@@ -155,6 +169,9 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
             grade=shifted.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=shifted)]
         )
         assert f"U_ave by {100 * shift:+.0f} %" in cause("VR013", Evidence(solution, compliance=compliance))
+    # Short contacts may move a motion as well, next to its end: each alert has its own cause.
+    stiff = Evidence(solved("inclined", device__membrane__stiffness=1e12), compliance=compliance)
+    assert {"VR011", "VR013"} & {alert.code for alert in alerts(stiff)} == {"VR013"}
     membrane = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 2e7}
     charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
     field = float(charged.design.conversion.field_v_m[charged.design.motions.stable].max())

@@ -57,6 +57,15 @@ def test_every_step_has_words_of_its_own(text: str):
         assert "{" not in step.what + step.why
 
 
+def test_the_time_of_families_grows_with_their_limits():
+    def told(impacts: int, periods: int) -> str:
+        planned = of(DESIGN + SWEEP + f"motions: {{impacts: {impacts}, periods: {periods}}}\n")
+        return next(step.what for step in planned.steps if step.task is Task.MOTIONS)
+
+    assert "about 0.5 s, or up to 2 s where many coexist" in told(4, 1)
+    assert "about 5 s, or up to 80 s where many coexist" in told(10, 10)
+
+
 def test_a_design_point_has_no_branches_and_two_figures():
     planned, drawn = of(DESIGN), {Task.FIGURE_DEVICE, Task.FIGURE_MARGINS}
     assert not planned.runs(Task.BRANCHES, Task.CRITICAL, Task.CSV, *set(FIGURES) - drawn)

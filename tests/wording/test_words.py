@@ -578,7 +578,7 @@ ALONG = {
 
 SPEEDS = [Extent("speed", 0.5, 1.2345, where="bottom"), Extent("phase", 1e-9, 3.0, where="top")]
 VALUES = [Extent("discriminant", -1.0, 2e9), Extent("eigenvalues", 0.5, 0.5)]
-POINTS = [thing(label=label, sweep_value=value) for label, value in (("B1", 0.55), ("C1", 0.58))]
+POINTS = [(thing(label=label, sweep_value=value), 6) for label, value in (("B1", 0.55), ("C1", 0.58))]
 PERIODIC = {
     "panels": ["a", "b"],
     "setting": "s = 0.5 m",
@@ -654,7 +654,7 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ),
     (
         "figure_4_alt",
-        {**ALONG, "extents": [(True, VALUES)], "ranges": [thing(inequality="a < s"), thing(inequality="s < b")]},
+        {**ALONG, "extents": [(True, VALUES)], "ranges": ["a < s", "s < b"]},
         "0.6 m. Stable 1:1 motion for a < s and for s < b. Stable motions: discriminant about 0 to more than 10000, "
         "eigenvalues or their real parts 0.5.",
     ),

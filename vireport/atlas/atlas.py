@@ -6,10 +6,11 @@ family; at each event the families that meet there are starts again, until none 
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import chain, product
+from heapq import heappop, heappush
+from itertools import chain, count, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +40,14 @@ from vireport.motions import (
     Mark,
     Model,
     Motion,
+    PathPoint,
     Point,
     Sweep,
     Trail,
     admissible_families,
     completed,
     follow,
-    neighbours,
+    openings,
     polished,
     solve,
     touching,
@@ -59,6 +61,11 @@ NEAR, SQUARES = 1 / 256, 2.0**16
 """Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside; and
 more than there are of them in a row."""
 
+LOOKED_FOR, MOST_OPENINGS = 4, 1000
+"""Impacts up to which words are looked for, and every family that is met is followed; and how often a longer word is
+tried where families meet. Words double with each impact, and with a restitution near 1 so do families: with r = 0.95,
+up to 10 impacts in 10 periods and lengths of 0.05 to 2 m there was no end after 16 min; bounded, it takes a minute."""
+
 MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
 """Events that are vertices."""
 
@@ -69,6 +76,7 @@ def atlas(
     simulated: Iterable[Motion] = (),
     progress: Progress | None = None,
     finest: float = FINEST,
+    openings: int = MOST_OPENINGS,
 ) -> Atlas:
     """Find and follow the families of motions along a sweep.
 
@@ -83,16 +91,19 @@ def atlas(
         Called with what is followed next.
     finest : float
         Side of the cells of flight times that are looked through last [t_c], from `FINE` down.
+    openings : int
+        How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
     model = Model(sweep.level, sweep.device.restitution)
-    search = _Search(solve(sweep), model, low, high, limits, progress, finest)
+    search = _Search(solve(sweep), model, low, high, limits, progress, finest, openings)
     for family in _one_to_one(search):
         if not search.known(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image
             search.take(family)
-    search.follow()
+    search.follow(LOOKED_FOR)
     for motion in chain(_starts(search), simulated):
         search.explore(motion)
+    search.follow(limits.impacts)
     return search.atlas()
 
 
@@ -121,7 +132,7 @@ def _starts(search: _Search) -> Iterator[Motion]:
     # Last the search over a grid, which claims least: of families with four impacts those that join others are known by
     # then.
     for k in range(1, search.limits.periods + 1):
-        for word in search.words(4, k):
+        for word in search.words(LOOKED_FOR, k):
             yield from search.four_impacts(word)
 
 
@@ -135,6 +146,10 @@ class _Meeting:
     families: set[int] = field(default_factory=set)
 
 
+_Opening = tuple[int, int, Iterator[Beginning], Iterator[tuple[int, Iterator[Beginning]]]]
+"""Impacts of a word, a number in the order of the search, what begins with it, and what else its vertex opens to."""
+
+
 @dataclass(slots=True)
 class _Search:
     diagram: BifurcationDiagram
@@ -144,10 +159,12 @@ class _Search:
     limits: Limits
     progress: Progress | None
     finest: float
+    openings: int
     families: list[Family] = field(default_factory=list)
     meetings: list[_Meeting] = field(default_factory=list)
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
-    queue: deque[Beginning] = field(default_factory=deque)
+    queue: list[_Opening] = field(default_factory=list)
+    serial: Iterator[int] = field(default_factory=count)
     undecided: list[Cells] = field(default_factory=list)
     squares: dict[Word, tuple[int, Floats]] = field(default_factory=dict)
 
@@ -162,12 +179,12 @@ class _Search:
             return self.diagram
         return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
 
-    def words(self, count: int, periods: int) -> list[Word]:
+    def words(self, impacts: int, periods: int) -> list[Word]:
         """Words with so many impacts, on both membranes: none is another one, or its image, counted otherwise."""
         words = {
             self.representative(Word(walls, periods))
-            for walls in product((1, -1), repeat=count)
-            if abs(sum(walls)) < count <= self.limits.impacts
+            for walls in product((1, -1), repeat=impacts)
+            if abs(sum(walls)) < impacts <= self.limits.impacts
         }
         return sorted(words, key=lambda word: word.letters)
 
@@ -177,8 +194,8 @@ class _Search:
         Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
         motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
         """
-        counts = () if self.model.horizontal else (2, 3, 4)
-        return [Word(count * (1,), periods) for count in counts if count <= self.limits.impacts]
+        most = 0 if self.model.horizontal else min(LOOKED_FOR, self.limits.impacts)
+        return [Word(impacts * (1,), periods) for impacts in range(2, most + 1)]
 
     def representative(self, word: Word) -> Word:
         """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
@@ -186,28 +203,47 @@ class _Search:
         return min((image.canonical() for image in images), key=lambda image: image.letters)
 
     def explore(self, motion: Motion) -> None:
-        """Follow the family of a motion, and all that it is joined to."""
+        """Follow the family of a motion, and all of few impacts that it is joined to."""
         motion = motion.representative(self.model.horizontal)
         curve = self._curve(motion.word)
         x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.word) else None
         if x is not None:
             start = curve.point(x, curve.tangent(x))
-            self.queue.append((None, curve, start, start))
-        self.follow()
+            self._follow(None, curve, start, start)
+        self.follow(LOOKED_FOR)
 
-    def follow(self) -> None:
-        """Follow the families that begin where others meet, and those that they lead to."""
-        while self.queue:
-            begins, curve, vertex, first = self.queue.popleft()
-            if self._wanted(curve, first.x):
-                if self.progress is not None:
-                    self.progress(f"following motions of other impact sequences: {curve.word.letters}")
-                trail = follow(curve, first)
-                if begins is None:
-                    self._add(curve, completed(curve, first, trail))
-                else:
-                    events = [(0, begins), *((i + 1, event) for i, event in trail.events)]
-                    self._add(curve, Trail([vertex, *trail.points], events))
+    def follow(self, longest: int) -> None:
+        """Follow the families of up to so many impacts that begin where others meet, and those that they lead to."""
+        while self.queue and self.queue[0][0] <= longest:
+            impacts = self.queue[0][0]
+            if impacts > LOOKED_FOR and not self.openings:
+                return
+            self.openings -= impacts > LOOKED_FOR
+            _, _, beginnings, others = heappop(self.queue)
+            self._open(others)
+            for beginning in beginnings:
+                self._follow(*beginning)
+
+    def _open(self, openings: Iterator[tuple[int, Iterator[Beginning]]]) -> None:
+        """Put the first of what a vertex opens to among those of others."""
+        # Of each vertex one: they come with ascending impacts, so that the shortest of all is always among the first.
+        for impacts, beginnings in openings:
+            heappush(self.queue, (impacts, next(self.serial), beginnings, openings))
+            return
+
+    def _follow(self, begins: Event | None, curve: Curve, vertex: PathPoint, first: PathPoint) -> None:
+        """Follow a family from its beginning, unless it is known."""
+        if not self._wanted(curve, first.x):
+            return
+        if self.progress is not None:
+            found = f"{len(self.families)} families found"
+            self.progress(f"following motions of other impact sequences, {found}: {curve.word.letters}")
+        trail = follow(curve, first)
+        if begins is None:
+            self._add(curve, completed(curve, first, trail))
+        else:
+            events = [(0, begins), *((i + 1, event) for i, event in trail.events)]
+            self._add(curve, Trail([vertex, *trail.points], events))
 
     def _curve(self, word: Word) -> Curve:
         return Curve.along_sweep(word, self.model, self.low, self.high)
@@ -315,7 +351,7 @@ class _Search:
             if meeting.event is event and self._same(meeting.motion, motion):
                 return meeting
         self.meetings.append(_Meeting(event, motion, mark.point))
-        self.queue.extend(neighbours(self._curve(motion.word), motion, event, self.limits))
+        self._open(openings(self._curve(motion.word), motion, event, self.limits))
         return self.meetings[-1]
 
     def atlas(self) -> Atlas:
@@ -333,7 +369,9 @@ class _Search:
             families = tuple(sorted(numbers[number] for number in meeting.families))
             vertices[id(meeting)] = replace(point, label=label, families=families)
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
-        return Atlas(self.sweep, self.limits, tuple(marked), tuple(vertices.values()), tuple(self._completeness()))
+        followed = self.queue[0][0] - 1 if self.queue else self.limits.impacts
+        found = tuple(marked), tuple(vertices.values()), tuple(self._completeness())
+        return Atlas(self.sweep, self.limits, *found, followed)
 
     def _completeness(self) -> Iterator[Completeness]:
         """What is claimed of the words that are looked for."""
@@ -341,14 +379,14 @@ class _Search:
         closed = [] if horizontal else ["B"]
         closed += ["BT"] if self.limits.impacts > 1 else []
         # Of these there are none, see `on_bottom`.
-        closed += [count * ("B" if horizontal else "T") for count in range(1, self.limits.impacts + 1)]
+        closed += [impacts * ("B" if horizontal else "T") for impacts in range(1, self.limits.impacts + 1)]
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
         for word in self.excluded(self.limits.periods):
             cells = [cells for cells in self.undecided if cells.word.letters == word.letters]
             side = max(fine_side(word), *(part.side for part in cells))
             resolution = NEAR + side / 4  # periods, of which sides are halves
             yield Completeness(word.letters, Claim.COMPLETE, resolution, max(part.share for part in cells))
-        for word in self.words(4, self.limits.periods):
+        for word in self.words(LOOKED_FOR, self.limits.periods):
             yield Completeness(word.letters, Claim.SEARCHED, side_of(word) / 2)
 
     def _point(self, meeting: _Meeting) -> Point:

@@ -102,7 +102,7 @@ class Ranked:
             count = len(self.study.criteria)
             return Message.OF_THEM.format(part=self.passed, count=count) if count else ABSENT
         if merit is Merit.RANGE:
-            return "; ".join(part.inequality for part in self.study.solution.stable_ranges) or ABSENT
+            return "; ".join(self.study.verdict.inequalities) or ABSENT
         if value is None:
             design = self.study.solution.design
             return Message.NOT_KNOWN if merit is Merit.MARGIN and design is not None and design.unresolved else ABSENT

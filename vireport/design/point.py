@@ -68,13 +68,8 @@ class StableInterval:
         """Both ends, each with the critical point there."""
         return (self.start, self.start_point), (self.end, self.end_point)
 
-    @property
-    def inequality(self) -> str:
-        """The range as text, strict at a critical point."""
-        return self.shown()
-
-    def shown(self, start_digits: int = 6, end_digits: int = 6) -> str:
-        """The range as text with so many significant digits of its ends."""
+    def shown(self, start_digits: int, end_digits: int) -> str:
+        """The range as text, strict at a critical point, with so many significant digits of its ends."""
         low, high = ("≤" if point is None else "<" for _, point in self.ends)
         start, end = self.parameter.show(self.start, start_digits), self.parameter.show(self.end, end_digits)
         return f"{start} {low} {self.parameter.symbol} {high} {end}"

@@ -21,7 +21,7 @@ from vireport.gate.evidence import Evidence
 from vireport.motions import Symmetry, undecided
 from vireport.physics import Fitting
 from vireport.scenario import DesignInput, Parameter
-from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity
+from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity, percent
 
 if TYPE_CHECKING:
     from vireport.disturbances import FromRest
@@ -68,9 +68,6 @@ MEMBRANE_LENGTHS = ("ball_radius_m", "active_radius_m")
 
 LAST_DIGIT = 5e-4
 """Relative rounding of a number that is printed with four digits."""
-
-MOST_FOLLOWED = 4
-"""Impacts of a motion up to which a `motions:` block finds all, or looks for them."""
 
 MOST_MOTIONS = 3
 """Other motions that are named."""
@@ -132,8 +129,10 @@ def _shown_by(end: FromRest) -> str:
 
     Families are followed of motions without rests, and found of few impacts; all else is found by simulation alone.
     """
+    from vireport.atlas import LOOKED_FOR
+
     cycle = end.cycle
-    followed = cycle is not None and not cycle.sticks and len(end.word) <= MOST_FOLLOWED
+    followed = cycle is not None and not cycle.sticks and len(end.word) <= LOOKED_FOR
     return "motions" if followed else "simulation"
 
 
@@ -150,10 +149,14 @@ def _several_stable(results: Evidence) -> Iterator[Sentence]:
 def _near_critical(results: Evidence) -> Iterator[Sentence]:
     for margin in results.solution.design.limits() if results.solution.design is not None else ():
         if margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
-            side, percent = "below" if margin.relative < 0 else "above", 100 * abs(margin.relative)
+            side = "below" if margin.relative < 0 else "above"
             yield Sentence(
                 f"passes_{side}" if margin.taken_over else side,
-                {"percent": percent, "quantity": margin.parameter.quantity, "name": margin.name},
+                {
+                    "share": percent(abs(margin.relative), 3),
+                    "quantity": margin.parameter.quantity,
+                    "name": margin.name,
+                },
             )
             return
 

@@ -40,7 +40,7 @@ from vireport.motions.stability import (
     return_trace,
 )
 from vireport.motions.sweep import Held, Level, Sweep, level_residual
-from vireport.motions.switching import Beginning, Limits, neighbours, off, touching
+from vireport.motions.switching import Beginning, Limits, neighbours, off, openings, touching
 from vireport.motions.turning import SMALLEST_STEP, Turn, Turns, flight_turns, touches, turning_points, turns, wall_gap
 
 __all__ = [
@@ -119,6 +119,7 @@ __all__ = [
     "off",
     "one_to_one",
     "one_to_one_bounds",
+    "openings",
     "orbits",
     "place_at",
     "point_of",

@@ -265,6 +265,8 @@ class Atlas:
         Along the sweep.
     completeness : tuple of Completeness
         Of each word that is looked for; all others are `Claim.FOLLOWED`.
+    followed : int
+        Impacts up to which every family that is met is followed: those of `limits`, or less where there are too many.
     """
 
     sweep: Sweep
@@ -272,6 +274,7 @@ class Atlas:
     families: tuple[Family, ...]
     vertices: tuple[Point, ...]
     completeness: tuple[Completeness, ...]
+    followed: int
 
     def at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every motion at a value of the swept parameter, with its family."""

@@ -131,7 +131,6 @@ def inert_json(value: Any) -> str:
 
 
 FILTERS: dict[str, Callable[..., str]] = {
-    "interval": lambda part: part.inequality,
     "json": inert_json,
     "plus_minus": plus_minus,
     "power": factor_text,

@@ -39,7 +39,8 @@ def motions_data(atlas: Atlas) -> dict[str, Any]:
     ]
     rest = {"word": None, "claim": Claim.FOLLOWED, "resolution": None, "undecided": None}
     return {
-        "impacts": atlas.limits.impacts, "periods": atlas.limits.periods, "completeness": [*completeness, rest],
+        "impacts": atlas.limits.impacts, "periods": atlas.limits.periods, "followed_impacts": atlas.followed,
+        "completeness": [*completeness, rest],
     }  # fmt: skip
 
 

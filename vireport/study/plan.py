@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from typing import NamedTuple
 
 from vireport.base import install_command
-from vireport.scenario import Direction, Parameter, Scenario
+from vireport.scenario import Direction, MotionsBlock, Parameter, Scenario
 
 
 class Task(StrEnum):
@@ -268,7 +268,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
             elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):
                 periods = "periods" if limits.periods > 1 else "period"
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
-                what = f"{Task.MOTIONS.what}, {most}: seconds to minutes"
+                what = f"{Task.MOTIONS.what}, {most}, {_following(limits)}"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
 
@@ -298,6 +298,20 @@ def _cost(scenario: Scenario) -> str:
         jump = f"about {JUMP * asked.impacts / rate:.1g} s for each jump"
         cost += f", then followed from value to value ({asked.follow}), {jump}"
     return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}; {remark}"
+
+
+FOLLOWED_S, COEXISTING_S, LONG_WORDS_S = 0.5, 2.0, 60.0
+"""What families take in each forcing period where few motions coexist, and where many do; and in the latter case those
+of more impacts than are looked for, up to the bound on them: of the order."""
+
+
+def _following(limits: MotionsBlock) -> str:
+    """What the families of motions will take."""
+    from vireport.atlas import LOOKED_FOR
+
+    most = COEXISTING_S * limits.periods + (LONG_WORDS_S if limits.impacts > LOOKED_FOR else 0.0)
+    least = FOLLOWED_S * limits.periods
+    return f"about {least:g} s, or up to {most:.0f} s where many coexist (restitution near 1, wide sweeps)"
 
 
 def _methods() -> str:

@@ -172,11 +172,11 @@ CATALOGUE = (
         "design value, which is what masses and lengths are commonly made to. Transients are long there, too.",
         "Keep a larger margin: manufacturing tolerances and the unknown restitution may carry the device across.",
         {
-            "below": "Stable motion ends {percent:.2f} % below the design point in {quantity}: {name}.",
-            "above": "Stable motion ends {percent:.2f} % above the design point in {quantity}: {name}.",
-            "passes_below": "Stability passes to another motion, with other voltages, {percent:.2f} % below the design "
+            "below": "Stable motion ends {share} below the design point in {quantity}: {name}.",
+            "above": "Stable motion ends {share} above the design point in {quantity}: {name}.",
+            "passes_below": "Stability passes to another motion, with other voltages, {share} below the design "
             "point in {quantity}: {name}.",
-            "passes_above": "Stability passes to another motion, with other voltages, {percent:.2f} % above the design "
+            "passes_above": "Stability passes to another motion, with other voltages, {share} above the design "
             "point in {quantity}: {name}.",
         },
     ),
