@@ -142,7 +142,7 @@ def test_a_design_that_a_run_passes_is_found_far_down_the_grid() -> None:
     ],
 )
 def test_no_cell_that_a_run_passes_is_better(required: str, objective: str) -> None:
-    problem = problem_of(loads(looked_for(required, 100, objective)))
+    problem = problem_of(loads(looked_for(required, 49, objective)))
     result, grid = optimise(problem), grid_of(problem)
     for row in grid.within():
         grid.judge(grid.t[row])
