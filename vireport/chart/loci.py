@@ -32,7 +32,7 @@ from vireport.motions import (
     turns,
     weighted_trace,
 )
-from vireport.physics import ARRAYS, Word
+from vireport.physics import ARRAYS, Groups, Word
 
 Floats = NDArray[np.float64]
 
@@ -76,11 +76,14 @@ class Locus(Path):
         kept = [i for i in range(len(self.word)) if i not in self.condition.rests]
         return Word(tuple(self.word.walls[i] for i in kept), self.word.periods)
 
+    def groups(self, x: Floats) -> Groups[float]:
+        """The groups at a motion."""
+        return self.plane.at(x[2 * len(self.word) :].tolist())
+
     def motion(self, x: Floats) -> Motion:
         """The motion of some unknowns; its coordinate is d."""
         count = len(self.word)
-        d = float(self.plane.at(x[2 * count :].tolist())[0])
-        return Motion(self.word, x[:count], x[count : 2 * count], d)
+        return Motion(self.word, x[:count], x[count : 2 * count], float(self.groups(x).d))
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions of motion and event, and their derivatives by unknowns over their scale."""
@@ -116,13 +119,13 @@ class Locus(Path):
         count, kept = len(self.word), [i for i in range(len(self.word)) if i not in self.condition.rests]
         own = [float(x[i]) for i in (*kept, *(count + i for i in kept))]
         weight = prod(own[: len(kept)])
-        return weighted_trace(self.touched, own, self.plane.at(x[2 * count :].tolist())) / weight if weight else nan
+        return weighted_trace(self.touched, own, self.groups(x)) / weight if weight else nan
 
     def turns(self, x: Floats) -> list[Turn]:
         """The turning points of a motion, without touches that are impacts."""
         count, period = len(self.word), 2 * self.word.periods
         rests = x[[count + i for i in self.condition.rests]]
-        found = turns(self.motion(x), self.plane.at(x[2 * count :].tolist()))
+        found = turns(self.motion(x), self.groups(x))
         return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
 
     def margins(self, x: Floats) -> Floats:
@@ -135,7 +138,7 @@ class Locus(Path):
         edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
         speed = x[:count] * self.word.walls
         for i in self.condition.rests:
-            gbar = self.plane.at(p.tolist())[1]
+            gbar = self.groups(x).gbar
             speed[i] = -self.word.walls[i] * (gbar + np.cos(np.pi * x[count + i]))
         return np.concatenate([edges, speed, [turn.gap for turn in self.turns(x)]])
 

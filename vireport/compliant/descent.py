@@ -30,7 +30,7 @@ Finder = Callable[[float, Floats], tuple[Any, Floats]]
 """(factor, guess of the unknowns) -> what is found, and its unknowns."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Rigid:
     """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`.
 

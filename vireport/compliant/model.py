@@ -19,7 +19,7 @@ from vireport.scenario import Parameter
 from vireport.simulation import FLIGHT, VELOCITY, WALL, follow_one
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class CompliantModel:
     """The dimensionless model of a device with compliant membranes.
 

@@ -83,7 +83,7 @@ TOO_LOSSY = Absence(Missing.NOT_FOLLOWED, f"restitutions below {LEAST_RESTITUTIO
 """Of a ball that is damped so strongly that no contact of it is integrated to the stated error."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class OwnMotion:
     """The motion with the membranes' own stiffness, dimensionless as in `Motions`; velocities and phases at the touch.
 
@@ -113,7 +113,7 @@ class OwnMotion:
         return abs(self.trace) < 1 + self.determinant and self.determinant < 1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class StabilityEnd:
     """An end of stable motion with rigid membranes and with their own stiffness.
 
@@ -176,7 +176,7 @@ class StabilityEnd:
         return None if not at else copysign(1.0, self.rigid - at) * (end - at) / abs(at)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class OwnStiffness:
     """The motion and the ends of stable motion with the membranes' own stiffness.
 
@@ -263,7 +263,7 @@ def _rigid_ends(solution: Solution) -> Iterator[tuple[ScalarInput, Point, bool]]
                 yield margin.parameter, margin.point, False
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Followed:
     """Something on the return map: the motion of a device or, with a multiplier, where it has that one.
 

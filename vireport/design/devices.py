@@ -41,7 +41,7 @@ FACTOR_OF = {
 """Which factor an input is part of. No two factors share one, so that a box of inputs is a box of factors."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Region:
     """Every device between two.
 

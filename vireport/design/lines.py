@@ -52,7 +52,7 @@ class Line(Enum):
 LINES = tuple(Line)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class AlongLine:
     """How the groups of a device change along a line through it, in a kind of number.
 

@@ -45,8 +45,8 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.membranes import factor_text
 from vireport.study import Task
+from vireport.text import factor_text
 
 LOOKS: dict[str, Look] = {
     CLOSED: {"color": Color.VERMILION, "marker": "*", "markersize": 8.0, "linestyle": "-", "linewidth": 1.8},

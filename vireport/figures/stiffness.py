@@ -26,11 +26,11 @@ from vireport.membranes import (
     Compliance,
     RunOutcome,
     SolverRun,
-    factor_text,
     findings,
     quantity_label,
 )
 from vireport.study import Task
+from vireport.text import factor_text
 
 HEIGHTS = 3.4, 2.7
 """Heights of the panels with their ticks and labels [in]."""

@@ -60,7 +60,7 @@ DISAGREEMENT = "the simulation does not agree with the solution"
 """Why nothing is met where the cross-check fails."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class OfMotions:
     """A number of each stable motion at the design point, of which the worst counts; exact for arrays of designs.
 
@@ -97,7 +97,7 @@ class OfMotions:
         return np.asarray(_slack(designs.worst(self.of(designs.impacts, ARRAYS), limit.is_least), limit))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class OfShaker:
     """What the shaker must do: a number that grows with the force and falls with mass and frequency, if it changes.
 
@@ -131,7 +131,7 @@ def _slack(value: Any, limit: Limit) -> Any:
     return ratio - 1 if limit.is_least else 1 - ratio
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class OfMargin:
     """Distance of the nearest end of the stable motion, of some kinds, in whichever input; without one it is met.
 
@@ -156,7 +156,7 @@ class OfMargin:
         return held_against(100 * relative, limit, remark, 100 * bound)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class OfRun:
     """What is known of one design only, by a run.
 

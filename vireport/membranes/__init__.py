@@ -4,7 +4,6 @@ from vireport.membranes.compliance import Compliance, Grade, compliance, complia
 from vireport.membranes.compliance_tables import (
     Findings,
     comparison_with_rigid,
-    factor_text,
     findings,
     lost,
     quantity_label,
@@ -25,7 +24,6 @@ __all__ = [
     "comparison_with_rigid",
     "compliance",
     "compliance_data",
-    "factor_text",
     "findings",
     "lost",
     "quantity_label",

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from math import isclose, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, cast
 
@@ -28,15 +27,14 @@ from vireport.membranes.stiff_solvers import (
 from vireport.scenario import Parameter
 from vireport.text import (
     ABSENT,
-    TIMES,
     Table,
     capital,
+    factor_text,
     numbers,
     percent,
     quantity,
     significant,
     texts,
-    words,
 )
 
 if TYPE_CHECKING:
@@ -187,14 +185,6 @@ def quantity_label(comparison: Compliance, convergence: Convergence) -> str:
 def setting_text(solver: str, setting: float) -> str:
     """A tolerance, or a number of steps."""
     return str(int(setting)) if solver == FIXED else factor_text(setting)
-
-
-def factor_text(value: float) -> str:
-    """A power of ten, or the number."""
-    power = round(log10(value))
-    if power and isclose(value, 10.0**power, rel_tol=1e-12) and abs(power) > 1:
-        return words(f"1e{power:+03d}").removeprefix(f"1 {TIMES} ")
-    return significant(value, 3)
 
 
 def _compared_row(compared: Compared, say: Words) -> tuple[str, ...]:

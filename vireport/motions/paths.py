@@ -113,6 +113,11 @@ class PathPoint:
         return self.path.trace(self.x)
 
     @cached_property
+    def decay(self) -> float:
+        """The root of the determinant, see `Path.decay`."""
+        return self.path.decay(self.x)
+
+    @cached_property
     def margin(self) -> float:
         """The least of `Path.margins`."""
         return float(min(self.path.margins(self.x)))
@@ -181,6 +186,10 @@ class Path(ABC):
         """The conditions and their derivatives, by unknowns over their scale."""
 
     @abstractmethod
+    def groups(self, x: Floats) -> Groups[float]:
+        """The groups at a motion."""
+
+    @abstractmethod
     def motion(self, x: Floats) -> Motion:
         """The motion of some unknowns."""
 
@@ -203,6 +212,10 @@ class Path(ABC):
     @abstractmethod
     def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
         """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
+
+    def decay(self, x: Floats) -> float:
+        """Product of the restitution coefficients over the impacts of a motion, the root of the determinant."""
+        return float(self.groups(x).decay(self.word.walls))
 
     def strain(self, arc: Arc) -> float:
         """How long a step is as against the longest in which nothing can be missed.
@@ -476,10 +489,6 @@ class Curve(Path):
         """The groups at a motion."""
         return self.model.at((float(x[-1]),))
 
-    def decay(self, x: Floats) -> float:
-        """Product of the restitution coefficients over the impacts of a motion, the root of the determinant."""
-        return float(self.groups(x).decay(self.word.walls))
-
     def vector(self, motion: Motion) -> Floats:
         """The unknowns of a motion."""
         return np.concatenate([motion.velocity, motion.time, [motion.coordinate]])
@@ -552,7 +561,7 @@ class Curve(Path):
     def _angle(self, point: PathPoint) -> float:
         """What stands for the trace: its size at the borders of stability is pi/4, at a pole pi/2."""
         # The trace goes to infinity where a velocity vanishes; its angle is bounded and smooth up to there.
-        return atan(point.trace / TRACE_LEVELS[Event.FOLD](self.decay(point.x)))
+        return atan(point.trace / TRACE_LEVELS[Event.FOLD](point.decay))
 
     def _near_pole(self, point: PathPoint) -> bool:
         """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
@@ -623,7 +632,7 @@ class Curve(Path):
 
     def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
         """How far the trace of a motion is above that of a condition."""
-        return lambda point: float(condition.excess(point.trace, self.decay(point.x)))
+        return lambda point: float(condition.excess(point.trace, point.decay))
 
     def _beyond_a_border(self, arc: Arc) -> PathPoint | None:
         """A motion within a step at which the trace has crossed a border to which it comes back, if there is one.
@@ -634,7 +643,7 @@ class Curve(Path):
         for condition in (*PASSED, MEETING):
             excess = self._excess(condition)
             start, end = excess(arc.start), excess(arc.end)
-            near = min(abs(start), abs(end)) < NEARBY * max(1.0, abs(condition.trace(0.0, self.decay(arc.start.x))))
+            near = min(abs(start), abs(end)) < NEARBY * max(1.0, abs(condition.trace(0.0, arc.start.decay)))
             if not (start * end > 0 and near and isfinite(start + end)):
                 continue
             # The parabola f(s) = start + s (slope - bend) + s^2 bend through f(0), f(1/2) and f(1), of which bend = 2

@@ -133,7 +133,7 @@ def _inverse(matrix: Floats) -> Floats:
     raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Solved:
     """A motion in decimals.
 

@@ -46,7 +46,7 @@ class Groups(NamedTuple, Generic[Number]):
 
     def decay(self, walls: Iterable[int]) -> Any:
         """The root of the determinant of a motion's Jacobian: the product of r over its impacts, as in Eq. (A.3)."""
-        return prod(self.restitution_at(wall) for wall in walls)
+        return prod(map(self.restitution_at, walls))
 
     def pull(self, cosine: Any) -> Any:
         """The relative acceleration where the forcing phase has this cosine, Eq. (2.8)."""

@@ -28,14 +28,6 @@ from vireport.gate import (
     WordedFact,
     WordedVerdict,
 )
-from vireport.membranes import (
-    Findings,
-    comparison_with_rigid,
-    findings,
-    lost,
-    solvers_on_stiff_membranes,
-)
-from vireport.membranes import verdict as compliance_verdict
 from vireport.motions import Held, Point, ladder
 from vireport.physics import DIGITS, Device
 from vireport.report.ci_formats import source_url
@@ -60,6 +52,7 @@ from vireport.text import Table, written
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
+    from vireport.membranes import Findings
     from vireport.motions import Rung
 
 SYMBOLS = {varied.path: f"*{varied.symbol}*" for varied in DesignInput} | {
@@ -369,7 +362,9 @@ class Report:
     @property
     def rigid_verdict(self) -> str:
         """Whether the rigid model is good enough, in a sentence."""
-        return compliance_verdict(self.study.compliance, self.templates) if self.study.compliance is not None else ""
+        from vireport.membranes import verdict
+
+        return verdict(self.study.compliance, self.templates) if self.study.compliance is not None else ""
 
     @property
     def not_found(self) -> list[str]:
@@ -385,21 +380,29 @@ class Report:
 
     def compliant(self) -> Iterator[Table]:
         """The motion with compliant membranes beside the rigid model."""
+        from vireport.membranes import comparison_with_rigid
+
         compliance = self.study.compliance
         return comparison_with_rigid(compliance, self.templates) if compliance is not None else iter(())
 
     def lost(self) -> Iterator[tuple[float, str, str]]:
         """Factors of the stiffness at which the motion or the critical point is lost, which of them, and why."""
+        from vireport.membranes import lost
+
         return lost(self.study.compliance, self.templates) if self.study.compliance is not None else iter(())
 
     @property
     def findings(self) -> Findings | None:
         """What the runs of solvers on the equation of compliant membranes come to."""
+        from vireport.membranes import findings
+
         compliance = self.study.compliance
         return findings(compliance) if compliance is not None and compliance.runs else None
 
     def stiff(self) -> Iterator[Table]:
         """Solvers on the equation of compliant membranes."""
+        from vireport.membranes import solvers_on_stiff_membranes
+
         compliance = self.study.compliance
         return solvers_on_stiff_membranes(compliance, self.templates) if compliance is not None else iter(())
 

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from jinja2 import Environment
 
 from vireport.base import UsageError
-from vireport.membranes import factor_text
 from vireport.report.certificates import plus_minus
-from vireport.text import tied
+from vireport.text import factor_text, tied
 from vireport.wording import environment_of, mistakes_named
 
 if TYPE_CHECKING:

@@ -147,7 +147,7 @@ def course(
     return Course(tuple(stages), tuple(jumps))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Track:
     at: Callable[[float], Conditions]
     patience: int

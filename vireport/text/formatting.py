@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal
-from math import isfinite
+from math import isclose, isfinite, log10
 
 MINUS, TIMES = "\u2212", "\u00d7"
 ABSENT = "\u2014"
@@ -259,3 +259,11 @@ def _layout(number: Decimal) -> str:
 
 def _power(exponent: int) -> str:
     return f"{TIMES} 10{str(exponent).translate(_SUPERSCRIPT)}"
+
+
+def factor_text(value: float) -> str:
+    """A power of ten, or the number."""
+    power = round(log10(value))
+    if power and isclose(value, 10.0**power, rel_tol=1e-12) and abs(power) > 1:
+        return words(f"1e{power:+03d}").removeprefix(f"1 {TIMES} ")
+    return significant(value, 3)
