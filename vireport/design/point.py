@@ -25,6 +25,7 @@ from vireport.motions import (
     motions_of,
     orbits,
     place_at,
+    settable,
 )
 from vireport.physics import (
     NO_GRAVITY,
@@ -73,6 +74,11 @@ class StableInterval:
         low, high = ("≤" if point is None else "<" for _, point in self.ends)
         start, end = self.parameter.show(self.start, start_digits), self.parameter.show(self.end, end_digits)
         return f"{start} {low} {self.parameter.symbol} {high} {end}"
+
+    @property
+    def settable(self) -> bool:
+        """Whether the range is wide enough for a device to be set into it."""
+        return settable(self.start, self.end)
 
     def holds(self, value: float) -> bool:
         """Whether a value of the input is in the range."""

@@ -93,6 +93,11 @@ class Solution:
         """Where along the sweep there is stable admissible motion."""
         return stable_ranges(self.diagram) if self.diagram is not None else ()
 
+    @property
+    def settable_ranges(self) -> tuple[StableInterval, ...]:
+        """Those of them that are wide enough for a device to be set into."""
+        return tuple(part for part in self.stable_ranges if part.settable)
+
     @cached_property
     def beyond(self) -> tuple[tuple[Point | None, ...], ...]:
         """Where each stable range would end, below and above, if the sweep went on.

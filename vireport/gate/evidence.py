@@ -221,11 +221,19 @@ class Evidence:
     @property
     def is_reached(self) -> bool:
         """Whether the device comes from rest to the 1:1 motion or, where words are required, to one of these."""
-        end, mirror = self.from_rest, self.solution.horizontal
+        end = self.from_rest
         if end is None or not self.required.allowed:
             return end is not None and end.reached
-        allowed = {Word.of(word).canonical(mirror).letters for word in self.required.allowed}
-        return end.is_motion and Word.of(end.word).canonical(mirror).letters in allowed
+        return end.is_motion and self.allows(end.word)
+
+    @cached_property
+    def allowed(self) -> set[str]:
+        """The words that are required, each as the one that stands for its rotations and mirror image."""
+        return {Word.of(word).canonical(self.solution.horizontal).letters for word in self.required.allowed}
+
+    def allows(self, word: str) -> bool:
+        """Whether a motion without rest has one of the words that are required."""
+        return Word.of(word).canonical(self.solution.horizontal).letters in self.allowed
 
     @property
     def design(self) -> DesignPoint:

@@ -34,7 +34,7 @@ from vireport.gate.ranges import (
     unit_of_swept,
 )
 from vireport.motions import CRITICAL, Event
-from vireport.physics import ARRAYS, ROUNDED, UNIT, Shaker, Word
+from vireport.physics import ARRAYS, ROUNDED, UNIT, Shaker
 from vireport.scenario import (
     DEMANDS,
     UNIT_OF_SWEPT,
@@ -282,17 +282,34 @@ def unmet(criteria: Sequence[Criterion]) -> str:
 
 
 def _words(results: Evidence, limit: Limit) -> Judgement:
-    """Every stable motion that is known at the design point is an allowed one, in whatever number of periods."""
-    mirror = results.solution.horizontal
-    allowed = {Word.of(word).canonical(mirror).letters for word in limit.words}
+    """Every stable motion known at the design point is an allowed one, and the device comes to such a one from rest."""
+    mirror, allowed = results.solution.horizontal, results.allowed
     names = dict.fromkeys(family.name for family, _ in results.stable)
     others = dict.fromkeys(
         family.name for family, _ in results.stable if family.word.canonical(mirror).letters not in allowed
     )
     if not names:
         raise NumericalError("no stable motion is known at the design point")
-    why = (f"stable there, and not allowed: {', '.join(others)}",) if others else ()
-    return Judgement(None, ", ".join(names), None, not others, why)
+    why = [f"stable there, and not allowed: {', '.join(others)}"] if others else []
+    end, reached = results.from_rest, results.is_reached
+    if end is not None:
+        settles = f" after {end.settles_after} periods" if reached and end.settles_after is not None else ""
+        why.append(f"from rest the device {'reaches it' if reached else f'comes to {end.name}'}{settles}")
+    if (share := _share_of_starts(results)) is not None:
+        why.append(share)
+    return Judgement(None, ", ".join(names), None, reached and not others, ("; ".join(why),))
+
+
+def _share_of_starts(results: Evidence) -> str | None:
+    """How many simulated starts come to an allowed motion, at the value that is nearest to the design point."""
+    check, design = results.crosscheck, results.solution.design
+    if check is None or design is None:
+        return None
+    row = int(np.argmin(np.abs(check.values - design.value)))
+    ends = check.found[row]
+    count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
+    place = f"{design.parameter.symbol} = {design.parameter.show(float(check.values[row]))}"
+    return f"so do {count} of {len(ends)} random starts at {place}"
 
 
 def _yield(results: Evidence, limit: Limit) -> Judgement:

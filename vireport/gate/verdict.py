@@ -322,7 +322,7 @@ class Verdict:
     @property
     def ends_of_ranges(self) -> list[tuple[float, Point]]:
         """The critical points that end the stable ranges of the sweep, each with its value."""
-        parts = self.evidence.solution.stable_ranges
+        parts = self.evidence.solution.settable_ranges
         return [(value, point) for part in parts for value, point in part.ends if point is not None]
 
     def digits(self, parameter: ScalarInput, point: Point | None, most: int = SIGNIFICANT) -> int:
@@ -353,7 +353,7 @@ class Verdict:
     @property
     def inequalities(self) -> list[str]:
         """The stable ranges of the sweep as texts."""
-        return [self.inequality(part) for part in self.evidence.solution.stable_ranges]
+        return [self.inequality(part) for part in self.evidence.solution.settable_ranges]
 
     def worded(self, templates: Path | None = None) -> WordedVerdict:
         """The verdict in words.
@@ -521,7 +521,7 @@ def _where(
     solution: Solution, design: DesignPoint | None, motions: StableMotions
 ) -> Fact[tuple[StableInterval, ...]] | None:
     if solution.sweep is not None:
-        parts = solution.stable_ranges
+        parts = solution.settable_ranges
         if not parts:
             return Fact(Question.WHERE, Status.NEUTRAL if motions.instead else Status.BAD, ())
         # Where no motion is stable at the design point, it is in none of the ranges.

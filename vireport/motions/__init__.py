@@ -39,7 +39,7 @@ from vireport.motions.stability import (
     product_trace,
     return_trace,
 )
-from vireport.motions.sweep import Held, Level, Sweep, level_residual
+from vireport.motions.sweep import Held, Level, Sweep, level_residual, settable
 from vireport.motions.switching import Beginning, Limits, neighbours, off, openings, touching
 from vireport.motions.turning import SMALLEST_STEP, Turn, Turns, flight_turns, touches, turning_points, turns, wall_gap
 
@@ -129,6 +129,7 @@ __all__ = [
     "return_trace",
     "rounded_up",
     "sample",
+    "settable",
     "solve",
     "solve_one_to_one",
     "table",

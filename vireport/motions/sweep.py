@@ -15,6 +15,14 @@ from vireport.physics import (
 )
 from vireport.scenario import Parameter
 
+FINEST_SETTING = 1e-6
+"""Width of a range, over its value, below which no device can be set to be in it."""
+
+
+def settable(start: float, end: float) -> bool:
+    """Whether a range of a parameter is wide enough for a device to be set into it."""
+    return abs(end - start) >= FINEST_SETTING * max(abs(start), abs(end))
+
 
 class Held(Enum):
     """What a sweep leaves as it is."""

@@ -8,6 +8,7 @@ from vireport.motions import (
     Family,
     Mark,
     generation,
+    settable,
 )
 from vireport.study import Study
 from vireport.text import (
@@ -35,7 +36,8 @@ def families_table(study: Study, atlas: Atlas) -> Table:
 
 
 def _row(family: Family) -> tuple[str, ...]:
-    stable = ", ".join(span(*part) for part in family.stable_ranges) or "nowhere"
+    parts = (span(*part) + ("" if settable(*part) else " (too narrow to be set)") for part in family.stable_ranges)
+    stable = ", ".join(parts) or "nowhere"
     whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
     word, ends = family.word, (_end(family, mark) for mark in family.ends)
     return (word.letters, word.ratio, str(word.periods), whole, stable, *ends)

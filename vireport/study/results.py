@@ -360,6 +360,7 @@ def _range(part: StableInterval, otherwise: str) -> dict[str, Any]:
         "to_reason": _reason(part.end_point, otherwise),
         "from_error_bound": part.start_point.error_bound if part.start_point else 0.0,
         "to_error_bound": part.end_point.error_bound if part.end_point else 0.0,
+        "settable": part.settable,
     }
 
 
