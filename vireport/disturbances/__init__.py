@@ -3,6 +3,8 @@
 from vireport.disturbances.behaviour import Disturbances, Ramp, disturbances_of
 from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.disturbances.jitter import Jitter, NoJitter, Unsettled, jitter
+from vireport.disturbances.manifold import on_shocks, stable_manifold
+from vireport.disturbances.plane import section_plane, shock_plane
 from vireport.disturbances.recovery import Recovery
 from vireport.disturbances.shock import QUICK, LeastShock, least_shock
 from vireport.disturbances.windows import Edge, Window
@@ -23,4 +25,8 @@ __all__ = [
     "disturbances_of",
     "jitter",
     "least_shock",
+    "on_shocks",
+    "section_plane",
+    "shock_plane",
+    "stable_manifold",
 ]
