@@ -9,13 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import solved
 
 from vireport import analyse, load, loads
 from vireport.checks import crosscheck, is_one_to_one
 from vireport.checks.crosscheck import difference, orbits_at
 from vireport.design import design_point
 from vireport.figures import simulated_points
-from vireport.gate import Question, Status
+from vireport.gate import Evidence, Question, Status, verdict_of
 from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
@@ -167,8 +168,8 @@ def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
     assert any("B~ every" in alert.cause for alert in study.alerts if alert.code == "VR021")
 
 
-def test_without_a_simulation_stability_is_called_local(study_of) -> None:
-    verdict = study_of("inclined").verdict
+def test_without_a_simulation_and_a_design_point_stability_is_called_local() -> None:
+    verdict = verdict_of(Evidence(solved("inclined", device__length_m=None)))
     assert "local stability only" in verdict.headline
     assert "Not simulated" in {fact.answer for fact in verdict.facts if fact.question == Question.REACHED}
 
