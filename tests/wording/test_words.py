@@ -263,7 +263,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     ),
     "no ramp helps": (
         lambda: switched_on(Destination.CHAOTIC, None, ramp=Ramp(None, 80)),
-        ["no ramp tried, up to 80 periods, reaches it from every moment"],
+        ["No ramp tried, up to 80 periods, reaches it from every moment"],
     ),
     "undecided from rest": (
         lambda: switched_on(Destination.UNDECIDED, None),
