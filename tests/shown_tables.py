@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import ceil, floor, log10, pi, sqrt
+from math import ceil, floor, log, log10, pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SYMBOLS, Device, contact_time, device_of, mean
@@ -1056,6 +1056,10 @@ def _of_stable(x: Results) -> Iterator[Said]:
     yield Said(
         "How fast are the impacts? {} at the bottom, {} at the top", Amount(bottom, "m/s", 4), Amount(top, "m/s", 4)
     )
+    if (of := x.data["disturbances"]["from_rest"])["outcome"] == "reaches_1_1":
+        periods = number(of["settles_after_periods"])
+        yield Said("Switched on from rest, the device gets there after {} periods.", periods)
+        yield Said(f"{FROM_REST} ✓Yes, after {{}} periods ", periods)
     if x.ending:
         end = x.ending[0]
         quantity, symbol, _ = SYMBOLS[end["parameter"]]
@@ -1256,6 +1260,18 @@ def _compliant(x: Results) -> Iterator[Said]:
         yield Said(f"{name} in {SYMBOLS[end['parameter']][1]}: rigid {{}}, compliant {words}", *values)
 
 
+FROM_REST = "Is it reached from rest?"
+
+
+def recovery(x: Results) -> float:
+    """Forcing periods until 1 % of a disturbance of the slowest stable motion is left, by the root of its matrix."""
+    determinant = x.device.restitution**4
+    stable = [k for k, word in enumerate(x.design["stability"]) if x.design["admissible"][k] and "unstable" not in word]
+    halves = [abs(x.design["trace"][k]) / 2 for k in stable]
+    sizes = [half + sqrt(half**2 - determinant) if half**2 > determinant else sqrt(determinant) for half in halves]
+    return x.device.period_ratio * log(0.01) / log(max(sizes))
+
+
 def answers(x: Results) -> Iterator[tuple[str, Said]]:
     """What the verdict answers, by the question: of what a page shortens, too."""
     if x.data["requirements"] is not None:
@@ -1272,6 +1288,16 @@ def answers(x: Results) -> Iterator[tuple[str, Said]]:
         words, compliant = _margin(x, end)
         said = f"{words} in {quantity}. {name[0].upper()}{name[1:]} at {symbol} = {{}}, {side} the design point"
         yield "With what margin?", Said(said, percentage(abs(end["relative"])), *compliant, value)
+    if x.stable and (of := x.data["disturbances"]["from_rest"])["outcome"] == "reaches_1_1":
+        said = "Yes, after {} periods. 1 % of a small disturbance is left after {} periods ({})"
+        recovered = recovery(x)
+        amounts = number(of["settles_after_periods"]), number(recovered, 3)
+        yield FROM_REST, Said(said, *amounts, Amount(recovered / x.device.frequency_hz, "s", 3))
+    elif x.stable and of["outcome"] == "rest_cycle" and of["periods"]:
+        yield (
+            FROM_REST,
+            Said("No: rest every {} forcing p", number(of["periods"])),
+        )
     if x.data["simulation"] is not None and (of := x.data["simulation"]["basin"]) is not None:
         interval = percentage(of["low_95"]), percentage(of["high_95"])
         said = f"{of['reached']} of {of['trials']} random starts (95 % interval {{}} to {{}})"

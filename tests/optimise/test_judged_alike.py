@@ -56,7 +56,7 @@ def required(requirement: Requirement, designs: np.ndarray) -> dict[str, object]
         return dict(zip(requirement.keys, ends, strict=True))
     if kind is LimitKind.WORDS:
         return {requirement.key: "BT"}
-    if kind is LimitKind.AGREEMENT:
+    if kind in (LimitKind.AGREEMENT, LimitKind.HELD):
         return {requirement.key: True}
     loose = problem_of(loads(scenario(requirement, {requirement.key: 1e-9 if kind is LimitKind.AT_LEAST else 1e9})))
     values = [

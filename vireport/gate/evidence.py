@@ -42,7 +42,7 @@ class Question(StrEnum):
     MARGIN = "With what margin?"
     OWN_STIFFNESS = "And with compliant membranes?"
     TOLERANCES = "Do all devices within the tolerances work?"
-    FROM_REST = "Does the device reach it when it is switched on?"
+    FROM_REST = "Is it reached from rest?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"

@@ -245,7 +245,8 @@ class Verdict:
     from_rest : Fact of Disturbances, or None
         Where the 1:1 motion is stable at a design point.
     reached : Fact of CrossCheck or None, or None
-        A fact of None where nothing was simulated, and stability is that against small disturbances.
+        A fact of None where nothing was simulated, and stability is that against small disturbances; no fact where
+        the device was nevertheless followed from rest.
     voltage : Fact of StableVoltages or None
     shaker : Fact of Shaker, or None
     own_stiffness : Fact of OwnStiffness, or None
@@ -389,6 +390,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
     motions = _stable_motions(solution, evidence.atlas)
     stable = bool(motions.types)
     design = solution.design if stable else None
+    from_rest = _from_rest(evidence) if design is not None else None
     verdict = Verdict(
         Conclusion.STABLE,
         evidence,
@@ -397,8 +399,8 @@ def verdict_of(evidence: Evidence) -> Verdict:
         where=_where(solution, design, motions),
         margin=_margin(design, evidence.own_stiffness) if design is not None else None,
         tolerances=_tolerances(evidence.tolerances),
-        from_rest=_from_rest(evidence) if design is not None else None,
-        reached=_reached(evidence.crosscheck) if stable else None,
+        from_rest=from_rest,
+        reached=_reached(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
         voltage=_voltage(solution),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
         own_stiffness=_own_stiffness(evidence.own_stiffness),
