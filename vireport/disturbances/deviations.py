@@ -1,0 +1,68 @@
+"""Small deviations from a periodic motion: how they go from impact to impact, and what keeps up a spread of them.
+
+Turns a motion into the Jacobians of its flights in (time, velocity before the impact), by the exact derivatives of
+(2.11) and (2.12), and solves the discrete Lyapunov equations that rest on them.
+"""
+
+from __future__ import annotations
+
+from math import cos, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions import Motion, flight_jacobian
+from vireport.physics import Groups
+
+Floats = NDArray[np.float64]
+
+
+def flight_times(motion: Motion) -> Floats:
+    """Flight time from each impact to the next one, (N,) [t_c]."""
+    return np.append(motion.time[1:], motion.time[0] + 2 * motion.word.periods) - motion.time
+
+
+def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
+    """Derivatives of time and velocity of each next impact by those of the one before, (N, 2, 2), Eqs. (A.1), (A.2).
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    motion : Motion
+        None of whose impacts has velocity zero: the map has no derivative there.
+    """
+    count, pulls = len(motion.word), [groups.pull(cos(pi * t)) for t in motion.time.tolist()]
+    durations, velocity = flight_times(motion).tolist(), motion.velocity.tolist()
+    rows = []
+    for i, wall in enumerate(motion.word.walls):
+        j = (i + 1) % count
+        r = groups.restitution_at(wall)
+        rows.append(flight_jacobian(durations[i], velocity[i], velocity[j], pulls[i], pulls[j], r))
+    return np.array(rows).reshape(count, 2, 2)
+
+
+def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
+    """Derivatives of time and velocity of each next impact by the velocity just after the one before, (N, 2).
+
+    They are the second columns of `flight_matrices` over -r, and defined where r is zero as well.
+    """
+    duration, ahead = flight_times(motion), np.roll(motion.velocity, -1)
+    late = -duration / ahead
+    return np.stack([late, 1 + late * np.array([groups.pull(cos(pi * t)) for t in np.roll(motion.time, -1)])], axis=1)
+
+
+def stationary(matrix: Floats, source: Floats) -> Floats:
+    """The symmetric S with S = A S A' + Q, a discrete Lyapunov equation: three linear equations in its entries.
+
+    Parameters
+    ----------
+    matrix : ndarray (2, 2)
+        A, no two of whose eigenvalues have the product 1; S is positive where both are inside the unit circle.
+    source : ndarray (2, 2)
+        Q, symmetric.
+    """
+    (a, b), (c, d) = matrix.tolist()
+    system = np.eye(3) - np.array([[a * a, 2 * a * b, b * b], [a * c, a * d + b * c, b * d], [c * c, 2 * c * d, d * d]])
+    first, mixed, second = np.linalg.solve(system, [source[0, 0], source[0, 1], source[1, 1]]).tolist()
+    return np.array([[first, mixed], [mixed, second]])

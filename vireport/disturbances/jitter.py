@@ -1,0 +1,266 @@
+"""Jitter of a stable motion: how far small random kicks at every impact spread its phases, velocities and voltages.
+
+Linear theory, a discrete Lyapunov equation, and beside it its own error: the first term that it leaves out, which grows
+with the square of the kicks and faster than the spread itself towards a critical point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import product
+from math import ceil, hypot, inf, log2, pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.disturbances.deviations import flight_matrices, flight_times, kick_effects, stationary
+from vireport.disturbances.impact_map import forwards
+from vireport.motions import Motion
+from vireport.physics import Groups, Membrane, generated_voltage
+
+Floats = NDArray[np.float64]
+
+TOLERANCE = 0.05
+"""Largest error of a standard deviation, as a share of it, up to which linear theory is taken."""
+
+HALVINGS = 40
+"""Of kicks that are too large, until linear theory holds: the trace is then within rounding of its critical value."""
+
+LEAST_KICK = 1e-5
+"""Velocity [y_c] from which the neglected terms are found for smaller kicks too: theirs would be lost in rounding."""
+
+FLATTEST = 1e-14
+"""Ratio of the variances along the axes of a spread below which the smaller one is rounding."""
+
+MOMENTS = ("k,ka,kb->ab", 2), ("k,ka,kb,kc->abc", 3)
+"""Sums that give covariance and third cumulants, and how many deviations are multiplied in each."""
+
+SLOPE_STEP = 1e-30
+"""Imaginary step that gives the slope of the voltage to the last digit."""
+
+
+class Unsettled(StrEnum):
+    """Why no jitter is given, or is not to be relied on."""
+
+    UNSTABLE = "the motion is not stable"
+    TOO_LARGE = "the kicks are too large for linear theory"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Jitter:
+    """Stationary spread of a motion's impacts about it (dimensionless unless said otherwise).
+
+    Attributes
+    ----------
+    motion : Motion
+    kick, restitution_scatter : float
+        Standard deviations of the velocity added just after each impact [y_c], and of the restitution coefficient from
+        impact to impact [-]; each impact's are independent of all others.
+    covariance : ndarray (N, 2, 2)
+        Of time [t_c] and velocity just before [y_c] at each impact, by linear theory.
+    error : float
+        Error of the standard deviations, as a share of them, by the first term that linear theory leaves out.
+    valid_up_to : float
+        Factor by which both kinds of kicks may grow until that error is `TOLERANCE`; at least 1.
+    """
+
+    motion: Motion
+    kick: float
+    restitution_scatter: float
+    covariance: Floats
+    error: float
+    valid_up_to: float
+
+    @property
+    def phase_rad(self) -> Floats:
+        """Standard deviation of the forcing phase at each impact, (N,) [rad]."""
+        return np.asarray(pi * np.sqrt(self.covariance[:, 0, 0]))
+
+    @property
+    def velocity(self) -> Floats:
+        """Standard deviation of the velocity just before each impact, (N,) [y_c]."""
+        return np.asarray(np.sqrt(self.covariance[:, 1, 1]))
+
+    @property
+    def correlation(self) -> Floats:
+        """Between phase and velocity of each impact, (N,); zero where nothing spreads."""
+        size = np.sqrt(self.covariance[:, 0, 0] * self.covariance[:, 1, 1])
+        return np.divide(self.covariance[:, 0, 1], size, out=np.zeros_like(size), where=size > 0)
+
+    def voltage_v(self, membrane: Membrane, velocity_unit: float) -> Floats:
+        """Standard deviation of the voltage gained at each impact, to first order in that of the velocity, (N,) [V].
+
+        Parameters
+        ----------
+        membrane : Membrane
+        velocity_unit : float
+            y_c [m/s].
+        """
+        speed = velocity_unit * np.abs(self.motion.velocity)
+        stepped: Any = speed + 1j * SLOPE_STEP
+        slope = generated_voltage(stepped, membrane).imag / SLOPE_STEP
+        return np.asarray(np.abs(slope) * velocity_unit * self.velocity)
+
+
+@dataclass(frozen=True, slots=True)
+class NoJitter:
+    """The refusal of a figure that would be wrong.
+
+    Attributes
+    ----------
+    reason : Unsettled
+    valid_up_to : float
+        Factor, below 1, by which both kinds of kicks would have to shrink; 0 where none is small enough.
+    """
+
+    reason: Unsettled
+    valid_up_to: float
+
+
+class _Moments(NamedTuple):
+    """Mean (2,), covariance (2, 2) and third cumulants (2, 2, 2) of deviations at an impact."""
+
+    mean: Floats
+    covariance: Floats
+    skewness: Floats
+
+
+def jitter(
+    groups: Groups[float], motion: Motion, kick: float, restitution_scatter: float = 0.0, compiled: bool = False
+) -> Jitter | NoJitter:
+    """Find the stationary spread of a motion's impacts under random kicks, or refuse to.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    motion : Motion
+    kick : float
+        Standard deviation of the velocity added just after each impact [y_c].
+    restitution_scatter : float
+        Standard deviation of the restitution coefficient from impact to impact [-].
+    compiled : bool
+        Whether to compile the flights, where numba is there; some hundred to a few thousand are needed.
+
+    Returns
+    -------
+    Jitter or NoJitter
+
+    Raises
+    ------
+    ValueError
+        Where a standard deviation is negative or not finite.
+
+    Notes
+    -----
+    Deviations x of time and velocity go from impact to impact as A x + b k, with the flight's Jacobian A and what a
+    velocity k just after the impact does to the next one, b. With independent kicks of variance
+    sigma^2 + (sigma_r Z')^2 the covariance obeys S = A S A' + b b' (sigma^2 + (sigma_r Z')^2) from impact to impact,
+    and repeats itself after a period.
+
+    Neglected are quadratic and cubic terms of the map. Their first effect on S is of order sigma^4. It comes from the
+    shift of the mean, the skewness of the spread, and the map's curvature, and is found with the simulated map itself
+    on a Gauss-Hermite rule: a first round from the linear spread gives mean and third cumulants, a second one what is
+    added to S in a period. Without the skewness it would have the wrong sign next to a period doubling.
+    """
+    if not (0 <= kick < inf and 0 <= restitution_scatter < inf):
+        raise ValueError(f"standard deviations must be finite and not negative: {kick}, {restitution_scatter}")
+    matrices, effects = flight_matrices(groups, motion), kick_effects(groups, motion)
+    lap = np.linalg.multi_dot([*matrices[::-1], np.eye(2)]) if len(matrices) > 1 else matrices[0]
+    if np.abs(np.linalg.eigvals(lap)).max() >= 1:
+        return NoJitter(Unsettled.UNSTABLE, 0.0)
+    kicks = kick**2 + (restitution_scatter * motion.velocity) ** 2
+    sources = kicks[:, None, None] * effects[:, :, None] * effects[:, None, :]
+    gathered = np.zeros((2, 2))
+    for matrix, source in zip(matrices, sources, strict=True):
+        gathered = matrix @ gathered @ matrix.T + source
+    covariance = [stationary(lap, gathered)]
+    for matrix, source in zip(matrices[:-1], sources[:-1], strict=True):
+        covariance.append(matrix @ covariance[-1] @ matrix.T + source)
+    if not kicks.any():
+        return Jitter(motion, kick, restitution_scatter, np.array(covariance), 0.0, inf)
+    enlarged = max(0, ceil(log2(LEAST_KICK / sqrt(float(kicks.max())))))
+    for power in range(enlarged, -HALVINGS, -1):
+        factor = 2.0**power
+        spread = factor * kick, factor * restitution_scatter
+        error = _neglected(groups, motion, spread, lap, factor**2 * covariance[0], compiled)
+        if error <= TOLERANCE:
+            holds = factor * sqrt(TOLERANCE / error) if error > 0 else inf
+            if power < 0:
+                return NoJitter(Unsettled.TOO_LARGE, min(holds, 2 * factor))
+            return Jitter(motion, kick, restitution_scatter, np.array(covariance), error / factor**2, holds)
+    return NoJitter(Unsettled.TOO_LARGE, 0.0)
+
+
+def _neglected(
+    groups: Groups[float],
+    motion: Motion,
+    spread: tuple[float, float],
+    lap: Floats,
+    linear: Floats,
+    compiled: bool,
+) -> float:
+    """Leading error of the linear standard deviations, as a share of them; inf where other membranes are met."""
+    start = _Moments(np.zeros(2), linear, np.zeros((2, 2, 2)))
+    end = _after_a_period(groups, motion, spread, start, compiled)
+    if end is None:
+        return inf
+    mean = np.linalg.solve(np.eye(2) - lap, end.mean)
+    cubed = np.kron(lap, np.kron(lap, lap))
+    skewness = np.linalg.solve(np.eye(8) - cubed, end.skewness.ravel()).reshape(2, 2, 2)
+    end = _after_a_period(groups, motion, spread, _Moments(mean, linear, skewness), compiled)
+    if end is None:
+        return inf
+    added = stationary(lap, end.covariance - linear)
+    # The largest change of a variance in any direction over the variance in that direction.
+    share = np.linalg.eigvals(np.linalg.solve(linear, added))
+    return float(np.abs(share).max()) / 2
+
+
+def _rule() -> tuple[Floats, Floats, Floats]:
+    """Nodes (n, 3) and weights (n,) for three standard normal numbers, and third Hermite tensors of the first two.
+
+    Five nodes each are exact up to the ninth degree; the kicks, of which only the fourth power matters, have three.
+    """
+    deviation, kick = np.polynomial.hermite_e.hermegauss(5), np.polynomial.hermite_e.hermegauss(3)
+    nodes = np.array(list(product(deviation[0], deviation[0], kick[0])))
+    weights = np.array([a * b * c for a, b, c in product(deviation[1], deviation[1], kick[1])])
+    x, eye = nodes[:, :2], np.eye(2)
+    tensor = np.einsum("ka,kb,kc->kabc", x, x, x)
+    for each in ("ka,bc->kabc", "kb,ac->kabc", "kc,ab->kabc"):
+        tensor -= np.einsum(each, x, eye)
+    return nodes, weights / weights.sum(), tensor
+
+
+def _after_a_period(
+    groups: Groups[float], motion: Motion, spread: tuple[float, float], moments: _Moments, compiled: bool
+) -> _Moments | None:
+    """Moments after one period of the simulated map with kicks; None where a node meets another membrane."""
+    nodes, weights, tensor = _rule()
+    durations, walls, count = flight_times(motion), motion.word.walls, len(motion.word)
+    mean, covariance, skewness = moments
+    for i, wall in enumerate(walls):
+        j = (i + 1) % count
+        sizes = np.linalg.eigvalsh(covariance)
+        if sizes[0] <= FLATTEST * sizes[1]:
+            return None
+        root = np.linalg.cholesky(covariance)
+        inverse = np.linalg.inv(root)
+        standard = np.einsum("ai,bj,ck,ijk->abc", inverse, inverse, inverse, skewness)
+        share = weights * (1 + np.einsum("kabc,abc->k", tensor, standard) / 6)
+        late, faster = (mean + nodes[:, :2] @ root.T).T
+        before = motion.velocity[i] + faster
+        kicks = nodes[:, 2] * np.array([hypot(spread[0], spread[1] * v) for v in before.tolist()])
+        after = np.asarray(groups.after(wall, before)) + kicks
+        if (wall * after >= 0).any() or (wall * before <= 0).any():
+            return None
+        ends = forwards(groups, wall, motion.time[i] + late, after, compiled)
+        if (ends.wall != walls[j]).any():
+            return None
+        off = np.stack([ends.time - motion.time[i] - durations[i], ends.velocity - motion.velocity[j]], axis=1)
+        mean = np.asarray(share @ off, dtype=float)
+        off = off - mean
+        covariance, skewness = (np.asarray(np.einsum(each, share, *(off,) * n), dtype=float) for each, n in MOMENTS)
+    return _Moments(mean, covariance, skewness)
