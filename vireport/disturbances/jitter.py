@@ -207,9 +207,9 @@ def _neglected(
     end = _after_a_period(groups, motion, spread, start, compiled)
     if end is None:
         return inf
-    mean = np.linalg.solve(np.eye(2) - lap, end.mean)
+    mean = np.asarray(np.linalg.solve(np.eye(2) - lap, end.mean), dtype=float)
     cubed = np.kron(lap, np.kron(lap, lap))
-    skewness = np.linalg.solve(np.eye(8) - cubed, end.skewness.ravel()).reshape(2, 2, 2)
+    skewness = np.asarray(np.linalg.solve(np.eye(8) - cubed, end.skewness.ravel()), dtype=float).reshape(2, 2, 2)
     end = _after_a_period(groups, motion, spread, _Moments(mean, linear, skewness), compiled)
     if end is None:
         return inf
