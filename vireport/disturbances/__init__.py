@@ -1,5 +1,14 @@
 """What the device does when it is switched on, bumped and shaken: from rest, after a shock, with jitter."""
 
 from vireport.disturbances.jitter import Jitter, NoJitter, Unsettled, jitter
+from vireport.disturbances.shock import QUICK, LeastShock, least_shock
 
-__all__ = ["Jitter", "NoJitter", "Unsettled", "jitter"]
+__all__ = [
+    "QUICK",
+    "Jitter",
+    "LeastShock",
+    "NoJitter",
+    "Unsettled",
+    "jitter",
+    "least_shock",
+]

@@ -1,0 +1,181 @@
+"""The least shock: by the search and by the companion's manifold, and no smaller one leads out."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from conftest import first
+from devices import Case, case
+
+from vireport.disturbances.returning import Elsewhere, core_of, endings
+from vireport.disturbances.shock import QUICK, LeastShock, least_shock, shocked
+from vireport.physics import Groups, flight
+from vireport.simulation import Outcome, attractors, check_start, random_starts, start_of
+
+FRACTAL = 3.6
+"""Force at which bands of jumps that lead out accumulate at the least one [N]; plain bisection gives 0.1708 there."""
+
+
+def least(device: Case, **more: object) -> LeastShock:
+    return least_shock(device.groups, device.stable[0], device.stable[1:], device.unstable, **more)  # type: ignore[arg-type]
+
+
+def lead_out(device: Case, found: LeastShock, count: int, largest: float) -> int:
+    """How many random shocks at most as large lead out, found one by one from where the simulation ends."""
+    random, groups, motion = np.random.default_rng(7), device.groups, device.stable[0]
+    cores, times, out = [core_of(groups, motion)], np.append(motion.time, motion.time[0] + 2), 0
+    for impact in range(2):
+        delay = np.where(random.random(count) < 0.5, 0, (times[impact + 1] - times[impact]) * random.random(count))
+        jump = largest * random.uniform(-1, 1, count)
+        out += int((endings(groups, shocked(groups, motion, impact, delay, jump), cores) != 0).sum())
+    return out
+
+
+def test_a_shock_changes_the_velocity_alone() -> None:
+    groups, (motion,), _, _ = case()
+    delay = np.array([0.0, 0.0, 0.3, 1.0])
+    plain, moved = (shocked(groups, motion, 0, delay, np.full(4, jump)) for jump in (0.0, 0.1))
+    after = -groups.restitution * motion.velocity[0]
+    np.testing.assert_allclose(plain[:2, 2], motion.velocity[0], rtol=1e-15)
+    np.testing.assert_allclose(moved[:2, 2], -(after + 0.1) / groups.restitution, rtol=1e-14)
+    np.testing.assert_allclose((moved - plain)[2:], [[0, 0, 0.1, 0]] * 2, atol=1e-15)
+    start = pi * motion.time[0]
+    sine, cosine = np.sin(start), np.cos(start)
+    z = flight.displacement(0.3, after, sine, cosine, np.cos(start + 0.3 * pi), groups.gbar)
+    assert plain[2, 1] == pytest.approx(groups.d / 2 + z)
+    # driven into the membrane that it touches, the ball bounces at once
+    into = shocked(groups, motion, 0, np.zeros(1), np.array([1.0]))[0]
+    assert tuple(into[[0, 2]]) == (1.0, pytest.approx(after + 1.0))
+    for row in (*plain, *moved, into):
+        assert check_start(start_of(row), groups.d) == pytest.approx(tuple(row))
+
+
+@pytest.mark.parametrize("force", [FRACTAL, 5.0])
+def test_starts_end_where_they_settle(force: float) -> None:
+    """What is recognised after a few impacts is what it settles to."""
+    device = case(force)
+    starts = random_starts(device.groups.d, 2.0, 100, 4)[0]
+    found = endings(device.groups, starts, [core_of(device.groups, motion) for motion in device.stable])
+    reached = attractors(device.groups, [start_of(row) for row in starts])[0]
+    for end, attractor in zip(found.tolist(), reached, strict=True):
+        assert (end == 0) == (attractor.word == "BT" and attractor.period == 1)
+        assert (end == Elsewhere.RESTS) == (attractor.outcome is Outcome.STICKING)
+    interpreted = endings(device.groups, starts[:10], [core_of(device.groups, device.stable[0])], compiled=False)
+    np.testing.assert_array_equal(interpreted, found[:10])
+
+
+def test_the_least_of_folded_bands_is_found() -> None:
+    """At 3.6 N bisection finds 0.1708; the bands of jumps that lead out begin below, on the companion's manifold."""
+    device = case(FRACTAL)
+    found = least(device)
+    assert found.jump == pytest.approx(0.1693971999264, abs=1e-12)
+    assert found.by_search == pytest.approx(found.jump, abs=1e-12)
+    assert found.companion is device.unstable[0]
+    assert (found.sign, found.impact, found.delay) == (1, 0, 0.0)
+    assert found.leads_to is not None
+    assert found.leads_to.name == "B~ every 3 forcing periods"
+    assert lead_out(device, found, 5000, found.jump * (1 - 1e-9)) == 0
+    assert lead_out(device, found, 5000, found.jump * 1.3) > 0
+
+
+DEVICES = [
+    {"force": 4.0},
+    {"force": 4.9374, "length": 0.6488, "inclination": 0.0, "r": 0.7878},
+    {"force": 5.3472, "length": 1.3455, "inclination": 62.8729, "r": 0.2176},
+    {"force": 4.5815, "length": 0.572, "inclination": 0.0, "r": 0.5672},
+    {"force": 6.3557, "length": 0.7681, "inclination": 0.0, "r": 0.5984},
+    {"force": 4.7361, "length": 1.2562, "inclination": 53.3102, "r": 0.4105},
+    {"force": 5.1243, "length": 1.8173, "inclination": 16.022, "r": 0.4696},
+    {"force": 5.2883, "length": 1.4608, "inclination": 0.0, "r": 0.4786},
+    {"force": 3.9493, "length": 1.5013, "inclination": 0.0, "r": 0.5332},
+    {"force": 6.6592, "length": 0.7146, "inclination": 0.0, "r": 0.4208},
+    {"force": 4.6846, "length": 1.7581, "inclination": 0.0, "r": 0.6183},
+    {"force": 3.4007, "length": 1.8074, "inclination": 0.0, "r": 0.5528},
+    {"force": 4.8052, "length": 0.6235, "inclination": 0.0, "r": 0.8023},
+    {"force": 3.0627, "length": 1.7751, "inclination": 39.4464, "r": 0.6275},
+    {"force": 2.9355, "length": 1.989, "inclination": 0.8406, "r": 0.6491},
+    {"force": 6.4033, "length": 0.6934, "inclination": 3.8832, "r": 0.4145},
+    {"force": 2.0155, "length": 1.0604, "inclination": 0.0, "r": 0.6084},
+    {"force": 5.655, "length": 0.803, "inclination": 0.0, "r": 0.7219},
+    {"force": 4.4618, "length": 1.276, "inclination": 27.7382, "r": 0.6408},
+    {"force": 4.4641, "length": 1.0665, "inclination": 16.5657, "r": 0.2298},
+    {"force": 3.3135, "length": 1.8823, "inclination": 0.0, "r": 0.5595},
+    {"force": 4.626, "length": 0.5761, "inclination": 8.6664, "r": 0.6681},
+    {"force": 2.9792, "length": 1.0466, "inclination": 0.0, "r": 0.3998},
+    {"force": 3.149, "length": 1.1484, "inclination": 0.0, "r": 0.3856},
+    {"force": 3.8668, "length": 1.4364, "inclination": 0.0, "r": 0.5306},
+    {"force": 5.69, "length": 1.1703, "inclination": 75.6317, "r": 0.3178},
+    {"force": 3.2765, "length": 1.1639, "inclination": 40.6089, "r": 0.3985},
+    {"force": 5.5982, "length": 0.5243, "inclination": 21.659, "r": 0.5979},
+    {"force": 5.8928, "length": 1.3716, "inclination": 69.7762, "r": 0.2508},
+    {"force": 2.2873, "length": 1.5025, "inclination": 45.0536, "r": 0.6887},
+]
+
+
+@pytest.mark.parametrize("over", first(2, DEVICES), ids=lambda over: "-".join(map(str, over.values())))
+def test_two_ways_give_one_least_shock(over: dict[str, float]) -> None:
+    device = case(**over)
+    found = least(device)
+    assert found.jump is not None
+    assert found.companion in device.unstable
+    assert found.by_search == pytest.approx(found.jump, rel=1e-9)
+    assert lead_out(device, found, 10_000, found.jump * (1 - 1e-9)) == 0
+
+
+@pytest.mark.slow
+def test_of_many_smaller_jumps_none_leads_out() -> None:
+    device = case(FRACTAL)
+    found = least(device)
+    assert found.jump is not None
+    assert lead_out(device, found, 50_000, found.jump * (1 - 1e-9)) == 0
+
+
+def test_both_directions_of_a_horizontal_device_are_alike() -> None:
+    """The mirror image of a symmetric motion is itself, half a period later."""
+    device = case(2.9792, 1.0466, 0.0, 0.3998)
+    motion = device.stable[0]
+    found, mirrored = (least_shock(device.groups, each, (), device.unstable) for each in (motion, motion.mirrored()))
+    assert found.jump == pytest.approx(mirrored.jump, rel=1e-9)
+    assert found.sign * motion.word.walls[found.impact] == mirrored.sign * motion.mirrored().word.walls[mirrored.impact]
+
+
+def test_it_is_the_same_in_all_units() -> None:
+    small, large = case(4.0), case(4.0, scale=20.0)
+    one, other = least(small), least(large)
+    assert one.jump is not None
+    assert other.jump == pytest.approx(one.jump, rel=1e-9)
+    assert small.unit == pytest.approx(large.unit)
+
+
+def test_where_everything_returns_nothing_is_found() -> None:
+    found = least(case(3.0, 0.6934))
+    assert found.jump is found.leads_to is found.companion is None
+    assert found.searched_to == pytest.approx(1.00400474, abs=1e-4)
+    assert found.tried > 5000
+
+
+def test_the_interpreter_gives_a_jump_that_leads_out() -> None:
+    """It may miss smaller ones, and does not look for them."""
+    device = case(4.0)
+    quick, full = (least(device, **more) for more in ({"effort": QUICK, "compiled": False}, {}))
+    assert quick.jump is not None
+    assert full.jump is not None
+    assert quick.tried < 200
+    assert full.jump <= quick.jump * (1 + 1e-9)
+    assert quick.jump < 1.5 * full.jump
+    assert quick.leads_to is not None
+    assert quick.leads_to.name == full.leads_to.name  # type: ignore[union-attr]
+
+
+def test_what_cannot_be_asked_is_refused() -> None:
+    device = case(4.0)
+    with pytest.raises(ValueError, match="stable"):
+        least_shock(device.groups, device.unstable[0])
+    for size in (0.0, -1.0, float("inf"), float("nan")):
+        with pytest.raises(ValueError, match="positive"):
+            least_shock(device.groups, device.stable[0], searched_to=size)
+    flat = case(3.0, 0.5, 0.0, 0.0)
+    with pytest.raises(ValueError, match="bounce"):
+        least_shock(Groups(*flat.groups), flat.stable[0])

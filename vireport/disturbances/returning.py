@@ -1,0 +1,205 @@
+"""Where many starts end: in the motion they were knocked out of, in another one, at rest, or in none.
+
+A start has returned once it is in the core of a stable motion, a neighbourhood that the map takes into itself; so most
+are known after a few impacts, and no start is followed until it has settled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from math import ceil, log, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.disturbances.deviations import flight_matrices, stationary
+from vireport.disturbances.impact_map import forwards
+from vireport.motions import Motion
+from vireport.physics import Groups, wrapped
+from vireport.simulation import FREE, PHASE, REST, RIDING, VELOCITY, WALL, check_model, follow_impacts
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+WIDEST = 0.25
+"""Half width in time [t_c] and velocity [y_c] of the largest core that is tried."""
+
+DIRECTIONS, SHELLS = 12, (1.0, 0.5)
+"""Starts around an impact from which the map has to lead inwards, at so many shares of a core's size."""
+
+SHRUNK = 25
+"""Times that a core that the map leads out of is made half as wide."""
+
+FIRST, MOST = 16, 512
+"""Impacts followed before starts are looked at, at first and at most."""
+
+PATIENCE, SLOWEST = 60.0, 2000.0
+"""Periods until a start counts as one that returns to no known motion: so many, and as many times the periods in which
+the slowest known motion is approached by a factor e; and the most there may be."""
+
+
+class Elsewhere(IntEnum):
+    """Where starts end that end in none of the motions asked about; numbers below those of motions."""
+
+    UNKNOWN = -1
+    RESTS = -2
+    DRIFTS = -3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Core:
+    """A neighbourhood of the impacts of a stable motion from which the map leads ever nearer to them.
+
+    Attributes
+    ----------
+    motion : Motion
+    forms : ndarray (N, 2, 2)
+        Of each impact: the quadratic form of deviations of time and velocity that falls from impact to impact.
+    level : float
+        Its largest value in the core.
+    patience : int
+        Impacts within which a start that returns is expected in the core.
+    """
+
+    motion: Motion
+    forms: Floats
+    level: float
+    patience: int
+
+    def holds(self, rows: Floats) -> NDArray[np.bool_]:
+        """Which impacts, rows of the simulation (n, 6), are in the core."""
+        inside = np.zeros(len(rows), dtype=bool)
+        for i, wall in enumerate(self.motion.word.walls):
+            off = np.stack([wrapped(rows[:, PHASE] - self.motion.phase[i]) / pi, rows[:, VELOCITY]], axis=1)
+            off[:, 1] -= self.motion.velocity[i]
+            inside |= (rows[:, WALL] == wall) & (_values(self.forms[i], off) <= self.level)
+        return inside
+
+
+def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Core:
+    """The core of a stable motion.
+
+    Notes
+    -----
+    With V_i = 1 + A_i' V_(i+1) A_i, repeated after a period, the value of V falls by the square of the deviation in
+    each flight of the linearised map. The core is so small that it falls on the simulated map as well, from a ring of
+    starts around each impact: evidence, not proof.
+    """
+    matrices = flight_matrices(groups, motion)
+    lap, gathered = np.eye(2), np.zeros((2, 2))
+    for matrix in matrices:
+        gathered += lap.T @ lap
+        lap = matrix @ lap
+    slowest = float(np.abs(np.linalg.eigvals(lap)).max())
+    if slowest >= 1:
+        raise ValueError("only a stable motion has a core")
+    forms = [stationary(lap.T, gathered)]
+    for matrix in matrices[:0:-1]:
+        forms.insert(0, np.eye(2) + matrix.T @ forms[0] @ matrix)
+    forms = [forms[-1], *forms[:-1]]
+    stretch = max(float(np.linalg.inv(form).diagonal().max()) for form in forms)
+    level = WIDEST**2 / stretch
+    for _ in range(SHRUNK):
+        if _leads_inwards(groups, motion, forms, level, compiled):
+            break
+        level /= 4
+    periods = min(PATIENCE * (1 - 1 / log(slowest)) if slowest > 0 else PATIENCE, SLOWEST)
+    return Core(motion, np.array(forms), level, ceil(periods) * len(matrices))
+
+
+def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], level: float, compiled: bool) -> bool:
+    angle = 2 * pi / DIRECTIONS * np.arange(DIRECTIONS)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    around = np.concatenate([share * circle for share in SHELLS])
+    walls, count = motion.word.walls, len(motion.word)
+    times = np.append(motion.time, motion.time[0] + 2 * motion.word.periods)
+    for i, wall in enumerate(walls):
+        j = (i + 1) % count
+        off = np.sqrt(level) * np.linalg.solve(np.linalg.cholesky(forms[i]).T, around.T).T
+        before = motion.velocity[i] + off[:, 1]
+        if (wall * before <= 0).any():
+            return False
+        ends = forwards(groups, wall, motion.time[i] + off[:, 0], np.asarray(groups.after(wall, before)), compiled)
+        ahead = np.stack([ends.time - times[i + 1], ends.velocity - motion.velocity[j]], axis=1)
+        if (ends.wall != walls[j]).any() or (_values(forms[j], ahead) >= _values(forms[i], off)).any():
+            return False
+    return True
+
+
+def _values(form: Floats, off: Floats) -> Floats:
+    return np.asarray(np.einsum("ka,ab,kb->k", off, form, off))
+
+
+def endings(
+    groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int = 1, compiled: bool = True
+) -> Ints:
+    """The motion that each start leads to, as the place of its core among those given, or a number of `Elsewhere`.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    starts : ndarray (n, 4)
+        Rows of `check_start`.
+    cores : sequence of Core
+    workers : int
+        Threads.
+    compiled : bool
+        Whether to compile the search, where numba is there.
+
+    Notes
+    -----
+    A ball that has ridden on a membrane leaves it at the one phase at which the pressing acceleration changes sign,
+    without velocity: all that ever ride on one membrane share a future, which is followed once.
+    """
+    releases: dict[int, int] = {}
+    found, rode = _followed(groups, starts, cores, workers, compiled)
+    for wall in np.unique(rode[rode != 0]).tolist():
+        found[rode == wall] = _released(groups, wall, cores, compiled, releases)
+    return found
+
+
+def _followed(
+    groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int, compiled: bool
+) -> tuple[Ints, Ints]:
+    """Where starts end, and for those that come to ride on a membrane that membrane, 0 for others."""
+    found = np.full(len(starts), Elsewhere.UNKNOWN, dtype=np.int64)
+    rode = np.zeros(len(starts), dtype=np.int64)
+    active, here, model = np.arange(len(starts)), starts, check_model(groups)
+    patience, block, used = max((core.patience for core in cores), default=MOST), FIRST, 0
+    while len(active) and used < patience:
+        rows, summary = follow_impacts(np.repeat(model, len(here), axis=0), here, block, None, workers, compiled)
+        last, riding = rows[:, -1], np.nan_to_num(rows[:, :, RIDING], posinf=0.0) > 0
+        label = np.full(len(active), Elsewhere.UNKNOWN, dtype=np.int64)
+        label[summary[:, 2] == REST] = Elsewhere.RESTS
+        label[summary[:, 2] == FREE] = Elsewhere.DRIFTS
+        for k, core in enumerate(cores):
+            label[core.holds(last)] = k
+        rides = (label == Elsewhere.UNKNOWN) & riding.any(axis=1)
+        at = np.argmax(riding[rides], axis=1)
+        rode[active[rides]] = rows[rides, at, WALL].astype(np.int64)
+        found[active] = label
+        stays = (label == Elsewhere.UNKNOWN) & ~rides
+        active = active[stays]
+        here = np.zeros((len(active), 4))
+        here[:, 0], here[:, 2], here[:, 3] = last[stays, WALL], last[stays, VELOCITY], last[stays, PHASE]
+        used, block = used + block, min(2 * block, MOST)
+    return found, rode
+
+
+def _released(groups: Groups[float], wall: int, cores: Sequence[Core], compiled: bool, known: dict[int, int]) -> int:
+    """Where a ball ends that a membrane has released; one that comes to ride on it again does so for ever."""
+    if wall not in known:
+        known[wall] = Elsewhere.RESTS
+        # Without velocity and pressed down, at a phase before the release, it rides until that.
+        pressed = 0.0 if wall > 0 else pi
+        release = np.array([[float(wall), 0.0, 0.0, pressed]])
+        model = check_model(groups)
+        rows, _ = follow_impacts(model, release, 1, None, 1, compiled)
+        start = np.zeros((1, 4))
+        start[:, 0], start[:, 2], start[:, 3] = rows[:, -1, WALL], rows[:, -1, VELOCITY], rows[:, -1, PHASE]
+        found, rode = _followed(groups, start, cores, 1, compiled)
+        known[wall] = int(found[0]) if rode[0] == 0 else _released(groups, int(rode[0]), cores, compiled, known)
+    return known[wall]
