@@ -9,6 +9,7 @@ import pytest
 from conftest import first
 from devices import Case, case
 
+from vireport.atlas import motion_of_cycle
 from vireport.disturbances.returning import Elsewhere, core_of, endings
 from vireport.disturbances.shock import QUICK, LeastShock, least_shock, shocked
 from vireport.physics import Groups, flight
@@ -87,9 +88,6 @@ DEVICES = [
     {"force": 4.5815, "length": 0.572, "inclination": 0.0, "r": 0.5672},
     {"force": 6.3557, "length": 0.7681, "inclination": 0.0, "r": 0.5984},
     {"force": 4.7361, "length": 1.2562, "inclination": 53.3102, "r": 0.4105},
-    {"force": 5.1243, "length": 1.8173, "inclination": 16.022, "r": 0.4696},
-    {"force": 5.2883, "length": 1.4608, "inclination": 0.0, "r": 0.4786},
-    {"force": 3.9493, "length": 1.5013, "inclination": 0.0, "r": 0.5332},
     {"force": 6.6592, "length": 0.7146, "inclination": 0.0, "r": 0.4208},
     {"force": 4.6846, "length": 1.7581, "inclination": 0.0, "r": 0.6183},
     {"force": 3.4007, "length": 1.8074, "inclination": 0.0, "r": 0.5528},
@@ -111,6 +109,11 @@ DEVICES = [
     {"force": 5.5982, "length": 0.5243, "inclination": 21.659, "r": 0.5979},
     {"force": 5.8928, "length": 1.3716, "inclination": 69.7762, "r": 0.2508},
     {"force": 2.2873, "length": 1.5025, "inclination": 45.0536, "r": 0.6887},
+    {"force": 3.05, "length": 1.35, "inclination": 53.63, "r": 0.51},
+    {"force": 5.27, "length": 1.34, "inclination": 74.2, "r": 0.29},
+    {"force": 2.77, "length": 0.55, "inclination": 29.98, "r": 0.4},
+    {"force": 3.16, "length": 0.67, "inclination": 28.92, "r": 0.27},
+    {"force": 4.62, "length": 1.11, "inclination": 55.43, "r": 0.22},
 ]
 
 
@@ -154,6 +157,46 @@ def test_where_everything_returns_nothing_is_found() -> None:
     assert found.jump is found.leads_to is found.companion is None
     assert found.searched_to == pytest.approx(1.00400474, abs=1e-4)
     assert found.tried > 5000
+
+
+def test_a_ball_that_floats_was_not_knocked_out() -> None:
+    """Of a horizontal device a jump of (1 + r)/2 of the impact velocity leaves no drift; all beside it return."""
+    device = case(5.29, 0.81, 0.0, 0.8)
+    motion = device.stable[0]
+    still = np.array([-0.9 * motion.velocity[1]])
+    start = shocked(device.groups, motion, 0, np.array([0.5]), still)
+    cores = [core_of(device.groups, motion)]
+    assert endings(device.groups, start, cores)[0] == Elsewhere.DRIFTS
+    assert endings(device.groups, shocked(device.groups, motion, 0, np.array([0.5]), still * (1 + 1e-9)), cores)[0] == 0
+    assert least(device).jump is None
+
+
+@pytest.mark.slow
+def test_a_motion_with_more_impacts_has_its_least_shock() -> None:
+    """The 2:1 motion beside a 1:1 motion, with the unstable 1:1 motion between them, or without anything to go by."""
+    device = case(5.5982, 0.5243, 21.659, 0.5979)
+    groups = device.groups
+    reached = attractors(groups, [start_of(row) for row in random_starts(groups.d, 2.0, 30, 1)[0]])[0]
+    cycle = next(each.cycle for each in reached if each.word == "BBT")
+    assert cycle is not None
+    motion = motion_of_cycle(cycle, groups.d)
+    found = least_shock(groups, motion, device.stable, device.unstable)
+    alone = least_shock(groups, motion)
+    assert found.jump is not None
+    assert found.leads_to is not None
+    assert found.leads_to.word == "BT"
+    assert alone.companion is None
+    assert alone.jump == pytest.approx(found.jump, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_an_edge_on_no_companion_is_found_by_the_search() -> None:
+    """Between 1:1 motion and one of four periods."""
+    found = least(case(5.06, 1.51, 53.61, 0.79))
+    assert found.companion is None
+    assert found.jump == found.by_search == pytest.approx(0.22614874, rel=1e-6)
+    assert found.leads_to is not None
+    assert found.leads_to.name == "BTBTBTBT every 4 forcing periods"
 
 
 def test_the_interpreter_gives_a_jump_that_leads_out() -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.disturbances.deviations import flight_matrices, flight_times
-from vireport.disturbances.returning import Core, core_of, endings
+from vireport.disturbances.returning import Core, Elsewhere, core_of, endings
 from vireport.motions import Motion
 from vireport.physics import Groups, flight, wrapped
 from vireport.simulation import (
@@ -287,10 +287,14 @@ class _Search:
         self.durations = flight_times(self.motion)
 
     def leads_out(self, impact: int, delay: Floats, jump: Floats) -> NDArray[np.bool_]:
-        """Which shocks do not return."""
+        """Which shocks do not return.
+
+        Of a horizontal device one jump leaves the ball without drift, floating for ever; all beside it return.
+        """
         self.tried += len(delay)
         starts = shocked(self.groups, self.motion, impact, delay, jump)
-        return np.asarray(endings(self.groups, starts, self.cores, self.workers, self.compiled) != 0)
+        ends = endings(self.groups, starts, self.cores, self.workers, self.compiled)
+        return np.asarray((ends != 0) & (ends != Elsewhere.DRIFTS))
 
     def coarse(self, farthest: float) -> tuple[Shock | None, float]:
         """The smallest of spread shocks that leads out, and how far apart they were."""

@@ -1,0 +1,254 @@
+"""Planes of outcomes: what a shock leads to by its moment and size, and what an impact leads to by phase and velocity.
+
+Coloured by quadtree: only cells whose corners differ, and those beside them, are looked into.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.atlas import motion_of_cycle
+from vireport.disturbances.deviations import flight_times
+from vireport.disturbances.returning import Core, Elsewhere, core_of, endings
+from vireport.disturbances.shock import shocked
+from vireport.motions import Motion
+from vireport.physics import Groups
+from vireport.simulation import Attractor, find_attractor, start_of
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+COARSEST = 16
+"""Cells of the first grid along either axis, up to a factor of 2."""
+
+BUDGET = 20_000
+"""Impacts until a motion counts as one that is not periodic."""
+
+REPRESENTATIVES = 3
+"""Of starts that end in no known motion: how many are followed for long, each time that there are some."""
+
+UNKNOWN = -1
+"""What stands where nothing has been evaluated yet."""
+
+Starts = Callable[[Floats, Floats], Floats]
+"""From two coordinates, arrays (n,), to rows of `check_start`, (n, 4)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OutcomePlane:
+    """Where starts on a regular grid end.
+
+    Attributes
+    ----------
+    x, y : ndarray (n,), (m,)
+        The coordinates of the grid.
+    outcome : ndarray of int (m, n)
+        Index into `outcomes`.
+    outcomes : tuple of Attractor
+        The motions and states that were met, those that were given first.
+    evaluated : int
+        Points of the grid that were simulated; the others lie in cells that are taken to be of one outcome.
+    """
+
+    x: Floats
+    y: Floats
+    outcome: Ints
+    outcomes: tuple[Attractor, ...]
+    evaluated: int
+
+    def share(self, outcome: int) -> float:
+        """Share of the grid's points with an outcome."""
+        return float(np.mean(self.outcome == outcome))
+
+
+def shock_plane(
+    groups: Groups[float],
+    motions: Sequence[Motion],
+    largest: float,
+    points: int = 257,
+    compiled: bool = True,
+    workers: int = 1,
+) -> OutcomePlane:
+    """What a jump of the relative velocity leads to, by its moment in the period of a motion and its signed size.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    motions : sequence of Motion
+        Stable ones; the first is the one that is knocked.
+    largest : float
+        Size of the jumps up to which the plane reaches either way [y_c].
+    points : int
+        Along either axis; one more than a power of 2, at least 17.
+    compiled : bool
+        Whether to compile the search, where numba is there.
+    workers : int
+        Threads.
+
+    Returns
+    -------
+    OutcomePlane
+        With x the time since the first impact [t_c] and y the jump [y_c].
+    """
+    motion = motions[0]
+    begins, durations = motion.time - motion.time[0], flight_times(motion)
+    # The end of the period is its beginning: the last point is just before the first impact of the next one.
+    period = float(durations.sum()) * (1 - 1e-12)
+
+    def starts(time: Floats, jump: Floats) -> Floats:
+        impact = np.clip(np.searchsorted(begins, time, side="right") - 1, 0, len(begins) - 1)
+        rows = np.zeros((len(time), 4))
+        for i in np.unique(impact).tolist():
+            own = impact == i
+            delay = np.minimum(time[own] - begins[i], durations[i] * (1 - 1e-12))
+            rows[own] = shocked(groups, motion, i, delay, jump[own])
+        return rows
+
+    x, y = np.linspace(0.0, period, points), np.linspace(-largest, largest, points)
+    return _coloured(groups, motions, x, y, starts, compiled, workers)
+
+
+def section_plane(
+    groups: Groups[float],
+    motions: Sequence[Motion],
+    wall: int,
+    fastest: float,
+    points: int = 257,
+    compiled: bool = True,
+    workers: int = 1,
+) -> OutcomePlane:
+    """What an impact on a membrane leads to, by the forcing phase there [rad] and the speed before it [y_c].
+
+    Parameters are those of `shock_plane`, with the membrane, 1 for the bottom one and -1 for the top one, and the
+    speed up to which the plane reaches.
+    """
+
+    def starts(phase: Floats, speed: Floats) -> Floats:
+        return np.stack([np.full(len(phase), float(wall)), np.zeros(len(phase)), wall * speed, phase], axis=1)
+
+    x, y = np.linspace(0.0, 2 * pi * (1 - 1e-12), points), np.linspace(0.0, fastest, points)
+    return _coloured(groups, motions, x, y, starts, compiled, workers)
+
+
+class _Recogniser:
+    """Tells where starts end, and learns motions that it did not know."""
+
+    def __init__(self, groups: Groups[float], motions: Sequence[Motion], compiled: bool, workers: int) -> None:
+        self.groups, self.compiled, self.workers = groups, compiled, workers
+        self.cores: list[Core] = []
+        self.outcomes: list[Attractor] = []
+        self.place: list[int] = []  # of each core among the outcomes
+        self.elsewhere: dict[Elsewhere, int] = {}
+        for motion in motions:
+            self._learn(motion, self._attractor(self._on(motion)))
+
+    def _on(self, motion: Motion) -> Floats:
+        return np.array([motion.word.walls[0], 0.0, motion.velocity[0], motion.phase[0]])
+
+    def _attractor(self, row: Floats) -> Attractor:
+        return find_attractor(self.groups, start_of(row), BUDGET, self.compiled)
+
+    def _learn(self, motion: Motion, attractor: Attractor) -> None:
+        self.cores.append(core_of(self.groups, motion, self.compiled))
+        self.place.append(len(self.outcomes))
+        self.outcomes.append(attractor)
+
+    def __call__(self, rows: Floats) -> Ints:
+        """The outcome of each start."""
+        found = self._known(rows)
+        for _ in range(REPRESENTATIVES):
+            unknown = np.flatnonzero(found == Elsewhere.UNKNOWN)
+            if not len(unknown):
+                break
+            attractor = self._attractor(rows[unknown[0]])
+            cycle = attractor.cycle
+            if cycle is None or cycle.sticks or cycle.growth >= 1:
+                # What does not settle, or not within the patience, is one outcome, whatever it is called.
+                found[unknown[0]] = self._at(Elsewhere.UNKNOWN, attractor)
+                continue
+            self._learn(motion_of_cycle(cycle, self.groups.d), attractor)
+            found[unknown] = self._known(rows[unknown])
+        rest = found == Elsewhere.UNKNOWN
+        if rest.any():
+            found[rest] = self._at(Elsewhere.UNKNOWN, None, rows[rest][0])
+        return found
+
+    def _known(self, rows: Floats) -> Ints:
+        ends = endings(self.groups, rows, self.cores, self.workers, self.compiled)
+        found = np.where(ends >= 0, np.array([*self.place, UNKNOWN])[ends], ends)
+        for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):
+            own = ends == kind
+            if own.any():
+                found[own] = self._at(kind, None, rows[own][0])
+        return found
+
+    def _at(self, kind: Elsewhere, attractor: Attractor | None, row: Floats | None = None) -> int:
+        """The place of an outcome that is none of the motions, which is followed once."""
+        if kind not in self.elsewhere:
+            if attractor is None and row is not None:
+                attractor = self._attractor(row)
+            self.elsewhere[kind] = len(self.outcomes)
+            self.outcomes.append(attractor)  # type: ignore[arg-type]
+        return self.elsewhere[kind]
+
+
+def _coloured(
+    groups: Groups[float],
+    motions: Sequence[Motion],
+    x: Floats,
+    y: Floats,
+    starts: Starts,
+    compiled: bool,
+    workers: int,
+) -> OutcomePlane:
+    """Colour a grid of one more than a power of 2 points along either axis, coarse cells first."""
+    size = len(x) - 1
+    if size < COARSEST or size & (size - 1):
+        raise ValueError(f"points must be one more than a power of 2, and at least {COARSEST + 1}, not {len(x)}")
+    recognise = _Recogniser(groups, motions, compiled, workers)
+    label = np.full((len(y), len(x)), UNKNOWN, dtype=np.int64)
+
+    def evaluate(rows: Ints, columns: Ints) -> None:
+        flat = np.unique(rows * len(x) + columns)
+        row, column = np.divmod(flat, len(x))
+        new = label[row, column] == UNKNOWN
+        row, column = row[new], column[new]
+        if len(row):
+            label[row, column] = recognise(starts(x[column], y[row]))
+
+    step = size // COARSEST
+    corner = np.arange(0, size, step)
+    row, column = (grid.ravel() for grid in np.meshgrid(corner, corner, indexing="ij"))
+    evaluate(*(grid.ravel() for grid in np.meshgrid(np.arange(0, size + 1, step), np.arange(0, size + 1, step))))
+    filled: list[tuple[Ints, Ints, int]] = []
+    while step > 1:
+        corners = np.stack([label[row + a, column + b] for a in (0, step) for b in (0, step)])
+        differ = (corners != corners[0]).any(axis=0)
+        near = np.zeros((size // step + 2, size // step + 2), dtype=bool)
+        for a in range(3):
+            for b in range(3):
+                near[row[differ] // step + a, column[differ] // step + b] = True
+        split = near[row // step + 1, column // step + 1]
+        filled.append((row[~split], column[~split], step))
+        row, column, half = row[split], column[split], step // 2
+        for a in (0, half, step):
+            for b in (0, half, step):
+                if a == half or b == half:
+                    evaluate(row + a, column + b)
+        row, column = (
+            np.concatenate([each + offset for offset in offsets])
+            for each, offsets in ((row, (0, 0, half, half)), (column, (0, half, 0, half)))
+        )
+        step = half
+    evaluated = int((label != UNKNOWN).sum())
+    for rows, columns, width in filled:
+        for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
+            cell = label[i : i + width + 1, j : j + width + 1]
+            cell[cell == UNKNOWN] = cell[0, 0]
+    return OutcomePlane(x, y, label, tuple(recognise.outcomes), evaluated)
