@@ -10,6 +10,7 @@ from conftest import first
 from devices import Case, case
 
 from vireport.atlas import motion_of_cycle
+from vireport.base import NumericalError
 from vireport.disturbances.returning import Elsewhere, core_of, endings
 from vireport.disturbances.shock import QUICK, LeastShock, least_shock, shocked
 from vireport.physics import Groups, flight
@@ -210,6 +211,12 @@ def test_the_interpreter_gives_a_jump_that_leads_out() -> None:
     assert quick.jump < 1.5 * full.jump
     assert quick.leads_to is not None
     assert quick.leads_to.name == full.leads_to.name  # type: ignore[union-attr]
+
+
+def test_next_to_a_critical_point_nothing_is_claimed() -> None:
+    """At 5.348 N, B1 being at 5.34924 N, disturbances fade by 0.05 % in a period."""
+    with pytest.raises(NumericalError, match=r"only 0.045 % in a period"):
+        least(case(5.348))
 
 
 def test_what_cannot_be_asked_is_refused() -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vireport.atlas import motion_of_cycle
 from vireport.disturbances.deviations import flight_times
-from vireport.disturbances.returning import Core, Elsewhere, core_of, endings
+from vireport.disturbances.returning import NEAREST, Core, Elsewhere, core_of, endings
 from vireport.disturbances.shock import shocked
 from vireport.motions import Motion
 from vireport.physics import Groups
@@ -168,7 +168,7 @@ class _Recogniser:
                 break
             attractor = self._attractor(rows[unknown[0]])
             cycle = attractor.cycle
-            if cycle is None or cycle.sticks or cycle.growth >= 1:
+            if cycle is None or cycle.sticks or cycle.growth > NEAREST:
                 # What does not settle, or not within the patience, is one outcome, whatever it is called.
                 found[unknown[0]] = self._at(Elsewhere.UNKNOWN, attractor)
                 continue

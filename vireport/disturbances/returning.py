@@ -14,11 +14,11 @@ from math import ceil, log, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.base import NumericalError
 from vireport.disturbances.deviations import flight_matrices, stationary
-from vireport.disturbances.impact_map import forwards
 from vireport.motions import Motion
 from vireport.physics import Groups, wrapped
-from vireport.simulation import FREE, PHASE, REST, RIDING, VELOCITY, WALL, check_model, follow_impacts
+from vireport.simulation import FREE, PHASE, REST, RIDING, TURN, VELOCITY, WALL, check_model, follow_impacts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -35,9 +35,13 @@ SHRUNK = 25
 FIRST, MOST = 16, 512
 """Impacts followed before starts are looked at, at first and at most."""
 
-PATIENCE, SLOWEST = 60.0, 2000.0
-"""Periods until a start counts as one that returns to no known motion: so many, and as many times the periods in which
-the slowest known motion is approached by a factor e; and the most there may be."""
+PATIENCE, SLOWEST = 60.0, 500.0
+"""Periods until a start counts as one that returns to no known motion: so many, and ten times the periods in which the
+slowest known motion is approached by a factor e; and the most there may be."""
+
+
+NEAREST = 0.99
+"""Modulus of the larger multiplier up to which a core is looked for: beyond it is tiny, and a minute is not enough."""
 
 
 class Elsewhere(IntEnum):
@@ -72,20 +76,26 @@ class Core:
         """Which impacts, rows of the simulation (n, 6), are in the core."""
         inside = np.zeros(len(rows), dtype=bool)
         for i, wall in enumerate(self.motion.word.walls):
-            off = np.stack([wrapped(rows[:, PHASE] - self.motion.phase[i]) / pi, rows[:, VELOCITY]], axis=1)
-            off[:, 1] -= self.motion.velocity[i]
-            inside |= (rows[:, WALL] == wall) & (_values(self.forms[i], off) <= self.level)
+            values = _values(self.forms[i], _deviations(self.motion, i, rows))
+            inside |= (rows[:, WALL] == wall) & (values <= self.level)
         return inside
 
 
 def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Core:
     """The core of a stable motion.
 
+    Raises
+    ------
+    ValueError
+        Where the motion is not stable.
+    NumericalError
+        Where it is nearly not: its larger multiplier has a modulus above `NEAREST`.
+
     Notes
     -----
     With V_i = 1 + A_i' V_(i+1) A_i, repeated after a period, the value of V falls by the square of the deviation in
     each flight of the linearised map. The core is so small that it falls on the simulated map as well, from a ring of
-    starts around each impact: evidence, not proof.
+    starts around each impact, after two periods: evidence, not proof.
     """
     matrices = flight_matrices(groups, motion)
     lap, gathered = np.eye(2), np.zeros((2, 2))
@@ -95,6 +105,12 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
     slowest = float(np.abs(np.linalg.eigvals(lap)).max())
     if slowest >= 1:
         raise ValueError("only a stable motion has a core")
+    if slowest > NEAREST:
+        raise NumericalError(
+            f"the motion is so near a point where it becomes unstable that disturbances fade by only "
+            f"{100 * (1 - slowest):.2g} % in a period: what returns to it cannot be told in reasonable time "
+            f"(allowed: {100 * (1 - NEAREST):.2g} % or more)"
+        )
     forms = [stationary(lap.T, gathered)]
     for matrix in matrices[:0:-1]:
         forms.insert(0, np.eye(2) + matrix.T @ forms[0] @ matrix)
@@ -105,7 +121,7 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
         if _leads_inwards(groups, motion, forms, level, compiled):
             break
         level /= 4
-    periods = min(PATIENCE * (1 - 1 / log(slowest)) if slowest > 0 else PATIENCE, SLOWEST)
+    periods = min(PATIENCE - 10 / log(slowest) if slowest > 0 else PATIENCE, SLOWEST)
     return Core(motion, np.array(forms), level, ceil(periods) * len(matrices))
 
 
@@ -113,19 +129,27 @@ def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], l
     angle = 2 * pi / DIRECTIONS * np.arange(DIRECTIONS)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     around = np.concatenate([share * circle for share in SHELLS])
-    walls, count = motion.word.walls, len(motion.word)
-    times = np.append(motion.time, motion.time[0] + 2 * motion.word.periods)
-    for i, wall in enumerate(walls):
-        j = (i + 1) % count
-        off = np.sqrt(level) * np.linalg.solve(np.linalg.cholesky(forms[i]).T, around.T).T
-        before = motion.velocity[i] + off[:, 1]
-        if (wall * before <= 0).any():
+    # Next to a period doubling one period takes what is on one side farther out on the other; two bring it nearer.
+    model, impacts = np.repeat(check_model(groups), len(around), axis=0), 2 * len(forms)
+    walls = np.tile(motion.word.walls, 3)
+    for i, form in enumerate(forms):
+        off = np.sqrt(level) * np.linalg.solve(np.linalg.cholesky(form).T, around.T).T
+        before, phase = motion.velocity[i] + off[:, 1], np.mod(motion.phase[i] + pi * off[:, 0], TURN) % TURN
+        if (walls[i] * before <= 0).any():
             return False
-        ends = forwards(groups, wall, motion.time[i] + off[:, 0], np.asarray(groups.after(wall, before)), compiled)
-        ahead = np.stack([ends.time - times[i + 1], ends.velocity - motion.velocity[j]], axis=1)
-        if (ends.wall != walls[j]).any() or (_values(forms[j], ahead) >= _values(forms[i], off)).any():
+        starts = np.stack([np.full(len(off), float(walls[i])), np.zeros(len(off)), before, phase], axis=1)
+        rows, _ = follow_impacts(model, starts, impacts, None, 1, compiled)
+        if (rows[:, :, WALL] != walls[i : i + impacts + 1]).any():
+            return False
+        if (_values(form, _deviations(motion, i, rows[:, -1])) >= _values(form, off)).any():
             return False
     return True
+
+
+def _deviations(motion: Motion, impact: int, rows: Floats) -> Floats:
+    """Of time and velocity of impacts, rows of the simulation, from one of the motion's, (n, 2)."""
+    late = wrapped(rows[:, PHASE] - motion.phase[impact]) / pi
+    return np.stack([late, rows[:, VELOCITY] - motion.velocity[impact]], axis=1)
 
 
 def _values(form: Floats, off: Floats) -> Floats:

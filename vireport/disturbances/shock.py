@@ -58,8 +58,8 @@ BESIDE = 1e-13, 1e-9
 ROUNDS = 12
 """Of looking for smaller jumps below one that leads out."""
 
-LONGER = 6
-"""How many times as long is waited, where a jump that seemed to lead out comes back later."""
+LONGER, LONGEST = 6, 8000
+"""How many times as long is waited where a jump that seemed to lead out comes back later, and impacts at most."""
 
 SOON = 100
 """Impacts after which the interpreter looks what a shock leads to, before it waits for longer."""
@@ -224,6 +224,8 @@ def least_shock(
     ------
     ValueError
         Where the motion is not stable, the restitution is zero, or `searched_to` not positive.
+    NumericalError
+        Where the motion is so near a critical point that starts take too long to return, see `core_of`.
 
     Notes
     -----
@@ -257,10 +259,10 @@ def least_shock(
         if by_search is None:
             return LeastShock(motion, None, 0, 0, 0.0, None, None, None, farthest, search.tried, patience)
         leads_to = search.attractor(by_search)
-        if patience >= BUDGET or not search.returns(leads_to):
+        if patience >= LONGEST or not search.returns(leads_to):
             break
         # It came back after all, from a chaotic transient longer than was waited for.
-        search.cores = [replace(core, patience=min(LONGER * core.patience, BUDGET)) for core in search.cores]
+        search.cores = [replace(core, patience=min(LONGER * core.patience, LONGEST)) for core in search.cores]
     least = exact or by_search
     return LeastShock(
         motion,
