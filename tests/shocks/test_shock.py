@@ -11,9 +11,9 @@ from devices import Case, case
 
 from vireport.atlas import motion_of_cycle
 from vireport.base import NumericalError
-from vireport.disturbances.returning import Elsewhere, core_of, endings
-from vireport.disturbances.shock import QUICK, LeastShock, least_shock, shocked
 from vireport.physics import Groups, flight
+from vireport.shocks.returning import Elsewhere, core_of, endings
+from vireport.shocks.shock import QUICK, LeastShock, least_shock, shocked
 from vireport.simulation import Outcome, attractors, check_start, random_starts, start_of
 
 FRACTAL = 3.6

@@ -9,11 +9,11 @@ import pytest
 from devices import case
 
 from vireport.atlas import motion_of_cycle
-from vireport.disturbances.deviations import flight_matrices, flight_times, kick_effects, stationary
-from vireport.disturbances.impact_map import backwards, forwards
-from vireport.disturbances.jitter import TOLERANCE, Jitter, NoJitter, Unsettled, jitter
 from vireport.motions import Motion
 from vireport.physics import Groups, Membrane, generated_voltage, wrapped
+from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
+from vireport.shocks.impact_map import backwards, forwards
+from vireport.shocks.jitter import TOLERANCE, Jitter, NoJitter, Unsettled, jitter
 from vireport.simulation import InFlight, check_model, find_attractor, follow_impacts
 
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.disturbances.deviations import flight_matrices, flight_times, kick_effects, stationary
-from vireport.disturbances.impact_map import forwards
 from vireport.motions import Motion
 from vireport.physics import Groups, Membrane, generated_voltage
+from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
+from vireport.shocks.impact_map import forwards
 
 Floats = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.atlas import motion_of_cycle
-from vireport.disturbances.deviations import flight_times
-from vireport.disturbances.returning import NEAREST, Core, Elsewhere, core_of, endings
-from vireport.disturbances.shock import shocked
 from vireport.motions import Motion
 from vireport.physics import Groups
+from vireport.shocks.deviations import flight_times
+from vireport.shocks.returning import NEAREST, Core, Elsewhere, core_of, endings
+from vireport.shocks.shock import shocked
 from vireport.simulation import Attractor, find_attractor, start_of
 
 Floats = NDArray[np.float64]

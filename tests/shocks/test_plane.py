@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from devices import case
 
-from vireport.disturbances.manifold import on_shocks, stable_manifold
-from vireport.disturbances.plane import section_plane, shock_plane
-from vireport.disturbances.returning import core_of, endings
-from vireport.disturbances.shock import shocked
 from vireport.motions import Motion
 from vireport.physics import wrapped
+from vireport.shocks.manifold import on_shocks, stable_manifold
+from vireport.shocks.plane import section_plane, shock_plane
+from vireport.shocks.returning import core_of, endings
+from vireport.shocks.shock import shocked
 from vireport.simulation import PHASE, VELOCITY, WALL, Outcome, check_model, follow_impacts, random_starts
 
 

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.disturbances.deviations import flight_matrices, flight_times
-from vireport.disturbances.impact_map import Arrivals, backwards
 from vireport.motions import Motion
 from vireport.physics import Groups, flight
+from vireport.shocks.deviations import flight_matrices, flight_times
+from vireport.shocks.impact_map import Arrivals, backwards
 
 Floats = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.disturbances.deviations import flight_matrices, flight_times
-from vireport.disturbances.returning import Core, Elsewhere, core_of, endings
 from vireport.motions import Motion
 from vireport.physics import Groups, flight, wrapped
+from vireport.shocks.deviations import flight_matrices, flight_times
+from vireport.shocks.returning import Core, Elsewhere, core_of, endings
 from vireport.simulation import (
     PHASE,
     TURN,

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.disturbances.deviations import flight_matrices, stationary
 from vireport.motions import Motion
 from vireport.physics import Groups, wrapped
+from vireport.shocks.deviations import flight_matrices, stationary
 from vireport.simulation import FREE, PHASE, REST, RIDING, TURN, VELOCITY, WALL, check_model, follow_impacts
 
 Floats = NDArray[np.float64]
