@@ -95,7 +95,7 @@ def test_the_slow_solver_loses_the_same_end() -> None:
 @pytest.mark.parametrize(("length", "lost"), [(0.8678, True), (0.75, False)])
 def test_a_margin_that_the_own_stiffness_takes_is_a_caution(length: float, lost: bool, example) -> None:
     study = analyse(load(example("inclined"), [*GONE, f"device.length_m={length}"]))
-    rigid = verdict_of(Evidence(study.solution))
+    rigid = verdict_of(Evidence(study.solution, disturbances=study.disturbances))
     end = study.verdict.margin.data.compliant
     assert end.point.event is Event.FOLD
     assert end.rigid_margin > 0

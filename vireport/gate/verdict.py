@@ -62,11 +62,11 @@ class Conclusion(Enum):
     MORE_ENERGY_THAN_LOST = Status.BAD, "Stable, but with more electrical energy than the impacts lose"
     BREAKDOWN = Status.BAD, "Stable, but above the breakdown field"
     OTHER_MOTION = Status.CAUTION, "Stable, but not 1:1"
+    NOT_COMPLIANT = Status.CAUTION, "Stable by rigid impacts, but not with the membranes' own stiffness"
     NOT_FROM_REST = Status.CAUTION, "Stable, but not reached from rest"
     FROM_REST_UNKNOWN = Status.CAUTION, "Stable, not known whether reached from rest"
     NOT_EVERY_DEVICE = Status.CAUTION, "Stable, but not for every device within the tolerances"
     TOLERANCES_OPEN = Status.CAUTION, "Stable, but tolerances not decided"
-    NOT_COMPLIANT = Status.CAUTION, "Stable by rigid impacts, but not with the membranes' own stiffness"
     COMPLIANT_UNKNOWN = Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
@@ -438,11 +438,11 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
     if _has(verdict.motion, Status.CAUTION):
         return Conclusion.OTHER_MOTION
+    if verdict.own_stiffness is not None and verdict.own_stiffness.data.margin_gone:
+        return Conclusion.NOT_COMPLIANT
     if _has(verdict.from_rest, Status.CAUTION) and not verdict.evidence.narrow:
         end = verdict.evidence.from_rest
         return Conclusion.NOT_FROM_REST if end is not None and end.decided else Conclusion.FROM_REST_UNKNOWN
-    if verdict.own_stiffness is not None and verdict.own_stiffness.data.margin_gone:
-        return Conclusion.NOT_COMPLIANT
     if verdict.own_stiffness is not None and verdict.own_stiffness.data.motion is None:
         return Conclusion.COMPLIANT_UNKNOWN
     if _has(tolerances, Status.CAUTION) and not _judged(Question.TOLERANCES, verdict.evidence.criteria):

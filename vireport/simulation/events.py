@@ -59,7 +59,7 @@ class Impact:
     phase: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class InFlight:
     """Start strictly between the membranes.
 
