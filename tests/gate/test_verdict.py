@@ -66,7 +66,7 @@ def test_the_margin_is_that_of_the_nearest_end_with_its_side(study_of: Callable,
         assert f"{first.sweep_value:.3g}" in margin.detail
         assert (margin.status == "caution") is near
         warned = cause("VR005", Evidence(solution))
-        assert not warned or f"{100 * abs(first.relative):.2f} % {side}" in warned
+        assert not warned or f"{100 * abs(first.relative):.3g} % {side}" in warned
         assert bool(warned) is near
     assert side == "below"
     assert said(solution).word == "Stable, margin small"
