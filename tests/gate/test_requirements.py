@@ -492,3 +492,25 @@ def test_a_difference_of_near_numbers_is_not_rounded(first: float, second: float
     assert distance.value == abs(first - second)
     assert bool(distance.error > 1e-9 + 2e-9) is rounded
     assert distance.error == pytest.approx(3e-9, rel=1e-6)
+
+
+CHAOS = """
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5, length_m: 0.75}
+excitation: {amplitude_n: 6.9375, frequency_hz: 2.0}
+inclination_deg: 45.0
+sweep: {parameter: amplitude_n, from: 6.9, to: 6.975}
+motions: {impacts: 6, periods: 4}
+requirements: {word: BBT}
+"""
+
+
+@pytest.mark.slow
+def test_a_word_that_is_stable_but_not_reached_from_rest_is_not_met() -> None:
+    """Most starts are chaotic there, though a motion BBT is stable."""
+    study = analyse(loads(CHAOS), ("json",))
+    (line,) = study.criteria
+    assert "BBT" in line.outcome.text
+    assert line.passed is (study.disturbances.from_rest.word == "BBT")
+    assert not line.passed
+    assert "from rest the device comes to" in line.outcome.why
