@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree
@@ -20,6 +21,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.path import Path as MplPath
 from PIL import Image
 
+from vireport.disturbances import Destination, Disturbances, FromRest, OutcomeRange
 from vireport.figures import (
     PairedImpacts,
     figure_2,
@@ -35,12 +37,35 @@ from vireport.figures.curves import (
     stretches,
 )
 from vireport.figures.labels import LEADER
-from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION
+from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION, OUTCOMES, STRIP
 from vireport.physics import Voltages
-from vireport.scenario import load
+from vireport.scenario import Parameter, load
 from vireport.study import analyse
 
 # What is drawn
+
+
+def test_a_strip_has_the_outcomes_from_rest_where_they_are() -> None:
+    """Of a force sweep, along which d falls as the force grows."""
+    study, ends = study_of("inclined-forcing"), (3.0, 3.6, 4.0, 6.0)
+    outcomes = (Destination.ONE_TO_ONE, Destination.REST_CYCLE, Destination.CHAOTIC)
+    along = tuple(
+        OutcomeRange(start, end, FromRest(destination))
+        for start, end, destination in zip(ends, ends[1:], outcomes, strict=False)
+    )
+    study = replace(study, disturbances=Disturbances(None, along=along))
+    figure, device = figure_2(study), study.solution.device
+    strip = [patch for patch in figure.axes[2].patches if patch.get_height() == STRIP]
+    for patch, part in zip(strip, along, strict=True):
+        assert to_rgb(patch.get_facecolor()[:3]) == to_rgb(OUTCOMES[part.outcome.destination][1])
+        d = [float(device.groups(Parameter.AMPLITUDE, value).d) for value in (part.end, part.start)]
+        assert sorted((patch.get_x(), patch.get_x() + patch.get_width())) == pytest.approx(d, rel=1e-12)
+    named = {text for text in texts_of(figure) if text.startswith("from rest: ")}
+    assert named == {"from rest: 1:1", "from rest: rest cycle", "from rest: chaotic"}
+    drawn = pictures(study)[0]
+    assert "1:1 motion on 20 % of the sweep" in drawn.caption
+    assert "1:1 motion on 20 % of the sweep" in drawn.alt
+    assert "from rest" not in pictures(study_of("inclined-forcing"))[0].caption
 
 
 def test_the_plan_decides_which_are_drawn() -> None:

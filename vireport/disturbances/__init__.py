@@ -3,13 +3,14 @@
 from vireport.disturbances.behaviour import Disturbances, Ramp, disturbances_of
 from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.disturbances.recovery import Recovery
-from vireport.disturbances.windows import Edge, Window
+from vireport.disturbances.windows import Edge, OutcomeRange, Window
 
 __all__ = [
     "Destination",
     "Disturbances",
     "Edge",
     "FromRest",
+    "OutcomeRange",
     "Ramp",
     "Recovery",
     "Window",

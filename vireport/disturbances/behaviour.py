@@ -16,7 +16,7 @@ from vireport.disturbances.from_rest import (
     switched_on,
 )
 from vireport.disturbances.recovery import Recovery, recovery_of
-from vireport.disturbances.windows import Stretch, Window, along, outcomes_at, window
+from vireport.disturbances.windows import OutcomeRange, Window, along, outcomes_at, window
 from vireport.scenario import DisturbancesBlock, Parameter
 
 WIDEST = 0.5
@@ -58,7 +58,7 @@ class Disturbances:
         Where switching on at once does not reach it, though one is stable.
     window : Window or None
         How far the outcome stays around the design point.
-    along : tuple of Stretch
+    along : tuple of OutcomeRange
         The outcomes along the sweep.
     recovery : Recovery or None
         Of the slowest stable 1:1 motion at the design point.
@@ -69,7 +69,7 @@ class Disturbances:
     share: float | None = None
     ramp: Ramp | None = None
     window: Window | None = None
-    along: tuple[Stretch, ...] = ()
+    along: tuple[OutcomeRange, ...] = ()
     recovery: Recovery | None = None
 
     @property
@@ -112,7 +112,7 @@ def disturbances_of(
     return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery)
 
 
-def _along(solution: Solution, compiled: bool) -> tuple[Stretch, ...]:
+def _along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
     sweep = solution.sweep
     if sweep is None:
         return ()

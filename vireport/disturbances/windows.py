@@ -86,7 +86,7 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class OutcomeRange:
     """An interval of the sweep in which the outcome of switching on is one, as far as values tell.
 
     Attributes
@@ -158,7 +158,7 @@ def _edge(here: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
     return Edge(near, beyond, accumulates)
 
 
-def along(start: float, end: float, outcomes: Outcomes) -> tuple[Stretch, ...]:
+def along(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, ...]:
     """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
     values = np.linspace(min(start, end), max(start, end), ALONG)
     found = outcomes(values)
@@ -172,4 +172,4 @@ def along(start: float, end: float, outcomes: Outcomes) -> tuple[Stretch, ...]:
         edges = np.where(same[:, None], np.stack([middle, edges[:, 1]], 1), np.stack([edges[:, 0], middle], 1))
     places = [float(values[0]), *edges.mean(axis=1).tolist(), float(values[-1])]
     firsts = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(found)) if a.kind != b.kind)]
-    return tuple(Stretch(*ends, found[first]) for ends, first in zip(pairwise(places), firsts, strict=True))
+    return tuple(OutcomeRange(*ends, found[first]) for ends, first in zip(pairwise(places), firsts, strict=True))

@@ -159,6 +159,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "mirrored": any(part.branch.mirror_of is not None for part in parts),
         "level": solution.device.inclination_deg == 0 and swept is not Parameter.INCLINATION,
         "doubled": _doubled(study),
+        "from_rest": _share_from_rest(study),
         "unit_m_s": float(solution.device.velocity_unit(swept, 0.0)) if scaled else None,
         "largest": largest if largest > LAMBDA_LIMIT else None,
         "ball_mass_kg": membrane.ball_mass_kg if membrane is not None else None,
@@ -167,6 +168,13 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "alert": AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
         "simulated": _circles(figure, simulated),
     }
+
+
+def _share_from_rest(study: Study) -> float | None:
+    """Share of the sweep on which a 1:1 motion is reached from rest; None where the outcomes were not looked for."""
+    along = study.disturbances.along if study.disturbances is not None else ()
+    reached = sum(stretch.end - stretch.start for stretch in along if stretch.outcome.reached)
+    return reached / (along[-1].end - along[0].start) if along else None
 
 
 def _doubled(study: Study) -> list[str]:

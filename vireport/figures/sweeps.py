@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vireport.design import DesignPoint
+from vireport.disturbances import Destination, OutcomeRange
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
 from vireport.figures.curves import (
@@ -100,6 +101,19 @@ THIN, THICK = 1.5, 3.4
 
 DOUBLED = 0.9
 """Width of the curves of motions that come of period doublings [pt]."""
+
+STRIP = 0.05
+"""Height of the strip of outcomes from rest at the bottom of figure 2, over that of its panel."""
+
+OUTCOMES: dict[Destination, tuple[str, str]] = {
+    Destination.ONE_TO_ONE: ("1:1", Color.SKY),
+    Destination.OTHER_MOTION: ("another motion", Color.ORANGE),
+    Destination.REST_CYCLE: ("rest cycle", Color.PURPLE),
+    Destination.CHAOTIC: ("chaotic", Color.BLACK),
+    Destination.AT_REST: ("at rest", Color.GREY),
+    Destination.UNDECIDED: ("not decided", Color.LIGHT),
+}
+"""What the ball comes to that the device is switched on with: its name in the legend, and the colour of the strip."""
 
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
@@ -196,6 +210,9 @@ def sweep_figure(
             for row, axes_of_row in zip(rows, panels, strict=True)
             for axes, drawing in zip(axes_of_row, drawings, strict=True)
         ]
+        if figure == Task.FIGURE_2:
+            for axes, drawing in zip(panels[-1], drawings, strict=True):
+                _draw_outcomes(axes, drawing)
         for row, axes_of_row in zip(rows, panels, strict=True):
             axes_of_row[0].set_ylabel(row.label)
             if row.cut is None:
@@ -356,6 +373,18 @@ def _marker_scale(simulated: PairedImpacts) -> float:
     return float(np.clip((FULL_SIZE_UP_TO / count) ** 0.5, 0.4, 1.0))
 
 
+def _outcomes(drawing: Drawing) -> tuple[OutcomeRange, ...]:
+    """The outcomes from rest along the sweep, where they were looked for."""
+    return drawing.study.disturbances.along if drawing.study.disturbances is not None else ()
+
+
+def _draw_outcomes(axes: Axes, drawing: Drawing) -> None:
+    """Draw a strip of what switching on leads to along the lower edge of a panel."""
+    for stretch in _outcomes(drawing):
+        ends = drawing.axis.of_value(stretch.start), drawing.axis.of_value(stretch.end)
+        axes.axvspan(*ends, ymax=STRIP, facecolor=OUTCOMES[stretch.outcome.destination][1], linewidth=0, zorder=1.2)
+
+
 def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
     """Mark the design point and the values of its motions; open where they are unstable."""
     design, at = drawing.study.solution.design, drawing.design_at
@@ -418,12 +447,18 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     legend += _doubled_legend(drawings)
     if any(drawing.simulated for drawing in drawings):
         legend.append(("simulation", CIRCLE))
+    occurring = {stretch.outcome.destination for drawing in drawings for stretch in _outcomes(drawing)}
+    strip: list[Entry] = [
+        (f"from rest: {name}", {"color": color, "linewidth": 5.0})
+        for destination, (name, color) in OUTCOMES.items()
+        if destination in occurring
+    ]
     rows = [
         row(0, "impact velocity |Ż| [–]"),
         row(1, "phase φ [rad]", phases=True),
         row(2, "flight time Δt/2 [periods]"),
     ]
-    return rows, [legend]
+    return rows, [legend, strip]
 
 
 def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
