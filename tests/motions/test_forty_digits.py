@@ -14,7 +14,7 @@ from vireport.motions import solve
 pytestmark = pytest.mark.usefixtures("forty_digits")
 
 SWEEPS = random_sweeps(240, seed=20190301)
-BATCHES = 24
+BATCHES = 23  # not 24, as kinds of sweeps come in turn
 TOLERANCE = 1e-12
 ROWS = 5
 
@@ -49,4 +49,4 @@ def test_critical_points_within_their_bounds(batch: int) -> None:
             checked += 1
             assert abs(mpf(point.sweep_value) - value) <= point.error_bound, (sweep, critical)
             assert point.error_bound <= TOLERANCE * abs(point.sweep_value)
-    assert checked > 7
+    assert checked > 15
