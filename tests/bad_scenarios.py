@@ -473,6 +473,18 @@ TOLERANCES = (
         "per cent of inclination_deg: 0 are nothing (give inclination_deg here)",
         without(13) + "inclination_deg: 0\n",
     ),
+    required("survives_shock_m_s: 0.3", "survives_shock_m_s", "a shock needs disturbances, which is not given"),
+    required("phase_jitter_at_most_deg: 5", "phase_jitter_at_most_deg", "needs disturbances.jitter_m_s, which is not"),
+    bad(
+        "no jitter",
+        GOOD + "disturbances:\n  jitter_m_s: 0\n",
+        (21, "disturbances.jitter_m_s", "got 0, which is not positive"),
+    ),
+    bad(
+        "jitter with its unit",
+        GOOD + "disturbances:\n  jitter_m_s: 10 mm/s\n",
+        (21, "disturbances.jitter_m_s", "got '10 mm/s'"),
+    ),
     required("yield_at_least_percent: 99", "yield_at_least_percent", "a yield needs tolerances, which is not given"),
 )
 

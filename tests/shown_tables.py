@@ -246,6 +246,12 @@ REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
     ),
     "stroke_at_most_m": ("Stroke of the shaker", "m", "at most", lambda x: x.device.stroke),
     "force_at_most_n": ("Force of the shaker", "N", "at most", lambda x: x.device.amplitude_n),
+    "survives_shock_m_s": (
+        "Shock that is survived", "m/s", "at least", lambda x: x.data["disturbances"]["shock"]["least_jump_m_s"],
+    ),
+    "phase_jitter_at_most_deg": (
+        "Spread of the phases", "deg", "at most", lambda x: x.data["disturbances"]["jitter"]["phase_deg"],
+    ),
 }  # fmt: skip
 
 
@@ -602,7 +608,7 @@ def what_follows(x: Results) -> list[Row]:
 
 UNITS = {
     "_kg": "kg", "_m": "m", "_n": "N", "_hz": "Hz", "_deg": "°", "_v": "V", "_m_s2": "m/s²", "_v_m": "V/m", "_g": "g",
-    "_percent": "%", "_mw": "mW",
+    "_percent": "%", "_mw": "mW", "_m_s": "m/s", "_periods": "periods",
 }  # fmt: skip
 """Units by the ends of the keys that have them; the longest counts."""
 
@@ -1272,6 +1278,23 @@ def recovery(x: Results) -> float:
     return x.device.period_ratio * log(0.01) / log(max(sizes))
 
 
+def _withstood(x: Results) -> Iterator[tuple[str, Said]]:
+    """The least shock and the jitter, where they were asked for."""
+    found = x.data["disturbances"] or {"shock": None, "jitter": None}
+    if (of := found["shock"]) is not None and of["least_jump_m_s"] is not None:
+        after, side = "just" if of["after_s"] == 0 else "{}", "top" if of["sign"] < 0 else "bottom"
+        said = f"Below {{}}. A jump of the relative velocity by that much towards the {side}, "
+        said += f"{after} after an impact at the {of['after']}, leads to {of['leads_to']}; of {of['tried']} tried none"
+        later = () if of["after_s"] == 0 else (Amount(of["after_s"], "s", 3),)
+        yield "What bump does it stand?", Said(said, Amount(of["least_jump_m_s"], "m/s", 3), *later)
+    if (of := found["jitter"]) is not None and of["valid"]:
+        assert of["phase_deg"] == max(of["phase_bottom_deg"], of["phase_top_deg"])
+        kick = Amount(x.data["scenario"]["disturbances"]["jitter_m_s"], "m/s", 3)
+        amounts = Amount(of["phase_deg"], "°", 2), Amount(of["velocity_m_s"], "m/s", 2), kick
+        said = "{} and {}. Standard deviations of phase and velocity at the impacts, with one of {} of the velocity"
+        yield "How much does it jitter?", Said(said, *amounts)
+
+
 def answers(x: Results) -> Iterator[tuple[str, Said]]:
     """What the verdict answers, by the question: of what a page shortens, too."""
     if x.data["requirements"] is not None:
@@ -1298,6 +1321,7 @@ def answers(x: Results) -> Iterator[tuple[str, Said]]:
             FROM_REST,
             Said("No: rest every {} forcing p", number(of["periods"])),
         )
+    yield from _withstood(x)
     if x.data["simulation"] is not None and (of := x.data["simulation"]["basin"]) is not None:
         interval = percentage(of["low_95"]), percentage(of["high_95"])
         said = f"{of['reached']} of {of['trials']} random starts (95 % interval {{}} to {{}})"

@@ -113,8 +113,10 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
     ),
     "force swept, simulated": (
         "inclined-forcing",
-        {"simulation.samples": 4, "simulation.starts": 5, "excitation.amplitude_n": 3.9, "sweep.from": 2.6,
-         "simulation.diagram": True, "simulation.portraits": [3.9], "simulation.displacement": [3.9],
+        {"simulation.samples": 4, "simulation.starts": 5, "excitation.amplitude_n": 4.1, "sweep.from": 2.6,
+         "simulation.diagram": True, "simulation.portraits": [4.1], "simulation.displacement": [4.1],
+         "disturbances.jitter_m_s": 0.013,
+         **required(survives_shock_m_s=0.9, phase_jitter_at_most_deg=3),
          **required(crosscheck_passed=True, margin_period_doubling_percent=20, force_at_most_n=3.8)},
     ),
     "two stable motions, and a field above breakdown": (

@@ -28,6 +28,7 @@ TESTS = {
     "templates/sections": ("tests/report", "tests/wording"),
     "templates/words/figures": ("tests/wording", "tests/figures"),
     "templates/words": ("tests/wording", "tests/gate", "tests/report"),
+    "vireport/shocks": ("tests/shocks/test_withstood.py",),
     "vireport/report": ("tests/report",),
     "vireport/gate": ("tests/gate",),
     "vireport/figures": ("tests/figures",),

@@ -22,6 +22,8 @@ BLOCKS = {
     Need.SWEEP: "sweep: {parameter: length_m, from: 0.55, to: 0.9}\n",
     Need.TOLERANCES: "tolerances: {length_percent: 2, frequency_percent: 3, restitution: 0.05, samples: 256}\n",
     Need.SIMULATION: "simulation: {samples: 2, starts: 1}\n",
+    Need.DISTURBANCES: "disturbances: {}\n",
+    Need.JITTER: "disturbances: {jitter_m_s: 0.001}\n",
 }
 """What requirements need beside a device with all its numbers."""
 

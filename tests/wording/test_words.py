@@ -172,6 +172,15 @@ def switched_on(end: Destination = Destination.ONE_TO_ONE, settles: int | None =
     return Evidence(solved("inclined"), disturbances=found)
 
 
+def withstood(**given: object) -> Evidence:
+    """The inclined capsule with what its motion withstands: least shock, of 0.1234 m/s at the bottom, and jitter."""
+    usual = {"shock": None, "shock_unknown": "", "jump_m_s": 0.1234, "searched_to_m_s": 1.5, "after_bottom": True}
+    usual |= {"delay_s": 0.0, "jitter": None, "spread": None, "jitter_unknown": "", "jitter_m_s": 0.012}
+    usual |= {"phase_deg": 1.234, "velocity_m_s": 0.0234, "valid_up_to_m_s": 0.00356}
+    return Evidence(solved("inclined"), withstood=thing(**usual | given))
+
+
+SHOCK = thing(tried=9000, sign=1, leads_to=thing(name="B~ every 3 forcing periods"))
 RESTING = Edge(0.6912, FromRest(Destination.REST_CYCLE, "B~", 3, 0), accumulates=True)
 LENGTH_WINDOW = Window(Parameter.LENGTH, 0.7, RESTING, Edge(0.75, None, accumulates=False))
 
@@ -231,6 +240,39 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "Stable 1:1 motion: stable node at s = 0.7 m, F = 3 N, f = 2 Hz, β = 45°.",
             "One input varied at a time. Likewise",
         ],
+    ),
+    "a least shock": (
+        lambda: withstood(shock=SHOCK),
+        [
+            "stands bumps below 0.123 m/s",
+            "What bump does it stand? Below 0.123 m/s A jump of the relative velocity by that much towards the bottom, "
+            "just after an impact at the bottom, leads to B~ every 3 forcing periods; of 9000 tried none smaller leads "
+            "out: evidence, not proof",
+        ],
+    ),
+    "a later shock": (
+        lambda: withstood(shock=thing(**vars(SHOCK) | {"sign": -1}), delay_s=0.0123, after_bottom=False),
+        ["towards the top, 12.3 ms after an impact at the top, leads to"],
+    ),
+    "no shock leads out": (
+        lambda: withstood(shock=SHOCK, jump_m_s=None),
+        ["stands bumps up to 1.5 m/s", "All tried, up to 1.5 m/s Of 9000 jumps", "none leads out: evidence, not proof"],
+    ),
+    "a shock not known": (
+        lambda: withstood(shock_unknown="the motion is too near"),
+        ["not known which bump it stands", "What bump does it stand? Not known The motion is too near"],
+    ),
+    "jitter": (
+        lambda: withstood(jitter=1, spread=1),
+        ["How much does it jitter? 1.2° and 0.023 m/s Standard deviations", "with one of 0.012 m/s of the velocity"],
+    ),
+    "too much jitter": (
+        lambda: withstood(jitter=1, jitter_unknown="the kicks are too large"),
+        ["Not known The kicks are too large: they may have a standard deviation of at most 0.0036 m/s"],
+    ),
+    "no jitter at all": (
+        lambda: withstood(jitter=1, jitter_unknown="the kicks are too large", valid_up_to_m_s=0.0),
+        ["it holds for none, so near a critical point"],
     ),
     "reached from rest": (
         lambda: switched_on(recovery=Recovery(30.84, 15.42, 1e-9)),

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from vireport.disturbances import Disturbances, FromRest
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
+    from vireport.shocks import Withstood
 
 Floats = NDArray[np.float64]
 
@@ -41,8 +42,10 @@ class Question(StrEnum):
     WHERE = "Where is the 1:1 motion stable?"
     MARGIN = "With what margin?"
     OWN_STIFFNESS = "And with compliant membranes?"
+    SHOCK = "What bump does it stand?"
     TOLERANCES = "Do all devices within the tolerances work?"
     FROM_REST = "Is it reached from rest?"
+    JITTER = "How much does it jitter?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"
@@ -170,7 +173,8 @@ class Criterion:
 class Evidence:
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
-    `disturbances` are what the device does when it is switched on and disturbed.
+    `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable
+    motions at the design point stand, and how far random kicks spread them.
     `criteria` are the requirements that were judged already, `required` those that are being judged.
     """
 
@@ -183,6 +187,7 @@ class Evidence:
     criteria: tuple[Criterion, ...] = ()
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
     disturbances: Disturbances | None = None
+    withstood: Withstood | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:

@@ -56,6 +56,9 @@ SHAKER_ERROR = 10 * UNIT
 FEW_SAMPLES = 64
 """Devices by which designs are judged first that lack a yield by far."""
 
+NOT_STABLE = "there is no stable 1:1 motion at the design point"
+"""Why what a stable motion does is not judged."""
+
 DISAGREEMENT = "the simulation does not agree with the solution"
 """Why nothing is met where the cross-check fails."""
 
@@ -358,8 +361,30 @@ def _reached(results: Evidence, limit: Limit) -> Judgement:
 def _recovery(results: Evidence, limit: Limit) -> Judgement:
     recovery = results.disturbances.recovery if results.disturbances is not None else None
     if recovery is None:
-        raise NumericalError("there is no stable 1:1 motion at the design point")
+        raise NumericalError(NOT_STABLE)
     return held_against(recovery.periods, limit, bound=recovery.error_bound)
+
+
+def _shock(results: Evidence, limit: Limit) -> Judgement:
+    """The least shock found or, where none leads out, the largest that was tried."""
+    found = results.withstood
+    if found is None:
+        raise NumericalError(NOT_STABLE)
+    if found.searched_to_m_s is None or found.shock is None:
+        raise NumericalError(f"not decided: {found.shock_unknown}")
+    tried = (f"by {found.shock.tried} shocks tried: evidence, not proof",)
+    if found.jump_m_s is not None:
+        return held_against(found.jump_m_s, limit, tried)
+    return held_against(found.searched_to_m_s, limit, ("none leads out up to there, ", *tried))
+
+
+def _jitter(results: Evidence, limit: Limit) -> Judgement:
+    found = results.withstood
+    if found is None:
+        raise NumericalError(NOT_STABLE)
+    if found.phase_deg is None or found.spread is None:
+        raise NumericalError(f"not decided: {found.jitter_unknown}")
+    return held_against(found.phase_deg, limit, bound=found.spread.error * found.phase_deg)
 
 
 def _agreement(results: Evidence, limit: Limit) -> Judgement:
@@ -373,7 +398,7 @@ def _agreement(results: Evidence, limit: Limit) -> Judgement:
     return Judgement(difference, f"largest difference {difference:.2g}", limit.value - difference, check.passed, again)
 
 
-_, MOTION, WHERE, MARGIN, _, TOLERANCES, FROM_REST, _, VOLTAGE, SHAKER, _, SIMULATED = Question
+_, MOTION, WHERE, MARGIN, _, SHOCK, TOLERANCES, FROM_REST, JITTER, _, VOLTAGE, SHAKER, _, SIMULATED = Question
 
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
 
@@ -403,6 +428,8 @@ REQUIREMENTS = (
     Requirement("word", "Stable motion at the design point", MOTION, OfRun(_words)),
     Requirement("reached_from_rest", "Reached from rest", FROM_REST, OfRun(_reached)),
     Requirement("recovers_within_periods", "Recovery from small disturbances", FROM_REST, OfRun(_recovery)),
+    Requirement("survives_shock_m_s", "Shock that is survived", SHOCK, OfRun(_shock)),
+    Requirement("phase_jitter_at_most_deg", "Spread of the phases", JITTER, OfRun(_jitter)),
     Requirement("u_ave_at_least_v", "U_ave", VOLTAGE, U_AVE),
     Requirement(
         "u_ave_difference_at_most_v",

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from vireport.membranes import Grade
     from vireport.motions import Atlas
     from vireport.physics import Shaker, Word
+    from vireport.shocks import Withstood
 
 FEWEST_DIGITS = 3
 """Significant digits of a rigid end of stable motion where contacts are long and the compliant one is not known."""
@@ -241,9 +242,13 @@ class Verdict:
     where : Fact of tuple of StableInterval, or None
         Along the sweep; without one of each input around the design point, that with the nearest end first.
     margin : Fact of NearestEnd, or None
+    shock : Fact of Withstood, or None
+        Where the least shock was looked for.
     tolerances : Fact of Tolerances, or None
     from_rest : Fact of Disturbances, or None
         Where the 1:1 motion is stable at a design point.
+    jitter : Fact of Withstood, or None
+        Where random kicks are given.
     reached : Fact of CrossCheck or None, or None
         A fact of None where nothing was simulated, and stability is that against small disturbances; no fact where
         the device was nevertheless followed from rest.
@@ -260,8 +265,10 @@ class Verdict:
     motion: Fact[StableMotions]
     where: Fact[tuple[StableInterval, ...]] | None
     margin: Fact[NearestEnd] | None
+    shock: Fact[Withstood] | None
     tolerances: Fact[Tolerances] | None
     from_rest: Fact[Disturbances] | None
+    jitter: Fact[Withstood] | None
     reached: Fact[CrossCheck | None] | None
     voltage: Fact[StableVoltages | None]
     shaker: Fact[Shaker] | None
@@ -298,8 +305,10 @@ class Verdict:
             "where": self.where,
             "margin": self.margin,
             "own_stiffness": self.own_stiffness,
+            "shock": self.shock,
             "tolerances": self.tolerances,
             "from_rest": self.from_rest,
+            "jitter": self.jitter,
             "reached": self.reached,
             "voltage": self.voltage,
             "shaker": self.shaker,
@@ -398,8 +407,10 @@ def verdict_of(evidence: Evidence) -> Verdict:
         motion=_motion(motions, criteria),
         where=_where(solution, design, motions),
         margin=_margin(design, evidence.own_stiffness) if design is not None else None,
+        shock=_shock(evidence.withstood, criteria),
         tolerances=_tolerances(evidence.tolerances),
         from_rest=from_rest,
+        jitter=_jitter(evidence.withstood),
         reached=_reached(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
         voltage=_voltage(solution),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
@@ -573,6 +584,19 @@ def _from_rest(evidence: Evidence) -> Fact[Disturbances] | None:
     required = any(criterion.names_motions and criterion.passed for criterion in evidence.criteria)
     good = (found.from_rest.reached or required) and not found.narrow
     return Fact(Question.FROM_REST, Status.GOOD if good else Status.CAUTION, found)
+
+
+def _shock(found: Withstood | None, criteria: tuple[Criterion, ...]) -> Fact[Withstood] | None:
+    """The least shock: good only where one is required, as nothing else says how large the shocks of a device are."""
+    if found is None or (found.shock is None and not found.shock_unknown):
+        return None
+    return Fact(Question.SHOCK, Status.GOOD if _judged(Question.SHOCK, criteria) else Status.NEUTRAL, found)
+
+
+def _jitter(found: Withstood | None) -> Fact[Withstood] | None:
+    if found is None or found.jitter is None:
+        return None
+    return Fact(Question.JITTER, Status.CAUTION if found.jitter_unknown else Status.NEUTRAL, found)
 
 
 def _reached(check: CrossCheck | None) -> Fact[CrossCheck | None]:

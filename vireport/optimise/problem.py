@@ -36,6 +36,7 @@ from vireport.study import (
     Study,
     Task,
     analyse,
+    refuse_undecidable,
 )
 
 Floats = NDArray[np.float64]
@@ -260,6 +261,7 @@ def problem_of(loaded: Loaded) -> Problem:
             f"{loaded.document.name}: requirements: {', '.join(allowed)} cannot be required of a best design, which is "
             "looked for among 1:1 motions only (allow BT as well, or require no word)"
         )
+    refuse_undecidable(scenario)
     loaded, usual = _within_physics(loaded)
     scenario, asked = loaded.scenario, tuple(required(loaded.scenario))
     margins = tuple(

@@ -279,6 +279,8 @@ class Need(StrEnum):
     DIELECTRIC = "device.membrane.thickness_m", "power, efficiency and field need"
     TOLERANCES = "tolerances", "a yield needs"
     SIMULATION = "simulation", "a cross-check needs"
+    DISTURBANCES = "disturbances", "a shock needs"
+    JITTER = "disturbances.jitter_m_s", "a spread of phases needs"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -386,6 +388,20 @@ class RequirementsBlock(Block):
         "Most forcing periods until 1 % is left of a small disturbance of the slowest stable 1:1 motion at the design "
         "point.",
         example=40.0,
+    )
+    survives_shock_m_s: Annotated[float | None, Demand(AT_LEAST, (Need.DISTURBANCES,))] = _positive(
+        None,
+        "Survives a shock of",
+        "m/s",
+        "Least jump of the relative velocity that leads out of a stable 1:1 motion at the design point; needs numba.",
+        example=0.3,
+    )
+    phase_jitter_at_most_deg: Annotated[float | None, Demand(AT_MOST, (Need.JITTER,))] = _positive(
+        None,
+        "Phase jitter at most",
+        "deg",
+        "Largest standard deviation of the phase of an impact under the random kicks of disturbances.jitter_m_s.",
+        example=5.0,
     )
     u_ave_at_least_v: Annotated[float | None, Demand(AT_LEAST, (Need.BALL_MASS,))] = _positive(
         None, "U_ave at least", "V", "Least U_ave of the stable motions at the design point.", example=1000.0
@@ -590,6 +606,13 @@ class DisturbancesBlock(Block):
         example=20.0,
         ge=0.0,
         le=LONGEST_RAMP,
+    )
+    jitter_m_s: float | None = _positive(
+        None,
+        "Jitter",
+        "m/s",
+        "Standard deviation of the velocity just after each impact. Given, the spread of the impacts is told.",
+        example=0.01,
     )
 
 

@@ -4,6 +4,7 @@ from vireport.shocks.jitter import Jitter, NoJitter, Unsettled, jitter
 from vireport.shocks.manifold import on_shocks, stable_manifold
 from vireport.shocks.plane import section_plane, shock_plane
 from vireport.shocks.shock import QUICK, LeastShock, least_shock
+from vireport.shocks.withstood import Withstood, withstood_by
 
 __all__ = [
     "QUICK",
@@ -11,10 +12,12 @@ __all__ = [
     "LeastShock",
     "NoJitter",
     "Unsettled",
+    "Withstood",
     "jitter",
     "least_shock",
     "on_shocks",
     "section_plane",
     "shock_plane",
     "stable_manifold",
+    "withstood_by",
 ]

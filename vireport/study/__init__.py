@@ -1,7 +1,7 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
 from vireport.study.families import families_of, motion_data
-from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
+from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan, refuse_undecidable
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, worst_scenario
 from vireport.study.study import (
@@ -31,6 +31,7 @@ __all__ = [
     "plan",
     "provenance_of",
     "recheck",
+    "refuse_undecidable",
     "results",
     "results_json",
     "sweep_of",

@@ -12,7 +12,7 @@ from enum import StrEnum
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from vireport.base import install_command
+from vireport.base import UsageError, install_command
 from vireport.scenario import Direction, MotionsBlock, Parameter, Scenario
 
 
@@ -41,6 +41,8 @@ class Task(StrEnum):
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
     WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
+    SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
+    JITTER = "jitter", "how far random kicks spread phases and velocities of the stable motion"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -186,6 +188,10 @@ AT_ONCE = Precondition(
     lambda scenario, _: scenario.disturbances and not scenario.disturbances.ramp_periods,
     "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
 )
+JITTER = Precondition(
+    lambda scenario, _: scenario.disturbances and scenario.disturbances.jitter_m_s is not None,
+    "disturbances.jitter_m_s is not given",
+)
 NUMBA = Precondition(lambda *_: find_spec("numba"), f"the package numba is missing: {install_command('numba')}")
 TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
 REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
@@ -206,6 +212,8 @@ STEPS = (
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA), "the scenario has a disturbances block"),
+    DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
+    DeclaredStep(Task.JITTER, (JITTER, DESIGN), "disturbances.jitter_m_s is given"),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
@@ -271,6 +279,20 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = f"{Task.MOTIONS.what}, {most}, {_following(limits)}"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
+
+
+def refuse_undecidable(scenario: Scenario) -> None:
+    """Refuse a scenario whose requirements cannot be judged here, before anything is computed.
+
+    Raises
+    ------
+    UsageError
+        If a shock must be survived, and the search for it lacks what it needs.
+    """
+    if scenario.requirements is not None and scenario.requirements.survives_shock_m_s is not None:
+        for step in plan(scenario).left_out:
+            if step.task is Task.SHOCK:
+                raise UsageError(f"requirements.survives_shock_m_s cannot be judged: {step.why}")
 
 
 JUMP = 2000

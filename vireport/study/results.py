@@ -52,10 +52,17 @@ if TYPE_CHECKING:
     from vireport.design import Failure, Tolerances
     from vireport.disturbances import Disturbances, Window
     from vireport.motions import Atlas, Family, Mark
+    from vireport.shocks import Withstood
     from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
 
 SCHEMA_VERSION = 1
+
+SHOCK = (
+    *("least_jump_m_s", "after", "after_s", "sign", "leads_to"),
+    *("searched_to_m_s", "tried", "proved_m_s"),
+)
+"""What results.json has of the least shock."""
 
 DIFFERENCE = 2e-15
 """Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
@@ -297,7 +304,7 @@ def _margin(margin: Margin) -> dict[str, Any]:
     }
 
 
-def disturbances_data(found: Disturbances) -> dict[str, Any]:
+def disturbances_data(found: Disturbances, withstood: Withstood | None, membrane: Membrane | None) -> dict[str, Any]:
     """What the device does when it is switched on and disturbed; null is what was not computed."""
     end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
     from_rest = {
@@ -317,12 +324,54 @@ def disturbances_data(found: Disturbances) -> dict[str, Any]:
     }
     return {
         "from_rest": from_rest,
-        "shock": None,
+        "shock": withstood and _shock(withstood),
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
-        "jitter": None,
+        "jitter": withstood and _jitter(withstood, membrane),
     }
+
+
+def _shock(found: Withstood) -> dict[str, Any] | None:
+    """The least shock, or why it is not known; None where it was not looked for."""
+    least = found.shock
+    if least is None:
+        return {**dict.fromkeys(SHOCK), "reason": found.shock_unknown} if found.shock_unknown else None
+    out = least.jump is not None
+    values = (
+        *(found.jump_m_s, _membrane(found.after_bottom) if out else None),
+        *(found.delay_s if out else None, least.sign if out else None, least.leads_to and least.leads_to.name),
+        *(found.searched_to_m_s, least.tried, None, None),
+    )
+    return dict(zip((*SHOCK, "reason"), values, strict=True))
+
+
+def _jitter(found: Withstood, membrane: Membrane | None) -> dict[str, Any] | None:
+    """The spread at the impacts, or why none is given; None where it was not asked for."""
+    if found.jitter is None:
+        return None
+    spread, up_to = found.spread, found.valid_up_to_m_s
+    columns: dict[str, Any] = {}
+    if spread is not None:
+        volts = spread.voltage_v(membrane, found.velocity_unit) if membrane is not None else None
+        for i, wall in enumerate(spread.motion.word.walls):
+            name = _membrane(wall > 0)
+            columns[f"phase_{name}_deg"] = float(np.degrees(spread.phase_rad[i]))
+            columns[f"velocity_{name}_m_s"] = float(spread.velocity[i]) * found.velocity_unit
+            columns |= {} if volts is None else {f"u_{name}_v": float(volts[i])}
+    return {
+        "phase_deg": found.phase_deg,
+        "velocity_m_s": found.velocity_m_s,
+        **columns,
+        "relative_error": None if spread is None else spread.error,
+        "valid": spread is not None,
+        "valid_up_to_m_s": up_to if up_to is not None and isfinite(up_to) else None,
+        "reason": found.jitter_unknown or None,
+    }
+
+
+def _membrane(bottom: bool) -> str:
+    return "bottom" if bottom else "top"
 
 
 def _window(window: Window) -> dict[str, Any]:

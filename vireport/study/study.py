@@ -43,6 +43,7 @@ from vireport.study.plan import (
     Plan,
     Task,
     plan,
+    refuse_undecidable,
 )
 from vireport.study.provenance import Provenance
 from vireport.study.results import (
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from vireport.disturbances import Disturbances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
+    from vireport.shocks import Withstood
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
 
@@ -104,6 +106,8 @@ class Study:
         What the scenario requires, and whether it is met; () where nothing is required.
     disturbances : Disturbances or None
         What the device does when it is switched on and disturbed.
+    withstood : Withstood or None
+        The least shock and the jitter of the stable motions at the design point.
     """
 
     loaded: Loaded
@@ -118,6 +122,7 @@ class Study:
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
     disturbances: Disturbances | None = None
+    withstood: Withstood | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -128,7 +133,9 @@ class Study:
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
         findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
-        return Evidence(self.solution, *findings, self.criteria, disturbances=self.disturbances)
+        return Evidence(
+            self.solution, *findings, self.criteria, disturbances=self.disturbances, withstood=self.withstood
+        )
 
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
@@ -176,7 +183,8 @@ class Study:
             "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
-            "disturbances": self.disturbances and disturbances_data(self.disturbances),
+            "disturbances": self.disturbances
+            and disturbances_data(self.disturbances, self.withstood, self.solution.membrane),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -272,6 +280,7 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     """
     loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
+    refuse_undecidable(scenario)
     solution = solution_of(Device.of(scenario), Membrane.of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
@@ -282,6 +291,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_motions(study, scenario.motion_limits, progress)
     if steps.runs(Task.FROM_REST, Task.WINDOWS):
         study = _with_disturbances(study)
+    if steps.runs(Task.SHOCK, Task.JITTER):
+        study = _with_withstood(study)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if steps.runs(Task.OWN_STIFFNESS):
@@ -298,6 +309,15 @@ def _with_disturbances(study: Study) -> Study:
 
     asked, windows = study.scenario.disturbances, study.plan.runs(Task.WINDOWS)
     return replace(study, disturbances=disturbances_of(study.solution, asked, compiled=windows, windows=windows))
+
+
+def _with_withstood(study: Study) -> Study:
+    from vireport.shocks import withstood_by
+
+    asked, required = study.scenario.disturbances, study.scenario.requirements
+    kick = asked.jitter_m_s if asked is not None else None
+    least = required.survives_shock_m_s if required is not None else None
+    return replace(study, withstood=withstood_by(study.solution, study.plan.runs(Task.SHOCK), kick, least))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:

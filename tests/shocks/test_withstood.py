@@ -1,0 +1,108 @@
+"""What a design point withstands, in SI units: against its dimensionless parts, and where nothing can be said."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from conftest import solved
+
+from vireport import analyse, loads
+from vireport.base import UsageError
+from vireport.cli import main
+from vireport.shocks import withstood_by
+from vireport.study import refuse_undecidable
+
+TEXT = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5, length_m: 0.75}}
+excitation: {{amplitude_n: {force}, frequency_hz: 2}}
+inclination_deg: 45
+disturbances: {{jitter_m_s: {kick}}}
+requirements: {{survives_shock_m_s: {shock}, phase_jitter_at_most_deg: 1, recovers_within_periods: 1e6}}
+"""
+
+
+def judged(force: float, kick: float = 1e-3, shock: float = 1.0):
+    """Disturbances as results.json has them, and the acceptance table by its keys."""
+    data = analyse(loads(TEXT.format(force=force, kick=kick, shock=shock)), ("json",)).to_dict()
+    return data["disturbances"], {line["key"]: line for line in data["requirements"]["criteria"]}
+
+
+def test_the_least_shock_is_that_of_the_motion_in_metres_per_second() -> None:
+    """The unit of velocity is F/(2 M f)."""
+    found, lines = judged(3.6)
+    shock, unit = found["shock"], 3.6 / (2 * 0.1245 * 2)
+    assert shock["least_jump_m_s"] == pytest.approx(0.1693971999264 * unit, rel=1e-9)
+    assert (shock["after"], shock["after_s"], shock["sign"]) == ("bottom", 0.0, 1)
+    assert shock["leads_to"] == "B~ every 3 forcing periods"
+    assert shock["proved_m_s"] is shock["reason"] is None
+    assert lines["survives_shock_m_s"]["passed"]
+    assert lines["survives_shock_m_s"]["value"] == shock["least_jump_m_s"]
+    assert not judged(3.6, shock=1.23)[1]["survives_shock_m_s"]["passed"]
+    json.dumps(found, allow_nan=False)
+
+
+def test_where_nothing_leads_out_the_largest_that_was_tried_counts() -> None:
+    """What is required is looked for further out than the largest impact velocity."""
+    solution = solved("inclined", device__length_m=0.6934)
+    usual, further = (withstood_by(solution, True, None, least) for least in (None, 20.0))
+    assert usual.jump_m_s is further.jump_m_s is None
+    fastest = max(np.abs(usual.shock.motion.velocity)) * usual.velocity_unit
+    assert usual.searched_to_m_s == pytest.approx(fastest)
+    assert further.searched_to_m_s >= 20.0
+
+
+def test_jitter_is_told_per_membrane_and_grows_with_the_kicks() -> None:
+    found, lines = judged(3.6)
+    jitter = found["jitter"]
+    assert jitter["valid"]
+    assert jitter["reason"] is None
+    assert jitter["phase_deg"] == max(jitter["phase_bottom_deg"], jitter["phase_top_deg"])
+    assert jitter["velocity_m_s"] == max(jitter["velocity_bottom_m_s"], jitter["velocity_top_m_s"])
+    assert judged(3.6, kick=2e-3)[0]["jitter"]["phase_deg"] == pytest.approx(2 * jitter["phase_deg"], rel=1e-9)
+    assert lines["phase_jitter_at_most_deg"]["value"] == jitter["phase_deg"]
+    # At least the jitter of a single kick: r times what the velocity was is lost, what is added stays until the impact.
+    assert jitter["velocity_m_s"] > 1e-3
+    assert jitter["phase_deg"] < 180 / pi * sqrt(jitter["valid_up_to_m_s"])
+
+
+def test_near_a_critical_point_nothing_is_claimed() -> None:
+    """At 5.348 N, B1 being at 5.34924 N."""
+    found, lines = judged(5.348, kick=0.05)
+    assert found["shock"]["least_jump_m_s"] is None
+    assert "only 0.045 % in a period" in found["shock"]["reason"]
+    assert (found["jitter"]["valid"], found["jitter"]["phase_deg"]) == (False, None)
+    assert found["jitter"]["reason"] == "the kicks are too large for linear theory"
+    assert 0 < found["jitter"]["valid_up_to_m_s"] < 0.05
+    for key in ("survives_shock_m_s", "phase_jitter_at_most_deg"):
+        assert not lines[key]["passed"]
+        assert lines[key]["why"].startswith("not decided: ")
+
+
+def test_where_no_motion_is_stable_requirements_are_not_met() -> None:
+    found, lines = judged(6.5)
+    assert found["shock"] is found["jitter"] is None
+    assert lines["survives_shock_m_s"]["why"] == "there is no stable 1:1 motion at the design point"
+
+
+def test_without_numba_a_required_shock_is_refused_before_work_begins(monkeypatch, tmp_path, capsys) -> None:
+    monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
+    text = TEXT.format(force=3.6, kick=1e-3, shock=1)
+    with pytest.raises(UsageError, match=r"survives_shock_m_s cannot be judged: the package numba is missing: pip"):
+        refuse_undecidable(loads(text).scenario)
+    (tmp_path / "a.yaml").write_text(text)
+    assert main(["run", str(tmp_path / "a.yaml"), "--json"]) == 2
+    assert "pip install" in capsys.readouterr().err
+    study = analyse(loads(text.replace("survives_shock_m_s: 1, ", "")), ("json",))
+    assert study.to_dict()["disturbances"]["shock"] is None
+    assert study.withstood.phase_deg is not None
+
+
+def test_a_ball_that_does_not_bounce_has_no_least_shock() -> None:
+    found = withstood_by(solved("horizontal", device__restitution=0.0, device__length_m=0.5), True)
+    assert found.shock is None
+    assert "need a restitution" in found.shock_unknown

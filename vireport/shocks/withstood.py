@@ -1,0 +1,145 @@
+"""What the stable 1:1 motions of a design point withstand: the least shock of them all, and the largest jitter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vireport.base import NumericalError
+from vireport.design import Solution
+from vireport.motions import Motion, motion_at
+from vireport.physics import Groups
+from vireport.scenario import Parameter
+from vireport.shocks.jitter import Jitter, NoJitter, jitter
+from vireport.shocks.shock import LeastShock, least_shock
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Withstood:
+    """What the stable 1:1 motions at the design point withstand; what was not computed is None.
+
+    Attributes
+    ----------
+    velocity_unit : float
+        y_c [m/s].
+    time_unit : float
+        t_c [s].
+    shock : LeastShock or None
+        Of the motion that withstands least.
+    shock_unknown : str
+        Why there is none, though it was asked for; "" otherwise.
+    jitter_m_s : float
+        Standard deviation of the kicks [m/s]; 0 where none was asked for.
+    jitter : Jitter or NoJitter or None
+        Of the motion whose phases spread most, or that has none.
+    """
+
+    velocity_unit: float
+    time_unit: float
+    shock: LeastShock | None = None
+    shock_unknown: str = ""
+    jitter_m_s: float = 0.0
+    jitter: Jitter | NoJitter | None = None
+
+    @property
+    def jump_m_s(self) -> float | None:
+        """Size of the least shock [m/s]; None where none leads out of those that were tried."""
+        return None if self.shock is None or self.shock.jump is None else self.shock.jump * self.velocity_unit
+
+    @property
+    def searched_to_m_s(self) -> float | None:
+        """Size up to which shocks were tried [m/s]."""
+        return None if self.shock is None else self.shock.searched_to * self.velocity_unit
+
+    @property
+    def after_bottom(self) -> bool:
+        """Whether the least shock comes after an impact at the bottom, not at the top."""
+        return self.shock is not None and self.shock.motion.word.walls[self.shock.impact] > 0
+
+    @property
+    def delay_s(self) -> float:
+        """Time of the least shock since that impact [s]."""
+        return 0.0 if self.shock is None else self.shock.delay * self.time_unit
+
+    @property
+    def jitter_unknown(self) -> str:
+        """Why there is no jitter, though it was asked for; "" otherwise."""
+        return self.jitter.reason if isinstance(self.jitter, NoJitter) else ""
+
+    @property
+    def spread(self) -> Jitter | None:
+        """The jitter, where there is one."""
+        return self.jitter if isinstance(self.jitter, Jitter) else None
+
+    @property
+    def phase_deg(self) -> float | None:
+        """Largest standard deviation of the phase of an impact [deg]."""
+        return None if self.spread is None else float(np.degrees(self.spread.phase_rad.max()))
+
+    @property
+    def velocity_m_s(self) -> float | None:
+        """Largest standard deviation of the velocity before an impact [m/s], of the same motion."""
+        return None if self.spread is None else float(self.spread.velocity.max()) * self.velocity_unit
+
+    @property
+    def valid_up_to_m_s(self) -> float | None:
+        """Standard deviation of the kicks up to which linear theory holds [m/s]."""
+        return None if self.jitter is None else self.jitter.valid_up_to * self.jitter_m_s
+
+
+def withstood_by(
+    solution: Solution, shocks: bool, jitter_m_s: float | None = None, least_m_s: float | None = None
+) -> Withstood | None:
+    """Find out what the stable 1:1 motions at the design point withstand; None where there are none.
+
+    Parameters
+    ----------
+    solution : Solution
+    shocks : bool
+        Whether to look for the least shock, by compiled code.
+    jitter_m_s : float, optional
+        Standard deviation of the velocity just after each impact [m/s].
+    least_m_s : float, optional
+        Shock that must be withstood [m/s]: where none leads out up to the largest impact velocity, it is looked
+        further, up to this one.
+    """
+    design, device = solution.design, solution.device
+    if design is None or not design.motions.stable.any():
+        return None
+    found, at = design.motions, (Parameter.LENGTH, device.length_m)
+    groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
+    stable, unstable = (
+        [motion_at(found, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
+        for rows in (found.stable, found.admissible & ~found.stable)
+    )
+    shock, unknown = None, ""
+    if shocks:
+        try:
+            shock = _least_of(groups, stable, unstable, None if least_m_s is None else least_m_s / unit)
+        except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
+            unknown = str(error)
+    kick = jitter_m_s or 0.0
+    spreads = [jitter(groups, motion, kick / unit) for motion in stable] if kick else []
+    largest = max(spreads, key=_size, default=None)
+    return Withstood(unit, 0.5 / float(device.frequency_hz), shock, unknown, kick, largest)
+
+
+def _least_of(groups: Groups[float], stable: list[Motion], unstable: list[Motion], least: float | None) -> LeastShock:
+    """The least shock of several motions, each searched as far as the others."""
+    usual = max(float(np.abs(motion.velocity).max()) for motion in stable)
+    # Searched further only where nothing leads out: the same number of shocks in a wider range are farther apart.
+    further = [least * (1 + 1e-9)] if least is not None and least >= usual else []
+    for farthest in [usual, *further]:
+        found = [
+            least_shock(groups, motion, [other for other in stable if other is not motion], unstable, farthest)
+            for motion in stable
+        ]
+        out = [(shock.jump, shock) for shock in found if shock.jump is not None]
+        if out:
+            return min(out, key=lambda pair: pair[0])[1]
+    return found[0]
+
+
+def _size(of: Jitter | NoJitter) -> float:
+    return float(of.phase_rad.max()) if isinstance(of, Jitter) else np.inf
