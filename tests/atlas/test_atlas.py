@@ -208,7 +208,7 @@ def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
     for low in (swept.start, *4 * [0.6183]):
         doublings.append(polished(swept, motion, Event.PERIOD_DOUBLING).sweep_value)
         curve = replace(curve, low=float(swept.coordinate_of(low)))
-        _, curve, _, start = next(neighbours(curve, motion, Event.PERIOD_DOUBLING, Limits(64, 32)))
+        _, curve, _, start = next(neighbours(curve, motion, Event.PERIOD_DOUBLING, swept_atlas.limits))
         strand = follow(curve, start)
         (row,) = [row for row, event in strand.events if event is Event.PERIOD_DOUBLING]
         motion = curve.motion(strand.points[row].x)

@@ -351,7 +351,8 @@ class _Search:
             if meeting.event is event and self._same(meeting.motion, motion):
                 return meeting
         self.meetings.append(_Meeting(event, motion, mark.point))
-        self._open(openings(self._curve(motion.word), motion, event, self.limits))
+        if event is not Event.PERIOD_DOUBLING or self.limits.admit(motion.times(2).word):
+            self._open(openings(self._curve(motion.word), motion, event, self.limits))
         return self.meetings[-1]
 
     def atlas(self) -> Atlas:

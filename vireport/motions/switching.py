@@ -98,7 +98,7 @@ def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iter
     """
     if event in (Event.GRAZING, Event.ZERO_VELOCITY):
         yield from _beside_grazing(curve, motion, limits)
-    elif event is Event.PERIOD_DOUBLING and limits.admit(motion.times(2).word):
+    elif event is Event.PERIOD_DOUBLING:
         yield 2 * len(motion.word), _doubled(curve, motion)
     elif event is Event.PITCHFORK:
         yield len(motion.word), _beside_pitchfork(curve, motion)
