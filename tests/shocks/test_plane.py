@@ -11,7 +11,7 @@ from devices import case
 from vireport.motions import Motion
 from vireport.physics import wrapped
 from vireport.shocks.manifold import on_shocks, stable_manifold
-from vireport.shocks.plane import section_plane, shock_plane
+from vireport.shocks.plane import shock_plane
 from vireport.shocks.returning import core_of, endings
 from vireport.shocks.shock import shocked
 from vireport.simulation import PHASE, VELOCITY, WALL, Outcome, check_model, follow_impacts, random_starts
@@ -54,18 +54,6 @@ def test_the_plane_of_a_symmetric_motion_is_its_own_image() -> None:
     later = np.roll(plane.outcome[::-1, :-1], 32, axis=1)
     assert 0.1 < plane.share(0) < 0.9
     assert np.mean((later == 0) == (plane.outcome[:, :-1] == 0)) > 0.97
-
-
-def test_the_basin_on_the_section_of_impacts_holds_the_motion() -> None:
-    device = case(3.6)
-    motion = device.stable[0]
-    for wall, impact in ((1, 0), (-1, 1)):
-        plane = section_plane(device.groups, [motion], wall, 1.5, 33)
-        row = np.abs(plane.y - abs(motion.velocity[impact])).argmin()
-        column = np.abs(wrapped(plane.x - motion.phase[impact])).argmin()
-        assert plane.outcome[row, column] == 0
-    # one without speed comes to rest, or is lifted off, by the phase
-    assert len(np.unique(plane.outcome)) == 2
 
 
 def test_the_manifold_leads_to_the_companion() -> None:

@@ -795,6 +795,22 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         "moves the fold C1 in frequency by: length 0.5 %, force amplitude −0.25 %.",
     ),
     (
+        "figure_shocks_caption",
+        {"points": 257, "returned": 0.9972, "largest_m_s": 2.448, "least_m_s": 1.224, "manifold": True},
+        "by up to 2.45 m/s, at 257 moments of the period and of 257 sizes; positive is towards the bottom. 99.7 % of "
+        "them return to the motion. The least that leads out, 1.22 m/s, is marked. Shocks on the line lead onto",
+    ),
+    (
+        "figure_shocks_caption",
+        {"points": 257, "returned": 1.0, "largest_m_s": 2.448, "least_m_s": None, "manifold": False},
+        "100 % of them return to the motion. None that was tried leads out.",
+    ),
+    (
+        "figure_shocks_alt",
+        {"outcomes": [("BT every forcing period", 0.75), ("aperiodic", 0.0), ("rest", 0.25)]},
+        "coloured by outcome: BT every forcing period 75 %; rest 25 %.",
+    ),
+    (
         "figure_cycle_caption",
         CYCLES,
         "up to the bias of 2 kV, isolated until it is flat again, and discharged. The area is the electrical energy "

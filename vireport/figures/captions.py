@@ -45,6 +45,7 @@ FILES = {
     Task.FIGURE_LADDER: "atlas",
     Task.FIGURE_DEVICE: "device",
     Task.FIGURE_MARGINS: "margins",
+    Task.FIGURE_SHOCKS: "shocks",
     Task.FIGURE_CYCLE: "cycle",
     Task.FIGURE_ACCURACY: "accuracy",
     Task.FIGURE_STIFFNESS: "stiffness",

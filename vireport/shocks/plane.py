@@ -1,4 +1,4 @@
-"""Planes of outcomes: what a shock leads to by its moment and size, and what an impact leads to by phase and velocity.
+"""The plane of shocks: what a shock leads to, by its moment and size.
 
 Coloured by quadtree: only cells whose corners differ, and those beside them, are looked into.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,28 +110,6 @@ def shock_plane(
         return rows
 
     x, y = np.linspace(0.0, period, points), np.linspace(-largest, largest, points)
-    return _coloured(groups, motions, x, y, starts, compiled, workers)
-
-
-def section_plane(
-    groups: Groups[float],
-    motions: Sequence[Motion],
-    wall: int,
-    fastest: float,
-    points: int = 257,
-    compiled: bool = True,
-    workers: int = 1,
-) -> OutcomePlane:
-    """What an impact on a membrane leads to, by the forcing phase there [rad] and the speed before it [y_c].
-
-    Parameters are those of `shock_plane`, with the membrane, 1 for the bottom one and -1 for the top one, and the
-    speed up to which the plane reaches.
-    """
-
-    def starts(phase: Floats, speed: Floats) -> Floats:
-        return np.stack([np.full(len(phase), float(wall)), np.zeros(len(phase)), wall * speed, phase], axis=1)
-
-    x, y = np.linspace(0.0, 2 * pi * (1 - 1e-12), points), np.linspace(0.0, fastest, points)
     return _coloured(groups, motions, x, y, starts, compiled, workers)
 
 

@@ -7,12 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.design import Solution
+from vireport.design import DesignPoint, Solution
 from vireport.motions import Motion, motion_at
-from vireport.physics import Groups
+from vireport.physics import Device, Groups
 from vireport.scenario import Parameter
 from vireport.shocks.jitter import Jitter, NoJitter, jitter
+from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
+from vireport.shocks.plane import OutcomePlane, shock_plane
 from vireport.shocks.shock import LeastShock, least_shock
+
+ROOM = 2.0
+"""How far a plane of shocks reaches, over the least one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,12 +112,9 @@ def withstood_by(
     design, device = solution.design, solution.device
     if design is None or not design.motions.stable.any():
         return None
-    found, at = design.motions, (Parameter.LENGTH, device.length_m)
+    at = Parameter.LENGTH, device.length_m
     groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
-    stable, unstable = (
-        [motion_at(found, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
-        for rows in (found.stable, found.admissible & ~found.stable)
-    )
+    stable, unstable = _stable_and_unstable(design, device)
     shock, unknown = None, ""
     if shocks:
         try:
@@ -123,6 +125,46 @@ def withstood_by(
     spreads = [jitter(groups, motion, kick / unit) for motion in stable] if kick else []
     largest = max(spreads, key=_size, default=None)
     return Withstood(unit, 0.5 / float(device.frequency_hz), shock, unknown, kick, largest)
+
+
+def shocks_around(solution: Solution, least: LeastShock) -> tuple[OutcomePlane, list[ShockLine]]:
+    """What shocks to a motion at the design point lead to, and which lead onto the unstable motion beside it.
+
+    Parameters
+    ----------
+    solution : Solution
+        With a design point.
+    least : LeastShock
+        Of one of its stable motions. The plane reaches up to `ROOM` times it, or as far as it was searched.
+
+    Raises
+    ------
+    NumericalError
+        If a stable motion is so near a critical point that its returns are not told.
+    """
+    design, device = solution.design, solution.device
+    if design is None:
+        raise ValueError("without a design point there is no motion that a shock disturbs")
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    stable, _ = _stable_and_unstable(design, device)
+    others = [motion for motion in stable if motion.distance(least.motion) > 0]
+    largest = least.searched_to if least.jump is None else ROOM * least.jump
+    plane = shock_plane(groups, [least.motion, *others], largest)
+    if least.companion is None or groups.restitution == 0:
+        return plane, []
+    fastest = float(np.abs(least.motion.velocity).max()) + largest
+    pieces = stable_manifold(groups, least.companion, fastest)
+    return plane, [line for piece in pieces for line in on_shocks(groups, least.motion, piece)]
+
+
+def _stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
+    """The admissible motions at the design point."""
+    found = design.motions
+    stable, unstable = (
+        [motion_at(found, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
+        for rows in (found.stable, found.admissible & ~found.stable)
+    )
+    return stable, unstable
 
 
 def _least_of(groups: Groups[float], stable: list[Motion], unstable: list[Motion], least: float | None) -> LeastShock:
