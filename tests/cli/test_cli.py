@@ -191,6 +191,8 @@ def test_plan_says_what_runs_and_what_is_left_out(example, capfd) -> None:
     assert "thickness_m" in skipped.pop("conversion")
     blocks = {
         "from-rest-windows": "disturbances",
+        "shock": "disturbances",
+        "jitter": "disturbances",
         "accuracy": "accuracy",
         "compliant": "accuracy",
         "tolerances": "tolerances",

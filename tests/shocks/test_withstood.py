@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 from importlib import import_module
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 import pytest
 from conftest import solved
+from devices import of
 
 from vireport import analyse, loads
 from vireport.base import UsageError
 from vireport.cli import main
-from vireport.shocks import withstood_by
+from vireport.shocks import jitter as jitter_of
+from vireport.shocks import least_shock, withstood_by
 from vireport.study import refuse_undecidable
 
 TEXT = """\
@@ -65,9 +67,10 @@ def test_jitter_is_told_per_membrane_and_grows_with_the_kicks() -> None:
     assert jitter["velocity_m_s"] == max(jitter["velocity_bottom_m_s"], jitter["velocity_top_m_s"])
     assert judged(3.6, kick=2e-3)[0]["jitter"]["phase_deg"] == pytest.approx(2 * jitter["phase_deg"], rel=1e-9)
     assert lines["phase_jitter_at_most_deg"]["value"] == jitter["phase_deg"]
-    # At least the jitter of a single kick: r times what the velocity was is lost, what is added stays until the impact.
-    assert jitter["velocity_m_s"] > 1e-3
-    assert jitter["phase_deg"] < 180 / pi * sqrt(jitter["valid_up_to_m_s"])
+    device = of(solved("inclined", device__length_m=0.75, excitation__amplitude_n=3.6).device)
+    bare = jitter_of(device.groups, device.stable[0], 1e-3 / device.unit)
+    assert jitter["phase_bottom_deg"] == pytest.approx(bare.phase_rad[0] * 180 / pi)
+    assert jitter["velocity_top_m_s"] == pytest.approx(bare.velocity[1] * 3.6 / (2 * 0.1245 * 2))
 
 
 def test_near_a_critical_point_nothing_is_claimed() -> None:
@@ -106,3 +109,19 @@ def test_a_ball_that_does_not_bounce_has_no_least_shock() -> None:
     found = withstood_by(solved("horizontal", device__restitution=0.0, device__length_m=0.5), True)
     assert found.shock is None
     assert "need a restitution" in found.shock_unknown
+
+
+def test_of_two_motions_the_least_shock_counts_and_all_jumps_tried() -> None:
+    """The mirror images of a horizontal capsule are alike."""
+    found = withstood_by(solved("horizontal", device__length_m=0.36), True, 1e-3)
+    one = least_shock_of_the_first(0.36)
+    assert found.shock.jump == pytest.approx(one.jump, rel=1e-6)
+    assert found.shock.tried > one.tried
+    assert found.spread is not None
+
+
+def least_shock_of_the_first(length: float):
+    """Of the first of the stable motions alone, beside the others."""
+    device = of(solved("horizontal", device__length_m=length).device)
+    assert len(device.stable) == 2
+    return least_shock(device.groups, device.stable[0], device.stable[1:], device.unstable)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -177,10 +177,10 @@ def _least_of(groups: Groups[float], stable: list[Motion], unstable: list[Motion
             least_shock(groups, motion, [other for other in stable if other is not motion], unstable, farthest)
             for motion in stable
         ]
-        out = [(shock.jump, shock) for shock in found if shock.jump is not None]
-        if out:
-            return min(out, key=lambda pair: pair[0])[1]
-    return found[0]
+        least_one = min(found, key=lambda shock: np.inf if shock.jump is None else shock.jump)
+        if least_one.jump is not None:
+            break
+    return replace(least_one, tried=sum(shock.tried for shock in found))
 
 
 def _size(of: Jitter | NoJitter) -> float:

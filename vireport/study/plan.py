@@ -190,7 +190,7 @@ AT_ONCE = Precondition(
     "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
 )
 JITTER = Precondition(
-    lambda scenario, _: scenario.disturbances and scenario.disturbances.jitter_m_s is not None,
+    lambda scenario, _: scenario.disturbances and scenario.disturbances.jitter_m_s,
     "disturbances.jitter_m_s is not given",
 )
 NUMBA = Precondition(lambda *_: find_spec("numba"), f"the package numba is missing: {install_command('numba')}")
@@ -214,7 +214,7 @@ STEPS = (
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
-    DeclaredStep(Task.JITTER, (JITTER, DESIGN), "disturbances.jitter_m_s is given"),
+    DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "disturbances.jitter_m_s is given"),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
