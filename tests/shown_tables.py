@@ -907,6 +907,58 @@ def coexisting(x: Results) -> list[Row]:
     ]
 
 
+def _outcome(of: dict[str, Any]) -> str:
+    """What switching on leads to, in words, of a part of the sweep; words of more than 16 letters are not shown."""
+    if not of["word"]:
+        names = {
+            "at_rest": "at rest on the bottom membrane",
+            "chaotic": "chaotic, or not periodic within the budget",
+            "undecided": "a motion that rounding does not tell",
+            "rest_cycle": "rest again and again, after times that rounding does not tell",
+        }
+        return names[of["outcome"]]
+    often = "forcing period" if of["periods"] == 1 else f"{of['periods']} forcing periods"
+    if of["outcome"] != "rest_cycle":
+        return f"{of['word']} every {often}"
+    return f"rest every {often}" + (f" ({of['word']})" if len(of["word"]) <= 16 else "")
+
+
+def outcomes_along(x: Results) -> list[Row]:
+    return [
+        {f"{x.symbol} from": Amount(of["from"], x.unit, 6), "to": number(of["to"], 6), "Outcome": _outcome(of)}
+        for of in x.data["disturbances"]["from_rest"]["along_sweep"]
+    ]
+
+
+def edges_of_outcome(x: Results) -> list[Row]:
+    found = x.data["disturbances"]["from_rest"]
+    window, (_, symbol, unit) = found["window"], SYMBOLS[found["window"]["parameter"]]
+    return [
+        {
+            "Side": side,
+            symbol: Amount(window[end], unit, 8),
+            "Outcome up to there": _outcome(found),
+            "Outcome beyond": _outcome({name: window[f"{end}_{name}"] for name in ("outcome", "word", "periods")})
+            if window[f"{end}_outcome"]
+            else "as far as was looked",
+            "Edges accumulate": "yes" if window[f"{end}_accumulates"] else "no",
+        }
+        for side, end in (("below", "from"), ("above", "to"))
+    ]
+
+
+def spreads(x: Results) -> list[Row]:
+    of = x.data["disturbances"]["jitter"]
+    return [
+        {
+            "Impact": where,
+            "phase": Amount(of[f"phase_{where}_deg"], "°", 3),
+            "velocity": Amount(of[f"velocity_{where}_m_s"], "m/s", 3),
+        }
+        for where in ("bottom", "top")
+    ]
+
+
 TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Requirements": requirements,
     "Where the values come from": remarks,
@@ -920,6 +972,9 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Critical points: the motion there": points_motion,
     "Table 1 for this scenario": table_1,
     "Ranges of stable 1:1 motion": stable_ranges,
+    "Around the design point: where the outcome from rest changes": edges_of_outcome,
+    "Along the sweep: what switching on from rest leads to": outcomes_along,
+    "How far random kicks spread the motion": spreads,
     "What follows from them": what_follows,
     "Tolerances": tolerances,
     "Stable motions of the random devices": random_devices,

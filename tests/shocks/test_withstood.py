@@ -14,8 +14,9 @@ from devices import of
 from vireport import analyse, loads
 from vireport.base import UsageError
 from vireport.cli import main
-from vireport.shocks import jitter as jitter_of
-from vireport.shocks import least_shock, withstood_by
+from vireport.shocks import withstood_by
+from vireport.shocks.jitter import jitter as jitter_of
+from vireport.shocks.shock import least_shock
 from vireport.study import refuse_undecidable
 
 TEXT = """\

@@ -16,7 +16,7 @@ from vireport.disturbances.from_rest import (
     switched_on,
 )
 from vireport.disturbances.recovery import Recovery, recovery_of
-from vireport.disturbances.windows import OutcomeRange, Window, along, outcomes_at, window
+from vireport.disturbances.windows import ALONG, OutcomeRange, Window, along, outcomes_at, window
 from vireport.scenario import DisturbancesBlock, Parameter
 
 WIDEST = 0.5
@@ -71,6 +71,11 @@ class Disturbances:
     window: Window | None = None
     along: tuple[OutcomeRange, ...] = ()
     recovery: Recovery | None = None
+
+    @property
+    def values_along(self) -> int:
+        """Values along the sweep at which the outcome was looked for before edges were located."""
+        return ALONG if self.along else 0
 
     @property
     def narrow(self) -> bool:

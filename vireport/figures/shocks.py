@@ -30,12 +30,14 @@ LEAST: Look = {"color": Color.VERMILION, "linewidth": 2.2, "marker": "o", "marke
 
 
 def picture(study: Study, withstood: Withstood, templates: Path | None = None) -> Picture | None:
-    """The figure with its words; None where no shock was tried, or what they lead to is not told apart."""
+    """The figure with its words; None where no shock leads out, or what they lead to is not told apart."""
     if withstood.shock is None:
         return None
     try:
         plane, lines = shocks_around(study.solution, withstood.shock)
     except NumericalError:  # another stable motion is too near a critical point for its returns to be told
+        return None
+    if plane.share(0) == 1:
         return None
     shown = {
         "points": len(plane.x),

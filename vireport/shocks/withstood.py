@@ -88,6 +88,15 @@ class Withstood:
         return None if self.spread is None else float(self.spread.velocity.max()) * self.velocity_unit
 
     @property
+    def spreads(self) -> list[tuple[str, float, float]]:
+        """Membrane, standard deviation of the phase [deg] and of the velocity [m/s] at each impact."""
+        if self.spread is None:
+            return []
+        where = ("bottom" if wall > 0 else "top" for wall in self.spread.motion.word.walls)
+        phases, speeds = np.degrees(self.spread.phase_rad), self.spread.velocity * self.velocity_unit
+        return list(zip(where, phases.tolist(), speeds.tolist(), strict=True))
+
+    @property
     def valid_up_to_m_s(self) -> float | None:
         """Standard deviation of the kicks up to which linear theory holds [m/s]."""
         return None if self.jitter is None else self.jitter.valid_up_to * self.jitter_m_s

@@ -381,6 +381,8 @@ def _window(window: Window) -> dict[str, Any]:
         {"parameter": window.parameter}
         | {name: edge.value for name, edge in ends.items()}
         | {f"{name}_outcome": edge.beyond and edge.beyond.destination for name, edge in ends.items()}
+        | {f"{name}_word": edge.beyond and edge.beyond.word for name, edge in ends.items()}
+        | {f"{name}_periods": edge.beyond and edge.beyond.periods for name, edge in ends.items()}
         | {f"{name}_accumulates": edge.accumulates for name, edge in ends.items()}
     )
 
