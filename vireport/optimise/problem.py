@@ -34,7 +34,6 @@ from vireport.scenario import (
 )
 from vireport.study import (
     Study,
-    Task,
     analyse,
     refuse_undecidable,
 )
@@ -230,7 +229,7 @@ class Problem:
         ScenarioError, NumericalError
             Where a run would end with it.
         """
-        return analyse(loads(self.scenario_text(t, lean=True), self.loaded.document.name), (Task.JSON,))
+        return analyse(loads(self.scenario_text(t, lean=True), self.loaded.document.name), ())
 
     def value_of(self, study: Study) -> float:
         """The objective in the results of a design: the least of its stable motions."""

@@ -202,6 +202,8 @@ PICTURES = Precondition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
 )
 
+OUTPUT = Precondition(lambda _, formats: formats, "no output is asked for: designs of a search are only judged")
+
 PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
 
 STEPS = (
@@ -212,7 +214,7 @@ STEPS = (
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
-    DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA), "the scenario has a disturbances block"),
+    DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "disturbances.jitter_m_s is given"),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
