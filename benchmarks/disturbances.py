@@ -1,0 +1,98 @@
+"""What it costs to say what a device does from rest, which shock its motion stands, and what shocks lead to.
+
+    python benchmarks/disturbances.py
+
+From rest, interpreted as a run without numba is, the peer is the simulation's own search for an attractor, from the
+same state: it does not know the motions that the ball may come to. Of the least shock and of the plane the peer
+simulates a regular grid of shocks, all of them, with the same compiled flights; the least shock is then known to the
+grid's spacing only. Times are of the processor, on one core.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from pathlib import Path
+
+import numpy as np
+from record import processor_time, record
+
+from vireport import load
+from vireport.design import solution_of
+from vireport.disturbances import disturbances_of
+from vireport.physics import Device, Membrane
+from vireport.scenario import Parameter
+from vireport.shocks import shocks_around, withstood_by
+from vireport.simulation import BOTTOM, Impact, InFlight, attractors, check_start, find_attractor
+from vireport.study import sweep_of
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+FORCED = {"inclined": (), "horizontal": (), "inclined-forcing": ("excitation.amplitude_n=3.6",)}
+"""Examples, and what is set over them: at 3.6 N the device comes to rest again and again."""
+
+BUDGET, GRID, KEPT = 4000, 64, 400
+"""Impacts of the search for an attractor; points of the peer's grid along either axis, and impacts of each."""
+
+
+def solved(name: str, changes: tuple[str, ...]):
+    scenario = load(EXAMPLES / f"{name}.yaml", changes).scenario
+    return solution_of(Device.of(scenario), Membrane.of(scenario), sweep_of(scenario), True)
+
+
+def by_grid(solution, shock) -> float:
+    """Simulate a regular grid of shocks to a motion; the least of those that do not return."""
+    device, motion = solution.device, shock.motion
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    least = shock.searched_to if shock.jump is None else 2 * shock.jump
+    times, jumps = 2 * motion.word.periods * np.arange(GRID) / GRID, np.linspace(-least, least, GRID)
+    starts = []
+    for time in times:
+        k = int(np.searchsorted(motion.time - motion.time[0], time, side="right")) - 1
+        delay, wall = time - (motion.time[k] - motion.time[0]), motion.word.walls[k]
+        phase, after = np.pi * motion.time[k], float(groups.after(wall, motion.velocity[k]))
+        now = phase + np.pi * delay
+        position = wall * groups.d / 2 + after * delay + groups.gbar * delay**2 / 2
+        position -= (np.cos(now) - np.cos(phase)) / np.pi**2 + np.sin(phase) * delay / np.pi
+        velocity = after + groups.gbar * delay + (np.sin(now) - np.sin(phase)) / np.pi
+        inside = float(np.clip(position, *(np.array([-1, 1]) * (1 - 1e-9) * groups.d / 2)))
+        starts += [InFlight(inside, velocity + jump, now % (2 * np.pi)) for jump in jumps]
+    rows = np.stack([check_start(start, groups.d) for start in starts])
+    (ends,) = attractors(groups, rows[None], KEPT, workers=1)
+    returned = np.array([end.cycle is not None and end.word == motion.word.letters for end in ends])
+    away = np.abs(np.tile(jumps, len(times)))[~returned]
+    return float(away.min()) if len(away) else np.inf
+
+
+def main() -> None:
+    """Print and record the table."""
+    rows = []
+    for name, changes in FORCED.items():
+        solution = solved(name, changes)
+        groups = solution.device.groups(Parameter.LENGTH, solution.device.length_m).as_floats()
+        rest = Impact(BOTTOM, 0.0, 0.0)
+        ours, found = processor_time(lambda solution=solution: disturbances_of(solution, None), 9)
+        peer, _ = processor_time(lambda groups=groups, rest=rest: find_attractor(groups, rest, BUDGET, compiled=False))
+        withstood_by(solution, shocks=True)  # compiled
+        shock_s, withstood = processor_time(lambda solution=solution: withstood_by(solution, shocks=True))
+        shock = withstood.shock
+        plane_s, (plane, _) = processor_time(lambda solution=solution, shock=shock: shocks_around(solution, shock))
+        grid_s, least = processor_time(lambda solution=solution, shock=shock: by_grid(solution, shock), 1)
+        row = {
+            "scenario": name, "outcome": found.from_rest.name, "from_rest_ms": 1e3 * ours, "simulation_ms": 1e3 * peer,
+            "shock_s": shock_s, "jump_m_s": withstood.jump_m_s, "plane_s": plane_s, "plane_points": len(plane.x) ** 2,
+            "grid_s": grid_s, "grid_points": GRID**2, "ratio": peer / ours,
+            "plane_ratio": grid_s / (GRID**2) / (plane_s / len(plane.x) ** 2),
+        }  # fmt: skip
+        rows.append(row)
+        print(
+            f"{name:<18} from rest {1e3 * ours:.1f} ms, simulation {1e3 * peer:.1f} ms; shock {shock_s:.2f} s, "
+            f"plane {plane_s:5.2f} s, {GRID} x {GRID} shocks simulated {grid_s:5.2f} s: "
+            f"{least * withstood.velocity_unit:.4g} against {withstood.jump_m_s} m/s"
+        )
+    record("disturbances", grid=GRID, disturbances=rows)
+
+
+if __name__ == "__main__":
+    main()
