@@ -18,7 +18,7 @@ from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, model_of
 from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
-from vireport.motions.sweep import Sweep
+from vireport.motions.sweep import Sweep, settable
 from vireport.motions.switching import Limits
 from vireport.physics import FLOATS, Word
 
@@ -26,6 +26,10 @@ Floats = NDArray[np.float64]
 
 ROUNDING = 1e-9
 """Share of the sweep up to which a value beyond the end of a family is that end."""
+
+MOST_SHOWN = 150
+"""Families that a page shows: as rows some three pages, as curves as many as can be told apart. With a restitution near
+1 there are over a thousand, which took ten times as long to draw and to set, and made a page of 44 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -275,6 +279,15 @@ class Atlas:
     vertices: tuple[Point, ...]
     completeness: tuple[Completeness, ...]
     followed: int
+
+    @property
+    def shown(self) -> tuple[Family, ...]:
+        """The families that pages show, in their order: at most `MOST_SHOWN`.
+
+        First come those with stable motions that a device can be set to, then those of the shortest words.
+        """
+        first = sorted(self.families, key=lambda family: not any(settable(*part) for part in family.stable_ranges))
+        return tuple(sorted(first[:MOST_SHOWN], key=lambda family: family.number))
 
     def at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every motion at a value of the swept parameter, with its family."""
