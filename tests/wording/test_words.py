@@ -122,7 +122,7 @@ def followed(*words: str) -> SimpleNamespace:
     families = [thing(word=Word.of(*word.split(), *([3] if "3" in word else []))) for word in words]
     for family, word in zip(families, words, strict=True):
         family.word = Word.of(word.rstrip("3"), 3 if word.endswith("3") else 1)
-        family.stable_runs = [(0, 1)]
+        family.settable = True
     return thing(families=families, stable_at=lambda value: [(family, None) for family in families])
 
 
@@ -225,6 +225,10 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "the bottom membrane 10 times and the top once",
             "There the ball strikes",
         ],
+    ),
+    "many others": (
+        lambda: Evidence(solved("inclined", **HERE), atlas=followed("BBT", "BTBT3", "T", "BTT", "BB")),
+        ["once and the top twice per forcing period (BTT), or in other ways, 5 in all"],
     ),
     "an allowed motion": (
         lambda: Evidence(solved("inclined", **HERE), atlas=followed("BBT"), criteria=(required(True, "MOTION"),)),

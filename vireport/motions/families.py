@@ -180,6 +180,11 @@ class Family:
         return [(float(part.min()), float(part.max())) for part in parts]
 
     @property
+    def settable(self) -> bool:
+        """Whether it has stable motions over a range that a device can be set to."""
+        return any(settable(*part) for part in self.stable_ranges)
+
+    @property
     def determinant(self) -> float:
         """Determinant of the product of the flights' Jacobians, r^(2N)."""
         return float(self.model.r ** (2 * len(self.word)))
@@ -286,7 +291,7 @@ class Atlas:
 
         First come those with stable motions that a device can be set to, then those of the shortest words.
         """
-        first = sorted(self.families, key=lambda family: not any(settable(*part) for part in family.stable_ranges))
+        first = sorted(self.families, key=lambda family: not family.settable)
         return tuple(sorted(first[:MOST_SHOWN], key=lambda family: family.number))
 
     def at(self, value: float) -> list[tuple[Family, Motion]]:
