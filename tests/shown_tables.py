@@ -1547,6 +1547,16 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
         if ranges:
             amounts = (amount for part in ranges for amount in part.amounts)
             yield figure, Said(f"Stable 1:1 motion for {' and for '.join(part.words for part in ranges)}.", *amounts)
+    if (simulated := x.data["simulation"]) is not None:
+        # Starts that come to one cycle share its residual to the last digit. A word that sticks has a "~" in it.
+        cycles = [
+            {(end["word"], end["residual"]) for end in sample["ends"] if "~" not in (end["word"] or "~")}
+            for sample in simulated["samples"]
+        ]
+        impacts = sum(len(word) for found in cycles for word, _ in found)
+        counted = f"{impacts} impacts of periodic motions at {sum(map(bool, cycles))} value"
+        yield "figure-2", Said(f"circles: {counted}")
+        yield "figure-7", Said(f"circles: voltages of {counted}")
     if x.parameter == "length_m":
         yield "figure-2", Said("F/(2 M f) = {}", Amount(x.device.velocity_unit, "m/s", 4))
     yield "figure-7", Said(

@@ -53,7 +53,7 @@ from shown_tables import (
 from vireport.chart import plane_of
 from vireport.chart.outputs import text as chart_text
 from vireport.comparison import Comparison, ComparisonReport, compare, comparison_provenance, terminal_summary
-from vireport.figures import Picture, live_data, pictures, shown_along
+from vireport.figures import Picture, live_data, pictures, shown_along, simulated_points
 from vireport.figures.captions import alt_text, pictured
 from vireport.motions import Event, Limits
 from vireport.optimise import JudgedDesign, outputs, problem_of
@@ -465,11 +465,11 @@ def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
             assert cell == "" if bound == float("inf") else not Said("{}", Bound(bound)).faults(cell, True)
 
 
-@pytest.mark.parametrize("name", ["length swept, with everything", "frequency swept"])
+@pytest.mark.parametrize("name", ["length swept, with everything", "frequency swept", "force swept, simulated"])
 def test_captions_of_figures_along_the_sweep_have_the_numbers_of_the_results(name: str) -> None:
     study, wrong = study_of(name), []
     for figure, said in along_the_sweep(results_of(name)):
-        shown = shown_along(study, Task(figure))
+        shown = shown_along(study, Task(figure), simulated_points(study))
         text = f"{pictured(Task(figure), shown, None).caption} {alt_text(Task(figure), shown)}"
         wrong += [f"{figure}: {fault}" for fault in [said.faults(text)] if fault]
         if figure != "figure-4":

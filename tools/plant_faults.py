@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parent.parent
 READ_BACK = ("tests/test_shown.py",)
 TESTS = {
     "templates/sections/paper": ("tests/checks/test_paper.py", "tests/report"),
+    "templates/sections/motions": ("tests/atlas/test_results.py", "tests/wording"),
     "templates/sections": ("tests/report", "tests/wording"),
     "templates/words/figures": ("tests/wording", "tests/figures"),
     "templates/words": ("tests/wording", "tests/gate", "tests/report"),

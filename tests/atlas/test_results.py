@@ -13,7 +13,7 @@ import pytest
 from vireport import analyse, load, loads
 from vireport.atlas import portrait_of
 from vireport.base import ScenarioError, UsageError
-from vireport.motions import Limits, generation, ladder
+from vireport.motions import Limits, families, generation, ladder
 from vireport.physics import generated_voltage
 from vireport.report import Report, render_html
 from vireport.report.motions import families_table
@@ -137,7 +137,7 @@ def test_the_table_has_every_family_with_its_range(study):
 
 def test_the_ladder_has_the_best_of_each_word(study):
     membrane = study.solution.membrane
-    rungs = {(rung.word.letters, rung.word.periods): rung for rung in ladder(study.atlas, membrane)}
+    rungs = {(rung.word.letters, rung.word.periods): rung for rung in ladder(study.atlas.families, membrane)}
     assert {("BT", 1), ("BBT", 1)} <= rungs.keys()
     assert list(rungs.values()) == sorted(rungs.values(), key=lambda rung: -rung.per_second_v)
     for (word, periods), rung in rungs.items():
@@ -172,7 +172,7 @@ def test_rates_are_those_of_each_frequency_and_of_all_periods():
         volts = generated_voltage(speeds, study.solution.membrane)
         np.testing.assert_allclose(family["u_impacts_v"], volts)
         np.testing.assert_allclose(family["u_per_second_v"], volts.sum(axis=1) * f / periods)
-    for rung in ladder(study.atlas, study.solution.membrane):
+    for rung in ladder(study.atlas.families, study.solution.membrane):
         own = [x for x in data if (x["word"], x["periods"]) == (rung.word.letters, rung.word.periods)]
         value, average, rate = (
             np.concatenate([np.array(x[key])[x["stable"]] for x in own])
@@ -293,6 +293,30 @@ def test_report_and_results_say_from_how_many_impacts_on_families_are_left_out(s
     cut = replace(study, atlas=replace(study.atlas, followed=2))
     assert said in section(cut)
     assert cut.to_dict()["motions"]["followed_impacts"] == 2
+
+
+def test_pages_show_the_families_that_can_be_set_then_the_shortest_words_and_results_have_all(study, monkeypatch):
+    from vireport.figures import pictures
+
+    every = study.to_dict()
+    assert study.atlas.shown == study.atlas.families
+    assert "results.json and branches.csv have all" not in section(study)
+    monkeypatch.setattr(families, "MOST_SHOWN", 2)
+    monkeypatch.setattr(families, "settable", lambda low, high: high - low > 0.01)
+    assert [family.number for family in study.atlas.shown] == [1, 3]  # 2 is stable over 0.003 m
+    monkeypatch.setattr(families, "MOST_SHOWN", 3)
+    assert [family.number for family in study.atlas.shown] == [1, 2, 3]
+    assert study.to_dict() == every
+    carried = study.to_dict(shown=True)
+    assert carried["families"] == every["families"][:3]
+    assert carried["motions"] == every["motions"]
+    assert carried["motions"]["families_found"] == len(every["families"]) == 4
+    assert "Of 4 families 3 are in the tables" in section(study)
+    assert len(families_table(study, study.atlas).rows) == 3
+    drawn = {picture.name: picture for picture in pictures(study)}
+    for name in ("figure-atlas", "figure-ladder"):
+        assert "Drawn are 3 of 4 families" in drawn[name].caption
+    assert drawn["figure-atlas"].alt.partition(". ")[2].startswith("3 families")
 
 
 def section(study: Study) -> str:

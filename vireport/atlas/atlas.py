@@ -161,6 +161,7 @@ class _Search:
     finest: float
     openings: int
     families: list[Family] = field(default_factory=list)
+    of_word: dict[Word, list[Family]] = field(default_factory=dict)
     meetings: list[_Meeting] = field(default_factory=list)
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: list[_Opening] = field(default_factory=list)
@@ -315,7 +316,7 @@ class _Search:
         words = {motion.word.canonical()}
         if self.model.horizontal:
             words.add(motion.word.mirrored().canonical())
-        return (family for family in self.families if family.word.canonical() in words)
+        return chain.from_iterable(self.of_word.get(word, ()) for word in words)
 
     def _add(self, curve: Curve, trail: Trail) -> None:
         """Take up a family that was followed."""
@@ -329,6 +330,7 @@ class _Search:
         """Take up a family, and what it meets."""
         number = len(self.families) + 1
         self.families.append(replace(family, number=number))
+        self.of_word.setdefault(family.word.canonical(), []).append(self.families[-1])
         for mark in family.marks:
             meeting = self._meeting(family, mark) if mark.event in MEETINGS else None
             if meeting is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,7 @@ from vireport.figures.style import (
 from vireport.motions import (
     Atlas,
     Family,
+    Point,
     generation,
     ladder,
 )
@@ -74,28 +75,31 @@ SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color
 
 def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Picture:
     """Velocities of all impacts of the families, stable and unstable, with their vertices; simulated ones beneath."""
-    axis, looks = sweep_axis(atlas.sweep), _looks(atlas)
+    axis, families = sweep_axis(atlas.sweep), atlas.shown
+    looks, numbers = _looks(axis, families), {family.number for family in families}
+    vertices = [vertex for vertex in atlas.vertices if not numbers.isdisjoint(vertex.families)]
     simulated = list(_simulated(study, axis))
     with style():
         figure, ((axes,),) = blank(1)
-        for family in atlas.families:
+        for family in families:
             _draw(axes, axis, family, np.abs(family.velocity), looks)
         if simulated:
             axes.add_artist(Line2D(*(np.concatenate(column) for column in zip(*simulated, strict=True)), **SIMULATED))
-        labels = _vertices(axes, axis, atlas)
+        labels = _vertices(axes, axis, families, vertices)
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
         axis.dress([axes])
         notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else [])]
-        legends = _legends(looks, atlas, notes)
+        legends = _legends(looks, families, notes)
         drawn = finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
-    words = {family.word.letters for family in atlas.families if family.stable_runs}
+    words = {family.word.letters for family in families if family.stable_runs}
     shown = {
         "held": held(study),
         "swept": atlas.sweep.parameter,
         "simulated": study.crosscheck is not None,
-        "families": len(atlas.families),
-        "vertices": len(atlas.vertices),
+        "families": len(families),
+        "found": len(atlas.families),
+        "vertices": len(vertices),
         "stable": sorted(words, key=lambda word: (len(word), word)),
     }
     return pictured(Task.FIGURE_ATLAS, shown, drawn, templates)
@@ -103,8 +107,8 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
 
 def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Path | None = None) -> Picture:
     """Mean voltage of the impacts, voltage per second and impacts per second of the families along the sweep."""
-    axis, looks = sweep_axis(atlas.sweep), _looks(atlas)
-    volts = [generation(family, membrane) for family in atlas.families]
+    axis, families = sweep_axis(atlas.sweep), atlas.shown
+    looks, volts = _looks(axis, families), [generation(family, membrane) for family in families]
     power = prefix(voltage.average_v for voltage in volts)
     unit, scale = f"{PREFIXES[power]}V", 10.0**power
     rows = (
@@ -116,7 +120,7 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
     with style():
         figure, panels = blank(len(rows), sharex="col")
         for (label, values), axes in zip(rows, panels[:, 0], strict=True):
-            for family, y in zip(atlas.families, values, strict=True):
+            for family, y in zip(families, values, strict=True):
                 _draw(axes, axis, family, y[:, None], looks)
             axes.set_ylabel(label)
             fit_vertically([axes])
@@ -125,17 +129,21 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
         figure.align_ylabels(panels[:, 0])
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
         head = [(conditions(study), Color.BLACK), *outside]
-        drawn = finished(figure, height, head, _legends(looks, atlas, []))
-    best = next(iter(ladder(atlas, membrane)), None)
-    shown = {"held": held(study), "swept": atlas.sweep.parameter, "best": best}
+        drawn = finished(figure, height, head, _legends(looks, families, []))
+    shown = {
+        "held": held(study),
+        "swept": atlas.sweep.parameter,
+        "best": next(iter(ladder(families, membrane)), None),
+        "families": len(families),
+        "found": len(atlas.families),
+    }
     return pictured(Task.FIGURE_LADDER, shown, drawn, templates)
 
 
-def _looks(atlas: Atlas) -> dict[str, Look]:
+def _looks(axis: SweepAxis, families: Sequence[Family]) -> dict[str, Look]:
     """Colour and marker of the words, those whose stable motions are seen first, then the shortest."""
-    axis = sweep_axis(atlas.sweep)
-    stable = {family.word.letters for family in atlas.families if _seen(axis, family)}
-    words = {family.word.letters for family in atlas.families}
+    stable = {family.word.letters for family in families if _seen(axis, family)}
+    words = {family.word.letters for family in families}
     most = max(min(len(stable), MOST_LOOKS), len(SHAPES))  # so that no two grey ones have the same marker
     ordered = sorted(words, key=lambda word: (word not in stable, len(word), word))[:most]
     return {
@@ -180,12 +188,12 @@ def _seen(axis: SweepAxis, family: Family) -> list[tuple[int, int]]:
     return [run for run in family.stable_runs if np.ptp(x[run[0] : run[1] + 1]) >= least]
 
 
-def _vertices(axes: Axes, axis: SweepAxis, atlas: Atlas) -> list[Label]:
+def _vertices(axes: Axes, axis: SweepAxis, families: Sequence[Family], vertices: Sequence[Point]) -> list[Label]:
     """Mark the vertices, and return the labels of those on stable motions that are seen."""
-    marked = ((mark, run) for family in atlas.families for run in _seen(axis, family) for mark in family.marks)
+    marked = ((mark, run) for family in families for run in _seen(axis, family) for mark in family.marks)
     lettered = {mark.point.label for mark, (first, last) in marked if mark.point and first <= mark.row <= last}
     labels = []
-    for vertex in atlas.vertices:
+    for vertex in vertices:
         speed = np.sort(np.abs(vertex.motion.velocity))[::-1]
         at = np.full(len(speed), float(axis.of(vertex)))
         on_stable = vertex.label in lettered
@@ -203,11 +211,11 @@ def _simulated(study: Study, axis: SweepAxis) -> Iterator[DrawnCurve]:
             yield np.full(len(cycle.velocity), axis.of_value(float(value))), np.abs(cycle.velocity)
 
 
-def _legends(looks: dict[str, Look], atlas: Atlas, notes: list[Entry]) -> list[list[Entry]]:
+def _legends(looks: dict[str, Look], families: Sequence[Family], notes: list[Entry]) -> list[list[Entry]]:
     words: list[Entry] = [
         (word, ON_STABLE | look | {"linestyle": "-", "linewidth": 1.8}) for word, look in looks.items()
     ]
-    if len({family.word.letters for family in atlas.families}) > len(looks):
+    if len({family.word.letters for family in families}) > len(looks):
         words.append((OTHER, UNSTABLE | {"color": Color.GREY, "linestyle": "-"}))
     grey = {"color": Color.GREY}
     return [words, [("stable", STABLE | grey), ("unstable", UNSTABLE | grey), *notes]]

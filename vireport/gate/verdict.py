@@ -513,12 +513,12 @@ def _stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
 
 
 def _known_words(solution: Solution, atlas: Atlas | None) -> tuple[Word, ...]:
-    """The words of the stable motions that are known at the design point, or without one somewhere in the sweep."""
+    """The words of the stable motions that are known at the design point, or without one where the sweep can be set."""
     if atlas is None:
         return ()
     design = solution.design
     if design is None:
-        stable = [family for family in atlas.families if family.stable_runs]
+        stable = [family for family in atlas.families if family.settable]
     else:
         stable = [family for family, _ in atlas.stable_at(design.value)]
     return tuple(dict.fromkeys(family.word for family in stable))

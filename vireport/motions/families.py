@@ -18,7 +18,7 @@ from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, model_of
 from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
-from vireport.motions.sweep import Sweep
+from vireport.motions.sweep import Sweep, settable
 from vireport.motions.switching import Limits
 from vireport.physics import FLOATS, Word
 
@@ -26,6 +26,10 @@ Floats = NDArray[np.float64]
 
 ROUNDING = 1e-9
 """Share of the sweep up to which a value beyond the end of a family is that end."""
+
+MOST_SHOWN = 150
+"""Families that a page shows: as rows some three pages, as curves as many as can be told apart. With a restitution near
+1 there are over a thousand, which took ten times as long to draw and to set, and made a page of 44 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,6 +180,11 @@ class Family:
         return [(float(part.min()), float(part.max())) for part in parts]
 
     @property
+    def settable(self) -> bool:
+        """Whether it has stable motions over a range that a device can be set to."""
+        return any(settable(*part) for part in self.stable_ranges)
+
+    @property
     def determinant(self) -> float:
         """Determinant of the product of the flights' Jacobians, r^(2N)."""
         return float(self.model.r ** (2 * len(self.word)))
@@ -275,6 +284,15 @@ class Atlas:
     vertices: tuple[Point, ...]
     completeness: tuple[Completeness, ...]
     followed: int
+
+    @property
+    def shown(self) -> tuple[Family, ...]:
+        """The families that pages show, in their order: at most `MOST_SHOWN`.
+
+        First come those with stable motions that a device can be set to, then those of the shortest words.
+        """
+        first = sorted(self.families, key=lambda family: not family.settable)
+        return tuple(sorted(first[:MOST_SHOWN], key=lambda family: family.number))
 
     def at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every motion at a value of the swept parameter, with its family."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.families import Atlas, Family
+from vireport.motions.families import Family
 from vireport.physics import Membrane, Word, generated_voltage
 from vireport.scenario import Parameter
 
@@ -81,10 +82,10 @@ class Rung:
     impacts_per_s: tuple[float, float]
 
 
-def ladder(atlas: Atlas, membrane: Membrane | None) -> tuple[Rung, ...]:
+def ladder(families: Iterable[Family], membrane: Membrane | None) -> tuple[Rung, ...]:
     """The sequences that have stable motions: what generates most per second first, or has the most impacts."""
-    words = dict.fromkeys(family.word for family in atlas.families if family.stable_runs)
-    stable = [family for family in atlas.families if family.stable_runs]
+    stable = [family for family in families if family.stable_runs]
+    words = dict.fromkeys(family.word for family in stable)
     rungs = (_rung([family for family in stable if family.word == word], membrane) for word in words)
     key = "impacts_per_s" if membrane is None else "per_second_v"
     return tuple(sorted(rungs, key=lambda rung: getattr(rung, key), reverse=True))

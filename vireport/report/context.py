@@ -221,8 +221,8 @@ class Report:
 
     @property
     def results(self) -> dict[str, Any]:
-        """The results as data, as results.json has them."""
-        return results(self.study, self.provenance)
+        """The results as data, as results.json has them; of the families those that are shown."""
+        return results(self.study, self.provenance, shown=True)
 
     @property
     def listing(self) -> str:
@@ -376,7 +376,7 @@ class Report:
         """What the stable motions of each impact sequence generate at most, the most per second first."""
         if self.study.atlas is None:
             return ()
-        return ladder(self.study.atlas, self.solution.membrane)
+        return ladder(self.study.atlas.shown, self.solution.membrane)
 
     def compliant(self) -> Iterator[Table]:
         """The motion with compliant membranes beside the rigid model."""

@@ -21,9 +21,9 @@ from vireport.text import (
 
 
 def families_table(study: Study, atlas: Atlas) -> Table:
-    """The families, the stable ones first, with the voltage in the middle of the longest stable range."""
+    """Those families that are shown, stable ones first, with the voltage in the middle of the longest stable range."""
     swept = atlas.sweep.parameter
-    order = sorted(atlas.families, key=lambda family: not family.stable_runs)
+    order = sorted(atlas.shown, key=lambda family: not family.stable_runs)
     rows = tuple((*_row(family), *_voltage(study, family)) for family in order)
     columns = (
         *texts("Word", "n:m"),

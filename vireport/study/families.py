@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import isfinite
 from typing import Any
@@ -40,13 +40,14 @@ def motions_data(atlas: Atlas) -> dict[str, Any]:
     rest = {"word": None, "claim": Claim.FOLLOWED, "resolution": None, "undecided": None}
     return {
         "impacts": atlas.limits.impacts, "periods": atlas.limits.periods, "followed_impacts": atlas.followed,
+        "families_found": len(atlas.families),
         "completeness": [*completeness, rest],
     }  # fmt: skip
 
 
-def families_data(atlas: Atlas, membrane: Membrane | None) -> list[dict[str, Any]]:
-    """Every family, with what happens on it and, where there is a membrane, what its impacts generate."""
-    return [_family(family, membrane) for family in atlas.families]
+def families_data(families: Iterable[Family], membrane: Membrane | None) -> list[dict[str, Any]]:
+    """Families, with what happens on each and, where there is a membrane, what its impacts generate."""
+    return [_family(family, membrane) for family in families]
 
 
 def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:

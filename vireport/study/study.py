@@ -168,8 +168,14 @@ class Study:
 
         return reproduce(self.solution)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The results as plain data: results.json without its provenance."""
+    def to_dict(self, shown: bool = False) -> dict[str, Any]:
+        """The results as plain data: results.json without its provenance.
+
+        Parameters
+        ----------
+        shown : bool
+            Whether of the families only those are wanted that pages show, see `Atlas.shown`.
+        """
         solution, asked = self.solution, self.scenario
         return {
             "schema_version": SCHEMA_VERSION,
@@ -177,7 +183,7 @@ class Study:
             "overrides": list(self.loaded.overrides),
             **solution_data(solution),
             "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
-            **_motions_data(self.atlas, solution.membrane),
+            **_motions_data(self.atlas, solution.membrane, shown),
             **_accuracy_data(self.work, self.compliance),
             "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
             "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
@@ -217,9 +223,9 @@ class Study:
         return f"{lead}\n{html_table(('Point', 'Kind', 'Motion', f'{swept.symbol} [{swept.unit}]', 'd'), rows)}"
 
 
-def results(study: Study, provenance: Provenance) -> dict[str, Any]:
-    """The results of a study as plain data, ready for JSON, with where they come from."""
-    return {**study.to_dict(), "provenance": provenance.to_dict()}
+def results(study: Study, provenance: Provenance, shown: bool = False) -> dict[str, Any]:
+    """The results of a study as plain data, ready for JSON, with where they come from; `shown` as `Study.to_dict`."""
+    return {**study.to_dict(shown), "provenance": provenance.to_dict()}
 
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
@@ -227,10 +233,11 @@ def results_json(study: Study, provenance: Provenance) -> bytes:
     return json_bytes(study.to_dict(), provenance)
 
 
-def _motions_data(atlas: Atlas | None, membrane: Membrane | None) -> dict[str, Any]:
+def _motions_data(atlas: Atlas | None, membrane: Membrane | None, shown: bool) -> dict[str, Any]:
     if atlas is None:
         return {"motions": None, "families": None}
-    return {"motions": motions_data(atlas), "families": families_data(atlas, membrane)}
+    families = atlas.shown if shown else atlas.families
+    return {"motions": motions_data(atlas), "families": families_data(families, membrane)}
 
 
 def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) -> dict[str, Any]:
