@@ -3,10 +3,11 @@
 from vireport.shocks.jitter import Jitter, NoJitter, Unsettled
 from vireport.shocks.manifold import ShockLine
 from vireport.shocks.plane import OutcomePlane
-from vireport.shocks.shock import LeastShock
-from vireport.shocks.withstood import Withstood, shocks_around, withstood_by
+from vireport.shocks.shock import SCAN, LeastShock
+from vireport.shocks.withstood import Withstood, least_of, shocks_around, withstood_by
 
 __all__ = [
+    "SCAN",
     "Jitter",
     "LeastShock",
     "NoJitter",
@@ -14,6 +15,7 @@ __all__ = [
     "ShockLine",
     "Unsettled",
     "Withstood",
+    "least_of",
     "shocks_around",
     "withstood_by",
 ]
