@@ -947,6 +947,25 @@ def edges_of_outcome(x: Results) -> list[Row]:
     ]
 
 
+def motion_from_rest(x: Results) -> list[Row]:
+    """The motion of another word, whose type follows from its trace and the restitution, Table 1 for more impacts."""
+    of = x.data["disturbances"]["from_rest"]["motion"]
+    decay, stable = x.device.restitution ** len(of["word"]), of["stable_range"]
+    _, symbol, unit = SYMBOLS[stable["parameter"]]
+    focus = abs(of["trace"]) < 2 * decay
+    assert abs(of["trace"]) < 1 + decay**2
+    return [
+        {
+            "Motion": _outcome({"outcome": "other_motion", **of}),
+            "Type": "stable focus" if focus else "stable node",
+            f"Stable from {symbol}": Amount(stable["from"], unit, 6),
+            "to": number(stable["to"], 6),
+            "Begins with": stable["from_reason"].replace("_", " "),
+            "Ends with": stable["to_reason"].replace("_", " "),
+        }
+    ]
+
+
 def spreads(x: Results) -> list[Row]:
     of = x.data["disturbances"]["jitter"]
     return [
@@ -975,6 +994,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Around the design point: where the outcome from rest changes": edges_of_outcome,
     "Along the sweep: what switching on from rest leads to": outcomes_along,
     "How far random kicks spread the motion": spreads,
+    "The motion that the device comes to from rest": motion_from_rest,
     "What follows from them": what_follows,
     "Tolerances": tolerances,
     "Stable motions of the random devices": random_devices,

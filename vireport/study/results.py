@@ -49,7 +49,7 @@ from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
-    from vireport.design import Failure, Tolerances
+    from vireport.design import Failure, FollowedMotion, Tolerances
     from vireport.disturbances import Disturbances, Window
     from vireport.motions import Atlas, Family, Mark
     from vireport.shocks import Withstood
@@ -313,6 +313,7 @@ def disturbances_data(found: Disturbances, withstood: Withstood | None, membrane
         "periods": None if end is None else end.periods or None,
         "settles_after_periods": None if end is None else end.settles_after,
         "ramp_periods": found.ramp_periods,
+        "motion": found.reached and _followed(found.reached),
         "share_of_switch_on_phases": found.share,
         "ramp_that_reaches_1_1": ramp and {"periods": ramp.periods, "longest_tried": ramp.longest},
         "window": window and _window(window),
@@ -329,6 +330,27 @@ def disturbances_data(found: Disturbances, withstood: Withstood | None, membrane
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
         "jitter": withstood and _jitter(withstood, membrane),
+    }
+
+
+def _followed(found: FollowedMotion) -> dict[str, Any]:
+    """A stable motion of any word, by the names of the families, and how far it is one."""
+    motion, ends = found.motion, (found.low, found.high, found.below, found.above)
+    return {
+        "word": motion.word.letters,
+        "ratio": motion.word.ratio,
+        "periods": motion.word.periods,
+        "stability": found.stability,
+        "velocity": motion.velocity.tolist(),
+        "phase_rad": motion.phase.tolist(),
+        "time": motion.time.tolist(),
+        "trace": found.trace,
+        "multipliers": {
+            "real": [each.real for each in found.multipliers],
+            "imaginary": [each.imag for each in found.multipliers],
+        },
+        "stable_range": {"parameter": found.varied}
+        | dict(zip(("from", "to", "from_reason", "to_reason"), ends, strict=True)),
     }
 
 
