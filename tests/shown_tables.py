@@ -966,6 +966,26 @@ def motion_from_rest(x: Results) -> list[Row]:
     ]
 
 
+def attracting_motions(x: Results) -> list[Row]:
+    rows = []
+    for of in x.data["disturbances"]["coexistence"]["motions"]:
+        shock: Said | Amount | str = "–"
+        if of["least_jump_m_s"] is not None:
+            shock = Amount(of["least_jump_m_s"], "m/s", 4)
+        elif of["searched_to_m_s"] is not None:
+            shock = Said("none up to {}", Amount(of["searched_to_m_s"], "m/s", 3))
+        rows.append(
+            {
+                "Motion": of["name"],
+                "Starts": "–" if of["share_of_starts"] is None else Amount(100 * of["share_of_starts"], "%", 2),
+                "From rest": {True: "yes", False: "no", None: "–"}[of["reached_from_rest"]],
+                "Least shock": shock,
+                "It leads to": of["leads_to"] or "–",
+            }
+        )
+    return rows
+
+
 def spreads(x: Results) -> list[Row]:
     of = x.data["disturbances"]["jitter"]
     return [
@@ -993,6 +1013,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Ranges of stable 1:1 motion": stable_ranges,
     "Around the design point: where the outcome from rest changes": edges_of_outcome,
     "Along the sweep: what switching on from rest leads to": outcomes_along,
+    "Stable motions at the design point": attracting_motions,
     "How far random kicks spread the motion": spreads,
     "The motion that the device comes to from rest": motion_from_rest,
     "What follows from them": what_follows,

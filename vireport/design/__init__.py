@@ -3,7 +3,7 @@
 from vireport.design import margins
 from vireport.design.devices import FACTOR_OF, devices_off, region_of
 from vireport.design.followed import FollowedMotion, followed_motion
-from vireport.design.lines import HIGHEST_RESTITUTION
+from vireport.design.lines import HIGHEST_RESTITUTION, mirrored
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
 from vireport.design.proof import prove_again
@@ -31,6 +31,7 @@ __all__ = [
     "input_error",
     "margins",
     "mass_elasticity",
+    "mirrored",
     "motions_at",
     "prove_again",
     "region_of",

@@ -64,8 +64,8 @@ class Disturbances:
     recovery : Recovery or None
         Of the slowest stable 1:1 motion at the design point.
     reached : FollowedMotion or None
-        Where no 1:1 motion is stable: the periodic motion without rests that it comes to, followed along the swept
-        parameter, or the length where there is no sweep.
+        The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
+        length where there is no sweep; without a block only where no 1:1 motion is stable.
     """
 
     from_rest: FromRest | None
@@ -112,7 +112,8 @@ def disturbances_of(
     recovery, ratio = recovery_of(solution), device.period_ratio
     if asked is None:
         found = from_rest(groups, targets, ratio, compiled)
-        return Disturbances(found, recovery=recovery, reached=_reached(solution, found))
+        reached = None if targets else _reached(solution, found)
+        return Disturbances(found, recovery=recovery, reached=reached)
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
     ramp = None
@@ -124,11 +125,9 @@ def disturbances_of(
 
 
 def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:
-    """The motion that the device comes to where no 1:1 motion is stable, as its equations have it."""
-    design, cycle = solution.design, end.cycle
-    if design is None or design.motions.stable.any() or end.destination is not Destination.OTHER_MOTION:
-        return None
-    if cycle is None:
+    """The motion of another word that the device comes to, as its equations have it."""
+    cycle = end.cycle
+    if end.destination is not Destination.OTHER_MOTION or cycle is None:
         return None
     from vireport.atlas import motion_of_cycle
 

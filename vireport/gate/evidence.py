@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vireport.disturbances import Disturbances, FromRest
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
-    from vireport.shocks import Withstood
+    from vireport.shocks import AttractingMotions, Withstood
 
 Floats = NDArray[np.float64]
 
@@ -188,6 +188,7 @@ class Evidence:
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
+    attracting: AttractingMotions | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:

@@ -46,6 +46,7 @@ from vireport.scenario import (
     Scenario,
     unit_of,
 )
+from vireport.text import percent
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -304,8 +305,11 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
 
 
 def _share_of_starts(results: Evidence) -> str | None:
-    """How many simulated starts come to an allowed motion, at the value that is nearest to the design point."""
-    check, design = results.crosscheck, results.solution.design
+    """How many random starts come to an allowed motion, at the design point or the simulated value nearest to it."""
+    check, design, found = results.crosscheck, results.solution.design, results.attracting
+    if found is not None and found.others is not None:
+        own = [each.share or 0.0 for each in found.motions if each.motion and results.allows(each.motion.word.letters)]
+        return f"so do {percent(sum(own), 3)} of {found.starts} random starts"
     if check is None or design is None:
         return None
     row = int(np.argmin(np.abs(check.values - design.value)))

@@ -1,5 +1,6 @@
-"""What a stable motion withstands: the least shock that leads out of it, its spread under random kicks."""
+"""What a stable motion withstands: the least shock that leads out of it, which starts come to it, random kicks."""
 
+from vireport.shocks.attracting import AttractingMotion, AttractingMotions, attracting_motions
 from vireport.shocks.jitter import Jitter, NoJitter, Unsettled
 from vireport.shocks.manifold import ShockLine
 from vireport.shocks.plane import OutcomePlane
@@ -8,6 +9,8 @@ from vireport.shocks.withstood import Withstood, least_of, shocks_around, withst
 
 __all__ = [
     "SCAN",
+    "AttractingMotion",
+    "AttractingMotions",
     "Jitter",
     "LeastShock",
     "NoJitter",
@@ -15,6 +18,7 @@ __all__ = [
     "ShockLine",
     "Unsettled",
     "Withstood",
+    "attracting_motions",
     "least_of",
     "shocks_around",
     "withstood_by",

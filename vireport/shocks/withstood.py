@@ -124,7 +124,7 @@ def withstood_by(
         return None
     at = Parameter.LENGTH, device.length_m
     groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
-    stable, unstable = _stable_and_unstable(design, device)
+    stable, unstable = stable_and_unstable(design, device)
     shock, unknown = None, ""
     if shocks:
         try:
@@ -137,27 +137,26 @@ def withstood_by(
     return Withstood(unit, 0.5 / float(device.frequency_hz), shock, unknown, kick, largest)
 
 
-def shocks_around(solution: Solution, least: LeastShock) -> tuple[OutcomePlane, list[ShockLine]]:
-    """What shocks to a motion at the design point lead to, and which lead onto the unstable motion beside it.
+def shocks_around(
+    groups: Groups[float], motions: Sequence[Motion], least: LeastShock
+) -> tuple[OutcomePlane, list[ShockLine]]:
+    """What shocks to a motion lead to, and which lead onto the unstable motion beside it.
 
     Parameters
     ----------
-    solution : Solution
-        With a design point.
+    groups : Groups
+        Of the device.
+    motions : sequence of Motion
+        The stable ones that are known, among them that of the least shock.
     least : LeastShock
-        Of one of its stable motions. The plane reaches up to `ROOM` times it, or as far as it was searched.
+        The plane reaches up to `ROOM` times it, or as far as it was searched.
 
     Raises
     ------
     NumericalError
         If a stable motion is so near a critical point that its returns are not told.
     """
-    design, device = solution.design, solution.device
-    if design is None:
-        raise ValueError("without a design point there is no motion that a shock disturbs")
-    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    stable, _ = _stable_and_unstable(design, device)
-    others = [motion for motion in stable if motion.distance(least.motion) > 0]
+    others = [motion for motion in motions if motion.distance(least.motion) > 0]
     largest = least.searched_to if least.jump is None else ROOM * least.jump
     plane = shock_plane(groups, [least.motion, *others], largest)
     if least.companion is None or groups.restitution == 0:
@@ -167,7 +166,7 @@ def shocks_around(solution: Solution, least: LeastShock) -> tuple[OutcomePlane, 
     return plane, [line for piece in pieces for line in on_shocks(groups, least.motion, piece)]
 
 
-def _stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
+def stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
     """The admissible motions at the design point."""
     found = design.motions
     stable, unstable = (
