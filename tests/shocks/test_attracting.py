@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from conftest import solved
 
+from vireport import analyse, loads
 from vireport.atlas import atlas
 from vireport.design import Solution
 from vireport.disturbances import disturbances_of
@@ -101,7 +102,7 @@ def test_a_motion_of_another_word_that_is_reached_from_rest_stands_there_without
     (only,) = found.motions
     assert (only.name, only.from_rest, only.share) == ("BBT every forcing period", True, 1.0)
     assert only.shock.jump is None
-    assert found.withstood().searched_to_m_s == only.shock.searched_to * found.velocity_unit
+    assert found.withstood(found.reached).searched_to_m_s == only.shock.searched_to * found.velocity_unit
     plane, _ = shocks_around(groups_of(solution), found.told, only.shock)
     assert plane.share(0) == 1
 
@@ -139,3 +140,28 @@ def test_the_least_shock_of_a_word_is_found_two_ways_and_no_smaller_one_leads_ou
             assert (endings(groups, shocked(groups, each.motion, impact, delay, jump), cores) == k).all()
         delay, jump = np.array([shock.delay]), np.array([shock.sign * shock.jump * (1 + 1e-6)])
         assert endings(groups, shocked(groups, each.motion, shock.impact, delay, jump), cores)[0] == 1 - k
+
+
+WORDS = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, restitution: 0.5, length_m: 0.225}}
+excitation: {{amplitude_n: 5.0, frequency_hz: 2.5}}
+inclination_deg: 30.0
+sweep: {{parameter: length_m, from: 0.224, to: 0.226}}
+motions: {{impacts: 4, periods: 1}}
+disturbances: {{}}
+requirements: {{words: {words}, survives_shock_m_s: 0.03}}
+"""
+
+
+@pytest.mark.slow
+def test_a_shock_that_must_be_survived_is_that_of_the_motions_whose_words_are_required() -> None:
+    """A search for the best design judges by it as well, though it shows nothing."""
+    for words, formats, passed in ((["BBBT"], ("json",), True), (["BBT", "BBBT"], (), False)):
+        study = analyse(loads(WORDS.format(words=str(words).replace("'", ""))), formats)
+        motions, unit = study.attracting.motions, study.attracting.velocity_unit
+        own = [each for each in motions if each.motion.word.letters in words]
+        shock, word = (next(x for x in study.criteria if x.key == key) for key in ("survives_shock_m_s", "word"))
+        assert shock.passed is passed
+        assert shock.outcome.value == min(each.shock.jump * unit for each in own)
+        assert f"so do {100 * sum(each.share for each in own):.3g} % of 2000 random starts" in word.outcome.why

@@ -95,7 +95,7 @@ def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
     if study.plan.runs(Task.FIGURE_SHOCKS) and study.attracting is not None:
         from vireport.figures import shocks
 
-        withstood = study.withstood or study.attracting.withstood()
+        withstood = study.withstood or study.attracting.withstood(study.attracting.reached)
         if withstood is not None and (plane := shocks.picture(study, withstood, templates)) is not None:
             yield plane
     if study.plan.runs(Task.FIGURE_CYCLE) and (cycles := cycle.picture(study, templates)) is not None:

@@ -5,8 +5,9 @@ Motions of any word: the 1:1 motions, those of families that were followed, and 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -84,14 +85,29 @@ class AttractingMotions:
         """Motions whose returns are told."""
         return [each.motion for each in self.motions if each.motion is not None and each.share is not None]
 
-    def withstood(self) -> Withstood | None:
-        """What the motion withstands that the device comes to from rest; None where that is none, or not known."""
-        shocks = [each.shock for each in self.motions if each.from_rest and each.shock is not None]
-        return Withstood(self.velocity_unit, self.time_unit, shocks[0]) if shocks else None
+    @property
+    def reached(self) -> list[AttractingMotion]:
+        """That which the device comes to from rest, but for one with rests."""
+        return [each for each in self.motions if each.from_rest and each.motion is not None]
+
+    def withstood(self, chosen: Sequence[AttractingMotion]) -> Withstood | None:
+        """What some of the motions withstand: the least shock of them all; None of none."""
+        if not chosen:
+            return None
+        shocks = [each.shock for each in chosen if each.shock is not None]
+        if len(shocks) < len(chosen):
+            unknown = next(each.unknown for each in chosen if each.shock is None)
+            return Withstood(self.velocity_unit, self.time_unit, shock_unknown=unknown)
+        least = min(shocks, key=lambda shock: inf if shock.jump is None else shock.jump)
+        return Withstood(self.velocity_unit, self.time_unit, least)
 
 
 def attracting_motions(
-    solution: Solution, disturbances: Disturbances, atlas: Atlas | None = None, withstood: Withstood | None = None
+    solution: Solution,
+    disturbances: Disturbances,
+    atlas: Atlas | None = None,
+    withstood: Withstood | None = None,
+    least_m_s: float | None = None,
 ) -> AttractingMotions | None:
     """Set the stable motions of a design point beside one another, by compiled code.
 
@@ -104,6 +120,8 @@ def attracting_motions(
         Its stable motions are among them where the design point is within the sweep, and its unstable ones companions.
     withstood : Withstood, optional
         Whose least shock is not looked for again.
+    least_m_s : float, optional
+        Shock that must be withstood [m/s], as for `withstood_by`.
 
     Returns
     -------
@@ -126,6 +144,8 @@ def attracting_motions(
     speed = start_speed(groups.restitution, fastest)
     ends = endings(groups, random_starts(groups.d, speed, STARTS, SEED)[0], cores)
     place = {k: row for row, k in enumerate(k for k in range(len(stable)) if k not in why)}
+    unit, time_unit = float(device.velocity_unit(*at)), 0.5 / float(device.frequency_hz)
+    least = 0.0 if least_m_s is None else least_m_s / unit
     told, end = [core.motion for core in cores], disturbances.from_rest
     rested = _from_rest(groups, stable, end, bool(disturbances.ramp_periods), cores, place)
     found = []
@@ -134,7 +154,7 @@ def attracting_motions(
         shock, unknown = None, why.get(k, "")
         if share is not None:
             others = [other for other in told if other is not motion]
-            shock, unknown = _shock(groups, motion, others, unstable, withstood)
+            shock, unknown = _shock(groups, motion, others, unstable, withstood, least)
         found.append(AttractingMotion(motion, motion.word.name, share, rested[k], shock, unknown))
     rests = float(np.mean(ends == Elsewhere.RESTS))
     resting = end is not None and end.destination in (Destination.REST_CYCLE, Destination.AT_REST)
@@ -145,7 +165,6 @@ def attracting_motions(
         return None
     known = sum(each.share or 0.0 for each in found)
     elsewhere = None if why else max(1 - known, 0.0)
-    unit, time_unit = float(device.velocity_unit(*at)), 0.5 / float(device.frequency_hz)
     return AttractingMotions(tuple(found), STARTS, elsewhere, unit, time_unit)
 
 
@@ -198,14 +217,18 @@ def _shock(
     groups: Groups[float],
     motion: Motion,
     others: Sequence[Motion],
-    unstable: Iterable[Motion],
+    unstable: Sequence[Motion],
     withstood: Withstood | None,
+    least: float,
 ) -> tuple[LeastShock | None, str]:
     """The least shock of a motion, or why it is not known."""
     known = withstood.shock if withstood is not None else None
     if known is not None and known.motion.distance(motion) == 0:
         return known, ""
     try:
-        return least_shock(groups, motion, others, tuple(unstable)), ""
+        found = least_shock(groups, motion, others, unstable)
+        if found.jump is None and least >= found.searched_to:
+            found = least_shock(groups, motion, others, unstable, least * (1 + 1e-9))
+        return found, ""
     except (NumericalError, ValueError) as error:
         return None, str(error)

@@ -205,6 +205,10 @@ PICTURES = Precondition(
 
 OUTPUT = Precondition(lambda _, formats: formats, "no output is asked for: designs of a search are only judged")
 
+TOLD = Precondition(
+    lambda scenario, formats: formats or (scenario.requirements and scenario.requirements.allowed), OUTPUT.otherwise
+)
+
 PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
 
 STEPS = (
@@ -217,7 +221,7 @@ STEPS = (
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
-    DeclaredStep(Task.COEXISTENCE, (DISTURBANCES, DESIGN, NUMBA, OUTPUT), "the scenario has a disturbances block"),
+    DeclaredStep(Task.COEXISTENCE, (DISTURBANCES, DESIGN, NUMBA, TOLD), "the scenario has a disturbances block"),
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "disturbances.jitter_m_s is given"),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),

@@ -333,9 +333,9 @@ def _with_attracting(study: Study) -> Study:
 
     if study.disturbances is None:
         return study
-    return replace(
-        study, attracting=attracting_motions(study.solution, study.disturbances, study.atlas, study.withstood)
-    )
+    required = study.scenario.requirements
+    known = study.solution, study.disturbances, study.atlas, study.withstood
+    return replace(study, attracting=attracting_motions(*known, required.survives_shock_m_s if required else None))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:
