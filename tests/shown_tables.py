@@ -947,6 +947,45 @@ def edges_of_outcome(x: Results) -> list[Row]:
     ]
 
 
+def motion_from_rest(x: Results) -> list[Row]:
+    """The motion of another word, whose type follows from its trace and the restitution, Table 1 for more impacts."""
+    of = x.data["disturbances"]["from_rest"]["motion"]
+    decay, stable = x.device.restitution ** len(of["word"]), of["stable_range"]
+    _, symbol, unit = SYMBOLS[stable["parameter"]]
+    focus = abs(of["trace"]) < 2 * decay
+    assert abs(of["trace"]) < 1 + decay**2
+    return [
+        {
+            "Motion": _outcome({"outcome": "other_motion", **of}),
+            "Type": "stable focus" if focus else "stable node",
+            f"Stable from {symbol}": Amount(stable["from"], unit, 6),
+            "to": number(stable["to"], 6),
+            "Begins with": stable["from_reason"].replace("_", " "),
+            "Ends with": stable["to_reason"].replace("_", " "),
+        }
+    ]
+
+
+def attracting_motions(x: Results) -> list[Row]:
+    rows = []
+    for of in x.data["disturbances"]["coexistence"]["motions"]:
+        shock: Said | Amount | str = "–"
+        if of["least_jump_m_s"] is not None:
+            shock = Amount(of["least_jump_m_s"], "m/s", 4)
+        elif of["searched_to_m_s"] is not None:
+            shock = Said("none up to {}", Amount(of["searched_to_m_s"], "m/s", 3))
+        rows.append(
+            {
+                "Motion": of["name"],
+                "Starts": "–" if of["share_of_starts"] is None else Amount(100 * of["share_of_starts"], "%", 2),
+                "From rest": {True: "yes", False: "no", None: "–"}[of["reached_from_rest"]],
+                "Least shock": shock,
+                "It leads to": of["leads_to"] or "–",
+            }
+        )
+    return rows
+
+
 def spreads(x: Results) -> list[Row]:
     of = x.data["disturbances"]["jitter"]
     return [
@@ -974,7 +1013,9 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Ranges of stable 1:1 motion": stable_ranges,
     "Around the design point: where the outcome from rest changes": edges_of_outcome,
     "Along the sweep: what switching on from rest leads to": outcomes_along,
+    "Stable motions at the design point": attracting_motions,
     "How far random kicks spread the motion": spreads,
+    "The motion that the device comes to from rest": motion_from_rest,
     "What follows from them": what_follows,
     "Tolerances": tolerances,
     "Stable motions of the random devices": random_devices,

@@ -119,6 +119,10 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
          **required(survives_shock_m_s=0.9, phase_jitter_at_most_deg=3),
          **required(crosscheck_passed=True, margin_period_doubling_percent=20, force_at_most_n=3.8)},
     ),
+    "no stable 1:1 motion, and another one from rest": (
+        "design-point",
+        {"inclination_deg": 45, "device.length_m": 0.31, "device.restitution": 0.49},
+    ),
     "two stable motions, and a field above breakdown": (
         "design-point",
         {"inclination_deg": 5, "device.length_m": 0.33, "device.ball_mass_kg": 1e-4, **DIELECTRIC,

@@ -20,7 +20,7 @@ from pages import Page
 from PIL import Image
 
 import vireport
-from vireport import analyse, compare_figure, load
+from vireport import analyse, compare_figure, load, loads
 from vireport.base import NumericalError, ScenarioError, UsageError
 from vireport.comparison import (
     Comparison,
@@ -36,9 +36,11 @@ from vireport.comparison import (
     terminal_summary,
 )
 from vireport.comparison.figures import compare_pictures
+from vireport.comparison.ranking import rank_studies, ranking_table
 from vireport.figures import SCENARIO_COLORS
 from vireport.report import render_html
 from vireport.scenario import DesignInput
+from vireport.shocks import withstood_by
 from vireport.study import Study
 
 THREE = ("horizontal", "inclined", "inclined-forcing")
@@ -102,7 +104,9 @@ def test_a_scenario_is_no_different_from_itself() -> None:
 
 def test_what_matters_comes_first_and_of_it_what_only_some_have_and_what_changed_most() -> None:
     groups = [x.group for x in three().quantities]
-    assert list(dict.fromkeys(groups)) == ["design point", "stable range", "margin", "voltage", "critical point"]
+    assert list(dict.fromkeys(groups)) == [
+        *("design point", "disturbances", "stable range", "margin", "voltage", "critical point"),
+    ]
     assert groups == sorted(groups, key=list(QuantityGroup).index)
     changes = [x.change for x in three().differences if x.group == "critical point"]
     assert changes[:6] == [None] * 6  # A1, A2, A3, C1, G1, G2
@@ -163,6 +167,74 @@ def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
 def test_voltage_that_costs_margin_is_told() -> None:
     assert [scenario.name for scenario in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
     assert "inclined-forcing has the highest mean voltage (60.67 kV, +66 %) and a margin of 0.20 %" in three().headline
+
+
+PULLED = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5, length_m: 0.75}
+excitation: {amplitude_n: 3.6, frequency_hz: 2}
+inclination_deg: 45
+"""
+
+
+@cache
+def pulled(force: float) -> Study:
+    """A device whose stable motion is reached from rest at 3.2, 3.4 and 4.4 N, not at 3.6 N; at 6.5 N none is."""
+    return analyse(loads(PULLED, overrides=[f"excitation.amplitude_n={force}"]), ("json",))
+
+
+def test_what_is_reached_from_rest_comes_first_where_that_is_asked_for() -> None:
+    names, studies = ("reached", "missed", "unstable"), [pulled(force) for force in (4.4, 3.6, 6.5)]
+    usual = compare(studies, names=names).ranking
+    assert [scenario.name for scenario in usual] == ["missed", "reached", "unstable"]  # by the margin
+    asked = compare(studies, names=names, rank_by=("from-rest", "recovery"))
+    assert [scenario.name for scenario in asked.ranking] == list(names)
+    assert "it is reached from rest (missed: rest every 3 forcing periods (B~))" in asked.headline
+    table = ranking_table(asked.ranking)
+    assert "reached from rest, recovery, smallest margin" in table.note
+    columns = dict(zip((column.title for column in table.columns), zip(*table.rows, strict=True), strict=True))
+    assert columns["From rest"][:2] == ("BT every forcing period", "rest every 3 forcing periods (B~)")
+    assert "Least shock" not in columns
+    for scenario, shown in zip(asked.ranking[:2], columns["Recovery"], strict=False):
+        found = scenario.study.to_dict()["disturbances"]
+        assert shown == f"{found['recovery_periods']:.3g} periods"
+        assert scenario.to_dict()["recovery_periods"] == found["recovery_periods"]
+        assert scenario.to_dict()["from_rest"] == found["from_rest"]["outcome"]
+
+
+def test_disturbances_that_die_out_sooner_and_larger_shocks_come_first_where_that_is_asked_for() -> None:
+    pytest.importorskip("numba")
+    studies = [pulled(force) for force in (3.2, 3.6, 6.5)]
+    by_recovery = compare(studies, names=("slow", "fast", "unstable"), rank_by=("recovery",))
+    assert [scenario.name for scenario in by_recovery.ranking] == ["fast", "slow", "unstable"]
+    assert "disturbances die out soonest (17.2 periods; next slow, 19.4 periods)" in by_recovery.headline
+    bumped = [replace(each, withstood=withstood_by(each.solution, True)) for each in (*studies, pulled(3.4))]
+    names = ("tough", "weak", "unstable", "tougher")
+    ranking = rank_studies(dict(zip(names, bumped, strict=True)), (Merit.SHOCK,))
+    assert [scenario.name for scenario in ranking] == ["tough", "tougher", "weak", "unstable"]
+    tough, tougher, weak = ranking[:3]
+    assert tough.show(Merit.SHOCK).startswith("more than 6.4")
+    assert weak.merits[Merit.SHOCK] == weak.study.to_dict()["disturbances"]["shock"]["least_jump_m_s"]
+    row = row_of(compare(bumped[:3], names=names[:3]), "least shock that leads out")
+    assert row.values == (None, weak.merits[Merit.SHOCK], None)
+    assert row.notes[0].startswith("none found up to 6.4")
+    # What was tried farther is no more withstood.
+    assert tougher.study.withstood.searched_to_m_s > tough.study.withstood.searched_to_m_s
+    assert tougher.merits[Merit.SHOCK] == tough.merits[Merit.SHOCK]
+
+
+def test_what_cannot_be_ranked_is_refused_before_anything_is_computed() -> None:
+    plain, bumped = loads(PULLED), loads(f"{PULLED}disturbances: {{}}\n")
+    with pytest.raises(UsageError, match="plain cannot be ranked by shock: the scenario has no disturbances block"):
+        compare([bumped, plain], names=("bumped", "plain"), rank_by=("shock",))
+    with pytest.raises(UsageError, match=r"'shok' \(allowed: from-rest, recovery, shock\)"):
+        compare([plain, bumped], rank_by=("shok",))
+
+
+def test_diff_tells_that_the_motion_is_no_longer_reached_from_rest() -> None:
+    changed = vireport.diff(pulled(3.2).to_dict(), pulled(3.6))
+    (row,) = [row for row in changed if row.quantity == "from rest"]
+    assert (row.before, row.after) == ("reaches 1:1 motion", "rest cycle")
 
 
 def test_without_a_design_point_the_widest_stable_range_is_best() -> None:

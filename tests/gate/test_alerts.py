@@ -19,7 +19,7 @@ from vireport.gate.alerts import CAUSES
 from vireport.membranes import Grade
 from vireport.motions import Event, Stability, Symmetry
 from vireport.physics import Device, Fitting, Membrane
-from vireport.scenario import Loaded, Parameter
+from vireport.scenario import DesignInput, Loaded, Parameter
 from vireport.study import sweep_of
 from vireport.text import CATALOGUE, AlertCode, explanation
 
@@ -309,6 +309,21 @@ SAID = [
     ),
     (
         "VR003",
+        {
+            "solution": known(design=design(1)),
+            "reached": SimpleNamespace(
+                stability=Stability.STABLE_FOCUS,
+                varied=DesignInput.LENGTH,
+                low=0.6543,
+                high=0.7654,
+                below=Event.GRAZING,
+                above=Event.PERIOD_DOUBLING,
+            ),
+        },
+        ["By its equations it is a stable focus from s = 0.6543 m (grazing) to 0.7654 m (period doubling)."],
+    ),
+    (
+        "VR003",
         {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None)},
         ["comes to this by simulation: chaotic. A block 'simulation:' shows it."],
     ),
@@ -379,7 +394,7 @@ def test_a_velocity_that_moves_more_than_the_restitution_is_told_by_how_much(mon
 
 def evidence_of(results: dict[str, object]) -> SimpleNamespace:
     nothing = {"solution": known(), "criteria": (), "atlas": None, "crosscheck": None, "compliance": None}
-    return SimpleNamespace(**{"from_rest": None} | nothing | results)
+    return SimpleNamespace(**{"from_rest": None, "reached": None} | nothing | results)
 
 
 @pytest.mark.parametrize(("code", "results", "parts"), SAID, ids=[f"{code}-{k}" for k, (code, *_) in enumerate(SAID)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,13 @@ import pytest
 from map_texts import HELD, TEXT, plan_of, undisturbed_result
 
 from vireport import analyse, loads
-from vireport.maps import MapPlan
+from vireport.base import NumericalError
+from vireport.maps import MapPlan, run_map
 from vireport.maps.evaluation import evaluate
+from vireport.motions import find_motions
+from vireport.physics import Device, Groups
+from vireport.scenario import Parameter
+from vireport.shocks import SCAN, least_of
 from vireport.simulation import VELOCITY, follow_impacts
 
 
@@ -143,3 +149,73 @@ def test_result_is_read_by_pandas_without_a_nan(tmp_path: Path) -> None:
     for column in pq.read_table(path).columns:
         if column.type == "double":
             assert np.isfinite(column.drop_null().to_numpy()).all()
+
+
+SWITCHED = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, restitution: 0.5, length_m: 0.75}
+excitation: {frequency_hz: 2.0}
+map:
+  from_rest: true
+  shock: true
+  sampling: list
+  axes:
+    - {path: inclination_deg, values: [45, 45, 45, 45, 45]}
+    - {path: excitation.amplitude_n, values: [0.8, 3.2, 3.6, 5.348, 6.5]}
+"""
+"""Too weak to leave the membrane, reached, not reached, next to the period doubling, and beyond it."""
+
+
+def test_outcome_from_rest_and_least_shock_of_a_cell_are_those_of_a_run() -> None:
+    pytest.importorskip("numba")
+    plan = plan_of(SWITCHED)
+    rows = whole(plan).to_pylist()
+    assert [row["from_rest"] for row in rows] == [
+        *("at_rest", "reaches_1_1", "rest_cycle", "reaches_1_1", "other_motion"),
+    ]
+    assert [evaluate(plan, np.array([k])).to_pylist()[0] for k in range(5)] == rows
+    for row in rows[1:3]:
+        text = SWITCHED.partition("map:")[0].replace("{frequency", f"{{amplitude_n: {row['amplitude_n']}, frequency")
+        found = analyse(loads(text + "inclination_deg: 45\ndisturbances: {}\n"), ("json",)).to_dict()["disturbances"]
+        start, shock = found["from_rest"], found["shock"]
+        assert (row["from_rest_word"], row["from_rest_periods"]) == (start["word"], start["periods"])
+        assert row["settles_after_periods"] == start["settles_after_periods"]
+        assert row["jump_searched_to_m_s"] == pytest.approx(shock["searched_to_m_s"], rel=1e-9)
+        assert row["least_jump_m_s"] == (
+            None if shock["least_jump_m_s"] is None else pytest.approx(shock["least_jump_m_s"], rel=1e-9)
+        )
+    assert rows[2]["least_jump_m_s"] == pytest.approx(0.1693971999264 * 3.6 / (2 * 0.1245 * 2), rel=1e-9)
+    assert rows[3]["stable"] == 1  # so near the period doubling that no return is told
+    for row in (rows[0], rows[3], rows[4]):
+        assert row["least_jump_m_s"] is row["jump_searched_to_m_s"] is None
+
+
+def test_without_numba_such_a_map_is_refused_before_it_begins(monkeypatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(import_module("vireport.maps.run"), "find_spec", lambda name: name != "numba" or None)
+    (tmp_path / "map.yaml").write_text(SWITCHED, encoding="utf-8")
+    with pytest.raises(NumericalError, match=r"map\.from_rest and map\.shock need numba: pip install"):
+        run_map(str(tmp_path / "map.yaml"), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_few_tries_find_the_least_shock_that_many_find() -> None:
+    """Of devices in which some shock leads out; none is smaller than what many tries find, but for rounding."""
+    pytest.importorskip("numba")
+    rng, compared, exact = np.random.default_rng(8), 0, 0
+    while compared < 8:
+        force, length, angle = (float(rng.uniform(*ends)) for ends in ((3.3, 4.4), (0.6, 0.9), (35, 50)))
+        device = Device(0.1245, 0.5, 9.8, length, force, 2.0, angle).groups(Parameter.LENGTH, length).as_floats()
+        groups = Groups(*(np.array([group]) for group in device))
+        motions = find_motions(groups, 1)
+        rows = motions.stable(groups.restitution), motions.admissible & ~motions.stable(groups.restitution)
+        stable, unstable = ([motions.motion(int(row), 1) for row in np.flatnonzero(which)] for which in rows)
+        if not stable:
+            continue
+        few = least_of(device, stable, unstable, effort=SCAN)
+        if few.jump is not None:
+            many = least_of(device, stable, unstable)
+            compared += 1
+            assert many.jump * (1 - 1e-9) < few.jump < many.jump * 1.05
+            exact += few.jump < many.jump * (1 + 1e-9)
+    assert exact >= 7

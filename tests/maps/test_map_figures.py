@@ -12,7 +12,8 @@ pytest.importorskip("pyarrow")
 import pyarrow.parquet as pq
 from map_texts import TEXT, written_map
 
-from vireport.maps import run_map
+from vireport.maps import map_plan, run_map
+from vireport.maps.figures import map_figures
 from vireport.scenario import loads_map
 
 
@@ -26,8 +27,7 @@ def test_pictures_show_the_cells(file: Path) -> None:
     """The colour of the picture at a cell is that of its type."""
     from PIL import Image
 
-    from vireport.maps import map_plan
-    from vireport.maps.figures import TYPES, map_figures
+    from vireport.maps.figures import TYPES
 
     out = file.parent / "out"
     summary = run_map(str(file), out, workers=1)
@@ -67,3 +67,30 @@ def test_samples_are_not_drawn(file: Path) -> None:
     summary = run_map(str(file), file.parent / "out", workers=1)
     assert "heat maps are drawn of a grid" in summary
     assert not list((file.parent / "out").glob("*.png"))
+
+
+@pytest.mark.slow
+def test_pictures_show_what_switching_on_leads_to(file: Path) -> None:
+    """A stable motion that is not reached has the colour of what is reached instead."""
+    pytest.importorskip("numba")
+    from PIL import Image
+
+    from vireport.figures import OUTCOMES
+
+    text = TEXT.replace("map:", "map:\n  from_rest: true\n  shock: true").replace("count: 20", "count: 8")
+    file.write_text(text.replace("count: 25", "count: 10"), encoding="utf-8")
+    out = file.parent / "out"
+    summary = run_map(str(file), out, workers=1)
+    assert all(str(out / f"map-{name}.png") in summary for name in ("from-rest", "shock"))
+    rows = pq.read_table(out / "map.parquet").to_pylist()
+    axes = map_figures(map_plan(loads_map(file.read_text())), out / "map.parquet")["map-from-rest"].axes[0]
+    picture = Image.open(out / "map-from-rest.png").convert("RGB")
+    right = 0
+    for row in rows:
+        x, y = axes.transData.transform((row["inclination_deg"], row["length_m"]))
+        right += (
+            "#{:02X}{:02X}{:02X}".format(*picture.getpixel((round(x), round(picture.height - y))))
+            == OUTCOMES[row["from_rest"]][1]
+        )
+    assert right > 0.85 * len(rows)
+    assert len({row["from_rest"] for row in rows}) > 2

@@ -811,13 +811,21 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ),
     (
         "figure_shocks_caption",
-        {"points": 257, "returned": 0.9972, "largest_m_s": 2.448, "least_m_s": 1.224, "manifold": True},
-        "by up to 2.45 m/s, at 257 moments of the period and of 257 sizes; positive is towards the bottom. 99.7 % of "
-        "them return to the motion. The least that leads out, 1.22 m/s, is marked. Shocks on the line lead onto",
+        {
+            "motion": "BBT",
+            "points": 257,
+            "returned": 0.9972,
+            "largest_m_s": 2.448,
+            "least_m_s": 1.224,
+            "manifold": True,
+        },
+        "by up to 2.45 m/s in the motion BBT, at 257 moments of the period and of 257 sizes; positive is towards the "
+        "bottom. 99.7 % of them return to the motion. The least that leads out, 1.22 m/s, is marked. Shocks on the "
+        "line lead onto",
     ),
     (
         "figure_shocks_caption",
-        {"points": 257, "returned": 1.0, "largest_m_s": 2.448, "least_m_s": None, "manifold": False},
+        {"motion": "BT", "points": 257, "returned": 1.0, "largest_m_s": 2.448, "least_m_s": None, "manifold": False},
         "100 % of them return to the motion.",
     ),
     (

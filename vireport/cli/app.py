@@ -302,6 +302,10 @@ def compare(
         list[str] | None,
         typer.Option("--vary", metavar="PATH=A,B,...", help="Values of a key; several of them make a grid."),
     ] = None,
+    rank_by: Annotated[
+        list[str] | None,
+        typer.Option("--rank-by", metavar="WHAT", help="from-rest, recovery or shock count before the margin."),
+    ] = None,
     output: Folder = None,
     json: Json = False,
     set_: SetOption = None,
@@ -316,12 +320,12 @@ def compare(
     from vireport.comparison import COMPARISON_FILES, COMPARISON_FOLDER, compare_json, comparison_provenance, folder_of
     from vireport.comparison import compare as compare_scenarios
 
-    options = (("--vary", vary), ("--json", json), ("--set", set_), ("--format", format_))
+    options = (("--vary", vary), ("--rank-by", rank_by), ("--json", json), ("--set", set_), ("--format", format_))
     command, formats = _command("compare", scenarios, *options, _paper(paper)), _formats(format_)
     if not json:
         require_writable(output or Path(COMPARISON_FOLDER), file_names(formats, COMPARISON_FILES))
     with progress(quiet) as say:
-        comparison = compare_scenarios(scenarios, vary or None, overrides=set_ or (), progress=say)
+        comparison = compare_scenarios(scenarios, vary or None, None, set_ or (), say, rank_by or ())
         if not json:
             outcome = compare_outcome(comparison, formats, command, templates, say, paper)
     if json:

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 from vireport.base import NumericalError, UsageError
 from vireport.comparison.messages import Message
 from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
-from vireport.comparison.ranking import Ranked, best_and_why, rank_studies, ranking_table
+from vireport.comparison.ranking import RANK_BY, Merit, Ranked, best_and_why, rank_studies, ranking_table
 from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.scenario import to_dict
-from vireport.study import SCHEMA_VERSION, Study, analyse
+from vireport.study import SCHEMA_VERSION, Study, Task, analyse, plan
 from vireport.text import html_table
 
 if TYPE_CHECKING:
@@ -53,12 +53,15 @@ class Comparison:
         In what places along the sweeps are compared.
     table : tuple of ComparisonRow
         All that is compared, by groups; in each what changed most first.
+    rank_by : tuple of Merit
+        What scenarios are ranked by beside what always counts.
     """
 
     names: tuple[str, ...]
     studies: tuple[Study, ...]
     axes: Axes
     table: tuple[ComparisonRow, ...]
+    rank_by: tuple[Merit, ...] = ()
 
     @property
     def by_name(self) -> dict[str, Study]:
@@ -83,7 +86,7 @@ class Comparison:
     @cached_property
     def ranking(self) -> tuple[Ranked, ...]:
         """The scenarios, the best first."""
-        return rank_studies(self.by_name)
+        return rank_studies(self.by_name, self.rank_by)
 
     @property
     def headline(self) -> str:
@@ -132,6 +135,7 @@ def compare(
     names: Sequence[str] | None = None,
     overrides: str | Sequence[str] | Mapping[str, object] = (),
     progress: Progress | None = None,
+    rank_by: Sequence[str] = (),
 ) -> Comparison:
     """Solve scenarios and compare what comes out.
 
@@ -148,11 +152,13 @@ def compare(
         Set over every scenario, before it is varied.
     progress : callable, optional
         Called with each scenario as it begins.
+    rank_by : sequence of str, optional
+        Names of `RANK_BY`, what matters most first: the ranking counts them after stable motion and before the margin.
 
     Raises
     ------
     UsageError
-        For fewer than two scenarios, too many, or names that do not fit.
+        For fewer than two scenarios, too many, names that do not fit, or a ranking by what some scenario cannot have.
     ScenarioError
         Where a scenario cannot be used, with the mistakes of all variants.
     NumericalError
@@ -161,6 +167,7 @@ def compare(
     chosen = variants(items, vary, names, overrides)
     if len(chosen) < 2:
         raise UsageError("a comparison needs at least two scenarios, or one and values to vary (--vary key=1,2,3)")
+    merits = _merits_asked(rank_by, chosen)
     say = progress or (lambda what: None)
     studies = []
     for number, variant in enumerate(chosen, 1):
@@ -170,7 +177,21 @@ def compare(
         {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
     )
     axes = axes_of(scenarios.values(), NO_DIFFERENCE)
-    return Comparison(tuple(scenarios), tuple(studies), axes, comparison_rows(scenarios, axes))
+    return Comparison(tuple(scenarios), tuple(studies), axes, comparison_rows(scenarios, axes), merits)
+
+
+def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Merit, ...]:
+    """What is to be ranked by, once every scenario computes it."""
+    for name in names:
+        if name not in RANK_BY:
+            raise UsageError(f"scenarios cannot be ranked by {name!r} (allowed: {', '.join(RANK_BY)})")
+        task = Task.SHOCK if RANK_BY[name] is Merit.SHOCK else Task.FROM_REST
+        for variant in chosen:
+            steps = variant.study.plan if variant.study is not None else plan(variant.loaded.scenario)
+            why = next((step.why for step in steps.left_out if step.task is task), None)
+            if why is not None:
+                raise UsageError(f"{variant.name} cannot be ranked by {name}: {why}")
+    return tuple(dict.fromkeys(RANK_BY[name] for name in names))
 
 
 def _solved(variant: Variant, say: Progress) -> Study:

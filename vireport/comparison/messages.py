@@ -59,6 +59,11 @@ class Message(StrEnum):
     AND = "{others}, and {last}"
     STABLE_ALONE = "there is none in {next}"
     FEWER_MISSED = "fewer requirements are missed ({mine}; next {next}, {theirs})"
+    REACHED_ALONE = "it is reached from rest ({next}: {theirs})"
+    FASTEST_RECOVERY = "disturbances die out soonest ({mine}; next {next}, {theirs})"
+    LARGEST_SHOCK = "the least shock that leads out is the largest ({mine}; next {next}, {theirs})"
+    PERIODS = "{count} periods"
+    MORE_THAN = "more than {size}"
     LARGEST_MARGIN = "the smallest margin is the largest ({mine}; next {next}, {theirs})"
     WIDEST_RANGE = "the stable range is the widest ({mine}; next {next}, {theirs})"
     HIGHEST_VOLTAGE = "of those with {margin} the mean voltage is the highest ({mine}; next {next}, {theirs})"
@@ -99,8 +104,9 @@ class Message(StrEnum):
     SCENARIOS = "{count} scenarios"
     RANKING = "Ranking, the best first"
     RANKED_BY = (
-        "Ranked by requirements missed, stable 1:1 motion, smallest margin over all inputs and voltage. Mean voltage "
-        "is U_ave of the stable motion at the design point, of several the least; per second, the sum over its impacts."
+        "Ranked by requirements missed, stable 1:1 motion, {asked}smallest margin over all inputs and voltage. Mean "
+        "voltage is U_ave of the stable motion at the design point, of several the least; per second, the sum over its "
+        "impacts."
     )
     MARGINS = "Margins in each input"
     DISTANCES = (

@@ -38,6 +38,7 @@ class QuantityGroup(StrEnum):
     SCENARIO = "scenario"
     REQUIREMENT = "requirement"
     DESIGN_POINT = "design point"
+    DISTURBANCES = "disturbances"
     STABLE_RANGE = "stable range"
     MARGIN = "margin"
     VOLTAGE = "voltage"
@@ -122,6 +123,12 @@ class ComparedQuantity:
 STABLE_MOTIONS = ComparedQuantity(
     QuantityGroup.DESIGN_POINT, "stable 1:1 motions at the design point", unit="1", missing="none in"
 )
+
+RECOVERY = ComparedQuantity(
+    QuantityGroup.DISTURBANCES, "time until 1 % of a small disturbance is left", unit="forcing periods"
+)
+
+LEAST_SHOCK = ComparedQuantity(QuantityGroup.DISTURBANCES, "least shock that leads out of the motion", unit="m/s")
 
 DESIGN_VOLTAGE = ComparedQuantity(
     QuantityGroup.VOLTAGE,
@@ -242,6 +249,7 @@ def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
     if design is not None:
         # Of two motions that end in one way on one side the nearer margin counts, and so comes last.
         yield from reversed(list(_margins(scenario, design["margins"])))
+    yield from _disturbances(scenario.results)
     yield from _voltages(scenario)
 
 
@@ -281,6 +289,25 @@ def _stable_at_design(design: Mapping[str, Any] | None) -> ComparedQuantity:
     if not words:
         return replace(STABLE_MOTIONS, note=NO_STABLE, finding=True)
     return replace(STABLE_MOTIONS, value=float(len(words)), note=" and ".join(dict.fromkeys(words)))
+
+
+def _disturbances(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
+    """Read what the device comes to from rest, how fast it recovers, and the least shock, as far as it was computed."""
+    found = results.get("disturbances") or {}
+    start, shock = found.get("from_rest") or {}, found.get("shock") or {}
+    if start.get("outcome") is not None:
+        words = str(start["outcome"]).replace("_1_1", " 1:1 motion").replace("_", " ")
+        word = f" ({start['word']} every {start['periods']} periods)" if start["outcome"] == "other_motion" else ""
+        yield ComparedQuantity(QuantityGroup.DISTURBANCES, "from rest", words + word)
+    if found.get("recovery_periods") is not None:
+        bound = float(found.get("recovery_error_bound_periods") or 0.0)
+        yield replace(RECOVERY, value=float(found["recovery_periods"]), bound=bound)
+    elif found:
+        yield replace(RECOVERY, note=_at_design(NO_STABLE))
+    if shock.get("least_jump_m_s") is not None:
+        yield replace(LEAST_SHOCK, value=float(shock["least_jump_m_s"]))
+    elif shock.get("searched_to_m_s") is not None:
+        yield replace(LEAST_SHOCK, note=f"none found up to {shock['searched_to_m_s']:.3g} m/s")
 
 
 def bound_in_d(d: float, value: float, bound: float) -> float:

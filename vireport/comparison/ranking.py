@@ -1,4 +1,7 @@
-"""Which scenario of a comparison is best, and why: requirements, stable motion, margin and voltage, in this order."""
+"""Which scenario of a comparison is best, and why: requirements, stable motion, margin and voltage, in this order.
+
+Before the margin come outcome from rest, recovery and least shock, where they are asked for.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from vireport.comparison.messages import Message, listed
 from vireport.design import DesignPoint, Margin
 from vireport.scenario import DesignInput
 from vireport.study import Study
-from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, texts
+from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, significant, texts
 
 RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""
@@ -22,7 +25,7 @@ IMPACTS_PER_PERIOD = 2
 
 
 class Merit(StrEnum):
-    """What scenarios are ranked by, what matters most first; more of each is better.
+    """What scenarios are ranked by, what matters most first, some only where asked for; more of each is better.
 
     Attributes
     ----------
@@ -43,13 +46,23 @@ class Merit(StrEnum):
 
     REQUIREMENTS = "requirements", "Requirements", Message.FEWER_MISSED
     STABILITY = "stability", "", Message.STABLE_ALONE
+    FROM_REST = "reached from rest", "From rest", Message.REACHED_ALONE
+    RECOVERY = "recovery", "Recovery", Message.FASTEST_RECOVERY
+    SHOCK = "least shock", "Least shock", Message.LARGEST_SHOCK
     MARGIN = "smallest margin", "Smallest margin", Message.LARGEST_MARGIN
     RANGE = "stable range", "Stable range", Message.WIDEST_RANGE
     VOLTAGE = "mean voltage", "Mean voltage", Message.HIGHEST_VOLTAGE
     RATE = "voltage per second", "Per second", Message.MOST_FREQUENT
 
 
-RANKING_COLUMNS = (Merit.REQUIREMENTS, Merit.MARGIN, Merit.VOLTAGE, Merit.RATE, Merit.RANGE)
+RANK_BY = {"from-rest": Merit.FROM_REST, "recovery": Merit.RECOVERY, "shock": Merit.SHOCK}
+"""What scenarios are ranked by only where it is asked for, by its name on the command line."""
+
+ALWAYS = tuple(merit for merit in Merit if merit not in RANK_BY.values())
+FIRST = Merit.REQUIREMENTS, Merit.STABILITY
+"""What no other merit makes up for."""
+
+RANKING_COLUMNS = (Merit.REQUIREMENTS, *RANK_BY.values(), Merit.MARGIN, Merit.VOLTAGE, Merit.RATE, Merit.RANGE)
 """Columns of the ranking, in which a wide one comes last."""
 
 
@@ -67,9 +80,13 @@ class Ranked:
         To the nearest end of stable motion over all inputs; None where the design point has no stable motion, or it
         ends nowhere, or where is not known.
     merits : mapping of Merit to float or None
-        Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; smallest
-        margin [1], infinite where stable motion ends nowhere; width of the widest stable range, where there is no
-        margin; U_ave [V] and voltage per second [V/s] of the stable motion at the design point, of several the least.
+        Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; 1 where
+        1:1 motion is reached from rest, else 0; forcing periods until 1 % of a small disturbance is left, as a negative
+        number; least shock found [m/s], at most what was tried in every scenario without one; smallest margin [1],
+        infinite where stable motion ends nowhere; width of the widest stable range, where there is no margin; U_ave [V]
+        and voltage per second [V/s] of the stable motion at the design point, of several the least.
+    order : tuple of Merit
+        What it is ranked by, what matters most first.
     """
 
     name: str
@@ -77,6 +94,7 @@ class Ranked:
     study: Study
     margin: Margin | None
     merits: Mapping[Merit, float | None]
+    order: tuple[Merit, ...] = ALWAYS
 
     @property
     def stable(self) -> bool:
@@ -87,7 +105,7 @@ class Ranked:
     def key(self) -> tuple[float, ...]:
         """The merits, rounded; of two scenarios the one with the larger key is better."""
         # What has no margin, or no voltage, comes after all that have one.
-        values = (self.merits[merit] for merit in Merit)
+        values = (self.merits[merit] for merit in self.order)
         return tuple(-inf if value is None else float(f"{value:.{RANKED_DIGITS}g}") for value in values)
 
     @property
@@ -103,6 +121,8 @@ class Ranked:
             return Message.OF_THEM.format(part=self.passed, count=count) if count else ABSENT
         if merit is Merit.RANGE:
             return "; ".join(self.study.verdict.inequalities) or ABSENT
+        if merit in RANK_BY.values():
+            return self._disturbed(merit, value)
         if value is None:
             design = self.study.solution.design
             return Message.NOT_KNOWN if merit is Merit.MARGIN and design is not None and design.unresolved else ABSENT
@@ -112,9 +132,22 @@ class Ranked:
             return Message.NOT_LIMITED
         return Message.MARGIN_IN.format(share=percent(value), varied=self.margin.parameter.quantity)
 
+    def _disturbed(self, merit: Merit, value: float | None) -> str:
+        """Print what becomes of the motion as the device is switched on, or bumped."""
+        found, withstood = self.study.disturbances, self.study.withstood
+        if merit is Merit.FROM_REST:
+            return found.from_rest.name if found is not None and found.from_rest is not None else ABSENT
+        if value is None:
+            return ABSENT
+        if merit is Merit.RECOVERY:
+            return Message.PERIODS.format(count=significant(-value, 3))
+        if withstood is not None and withstood.jump_m_s is not None:
+            return quantity(withstood.jump_m_s, "m/s")
+        return Message.MORE_THAN.format(size=quantity(_withstands_all(self.study) or 0.0, "m/s"))
+
     def to_dict(self) -> dict[str, Any]:
         """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
-        room = self.merits[Merit.MARGIN]
+        room, found, withstood = self.merits[Merit.MARGIN], self.study.disturbances, self.study.withstood
         return {
             "scenario": self.name,
             "rank": self.rank,
@@ -128,20 +161,40 @@ class Ranked:
             "margin_kind": None if self.margin is None else str(self.margin.event),
             "u_ave_v": self.merits[Merit.VOLTAGE],
             "u_per_second_v": self.merits[Merit.RATE],
+            "from_rest": None if found is None or found.from_rest is None else found.from_rest.destination,
+            "recovery_periods": None if found is None or found.recovery is None else found.recovery.periods,
+            "least_jump_m_s": None if withstood is None else withstood.jump_m_s,
             "stable_range": [[part.start, part.end] for part in self.study.solution.stable_ranges],
         }
 
 
-def rank_studies(studies: Mapping[str, Study]) -> tuple[Ranked, ...]:
-    """Rank scenarios, given by their names, the best first; those that differ in no merit stay in their order."""
+def rank_studies(studies: Mapping[str, Study], asked: Sequence[Merit] = ()) -> tuple[Ranked, ...]:
+    """Rank scenarios, given by their names, the best first; those that differ in no merit stay in their order.
+
+    What is asked for comes after stable motion, and before the margin.
+    """
+    order = (*FIRST, *asked, *(merit for merit in ALWAYS if merit not in FIRST))
     swept = {study.solution.sweep.parameter for study in studies.values() if study.solution.sweep is not None}
-    unranked = [Ranked(name, 1, study, *_merits(study, len(swept) == 1)) for name, study in studies.items()]
+    # Two that stand all that was tried cannot be told apart by how far that was: what is tried in all is compared.
+    tried = min((size for study in studies.values() if (size := _withstands_all(study)) is not None), default=inf)
+    unranked = [
+        Ranked(name, 1, study, *_merits(study, len(swept) == 1, tried), order) for name, study in studies.items()
+    ]
     ranked = [replace(scenario, rank=1 + sum(other.key > scenario.key for other in unranked)) for scenario in unranked]
     return tuple(sorted(ranked, key=lambda scenario: scenario.rank))
 
 
-def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float | None]]:
-    """Find the margin and the merits of a scenario; `alike` says whether all sweeps are of one parameter."""
+def _withstands_all(study: Study) -> float | None:
+    """Size up to which shocks were tried, where none leads out [m/s]."""
+    withstood = study.withstood
+    return None if withstood is None or withstood.jump_m_s is not None else withstood.searched_to_m_s
+
+
+def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dict[Merit, float | None]]:
+    """Find the margin and the merits of a scenario.
+
+    `alike` says whether all sweeps are of one parameter, `tried` up to which size all that stand all are known to.
+    """
     solution, check = study.solution, study.crosscheck
     design = solution.design
     stable = bool(design.motions.stable.any()) if design is not None else bool(solution.stable_ranges)
@@ -153,10 +206,17 @@ def _merits(study: Study, alike: bool) -> tuple[Margin | None, dict[Merit, float
     voltage = None
     if design is not None and stable and design.voltages is not None:
         voltage = float(design.voltages.average_v[design.motions.stable].min())
+    found, withstood = study.disturbances, study.withstood
+    shock = _withstands_all(study)
+    if withstood is not None and withstood.jump_m_s is not None:
+        shock = withstood.jump_m_s
     per_second = IMPACTS_PER_PERIOD * float(solution.device.frequency_hz or 0.0) / solution.device.period_ratio
     return margin, {
         Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
         Merit.STABILITY: float(stable and (check is None or check.passed)),
+        Merit.FROM_REST: None if found is None or found.from_rest is None else float(found.from_rest.reached),
+        Merit.RECOVERY: None if found is None or found.recovery is None else -found.recovery.periods,
+        Merit.SHOCK: None if shock is None else min(shock, tried),
         Merit.MARGIN: room,
         Merit.RANGE: max(widths, default=None) if room is None else None,
         Merit.VOLTAGE: voltage,
@@ -203,7 +263,7 @@ def _where(scenario: Ranked) -> str:
 
 def _decisive(better: Ranked, following: Ranked) -> Merit:
     """Find the merit that puts one scenario before another."""
-    pairs = zip(Merit, better.key, following.key, strict=True)
+    pairs = zip(better.order, better.key, following.key, strict=True)
     return next(merit for merit, mine, theirs in pairs if mine != theirs)
 
 
@@ -233,7 +293,7 @@ def _with_margin(scenario: Ranked) -> str:
 def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
     """Tell what gives more voltage than the best, of those as good in requirements and stability, with its margin."""
     first = ranked[0]
-    rivals = [scenario for scenario in ranked if scenario.key[:2] == first.key[:2]]
+    rivals = [scenario for scenario in ranked if scenario.key[: len(FIRST)] == first.key[: len(FIRST)]]
     told = {first.name}
     for merit in (Merit.VOLTAGE, Merit.RATE):
         top = max(rivals, key=lambda scenario: scenario.merits[merit] or 0.0)
@@ -261,13 +321,16 @@ def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
 
 def ranking_table(ranked: Sequence[Ranked]) -> Table:
     """Set the ranking with the numbers that it rests on."""
-    shown = [merit for merit in RANKING_COLUMNS if any(scenario.show(merit) != ABSENT for scenario in ranked)]
+    order = ranked[0].order
+    asked = [merit for merit in RANKING_COLUMNS if merit in order]
+    shown = [merit for merit in asked if any(scenario.show(merit) != ABSENT for scenario in ranked)]
+    extra = "".join(f"{merit}, " for merit in order if merit in RANK_BY.values())
     rows = tuple(
         (scenario.name, str(scenario.rank), scenario.study.verdict.word, *map(scenario.show, shown))
         for scenario in ranked
     )
     columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *(merit.head for merit in shown)))
-    return Table(Message.RANKING, columns, rows, Message.RANKED_BY)
+    return Table(Message.RANKING, columns, rows, Message.RANKED_BY.format(asked=extra))
 
 
 def margins_table(ranked: Sequence[Ranked]) -> Table | None:

@@ -2,7 +2,8 @@
 
 from vireport.design import margins
 from vireport.design.devices import FACTOR_OF, devices_off, region_of
-from vireport.design.lines import HIGHEST_RESTITUTION
+from vireport.design.followed import FollowedMotion, followed_motion
+from vireport.design.lines import HIGHEST_RESTITUTION, mirrored
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
 from vireport.design.proof import prove_again
@@ -16,6 +17,7 @@ __all__ = [
     "SMALLEST_LOSS",
     "DesignPoint",
     "Failure",
+    "FollowedMotion",
     "Margin",
     "Solution",
     "StableInterval",
@@ -25,9 +27,11 @@ __all__ = [
     "contact_share",
     "design_point",
     "devices_off",
+    "followed_motion",
     "input_error",
     "margins",
     "mass_elasticity",
+    "mirrored",
     "motions_at",
     "prove_again",
     "region_of",

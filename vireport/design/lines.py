@@ -134,7 +134,7 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
     return low, high
 
 
-def _extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
+def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
     """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
     if line is Line.GRAVITY:
         upright = device.capsule_mass_kg * device.gravity_m_s2 / device.amplitude_n
@@ -195,7 +195,7 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     d, gbar, _ = map(float, device.groups(Parameter.LENGTH, device.length_m))
     for row in np.flatnonzero(motions.stable):
         for line in lines:
-            low, high = _extent(line, device, d, gbar)
+            low, high = extent(line, device, d, gbar)
             # Gravity breaks the symmetry: along that line a motion and its mirror image part, and both are followed.
             flat = mirrored(device) and line is not Line.GRAVITY
             if flat and motions.u[row] < 0:

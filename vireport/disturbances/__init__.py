@@ -3,7 +3,7 @@
 from vireport.disturbances.behaviour import Disturbances, Ramp, disturbances_of
 from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.disturbances.recovery import Recovery
-from vireport.disturbances.windows import Edge, OutcomeRange, Window
+from vireport.disturbances.windows import Edge, OutcomeRange, Window, outcomes_of
 
 __all__ = [
     "Destination",
@@ -15,4 +15,5 @@ __all__ = [
     "Recovery",
     "Window",
     "disturbances_of",
+    "outcomes_of",
 ]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-from vireport.design import Solution
+from vireport.design import FollowedMotion, Solution, followed_motion
 from vireport.disturbances.from_rest import (
     RAMPS,
+    Destination,
     FromRest,
     Target,
     from_rest,
@@ -17,7 +18,7 @@ from vireport.disturbances.from_rest import (
 )
 from vireport.disturbances.recovery import Recovery, recovery_of
 from vireport.disturbances.windows import ALONG, OutcomeRange, Window, along, outcomes_at, window
-from vireport.scenario import DisturbancesBlock, Parameter
+from vireport.scenario import DesignInput, DisturbancesBlock, Parameter
 
 WIDEST = 0.5
 """How far from the design value it is looked for where a window ends, over that value, where no sweep says how far."""
@@ -62,6 +63,9 @@ class Disturbances:
         The outcomes along the sweep.
     recovery : Recovery or None
         Of the slowest stable 1:1 motion at the design point.
+    reached : FollowedMotion or None
+        The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
+        length where there is no sweep; without a block only where no 1:1 motion is stable.
     """
 
     from_rest: FromRest | None
@@ -71,6 +75,7 @@ class Disturbances:
     window: Window | None = None
     along: tuple[OutcomeRange, ...] = ()
     recovery: Recovery | None = None
+    reached: FollowedMotion | None = None
 
     @property
     def values_along(self) -> int:
@@ -106,7 +111,9 @@ def disturbances_of(
     groups, targets = device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(design.motions)
     recovery, ratio = recovery_of(solution), device.period_ratio
     if asked is None:
-        return Disturbances(from_rest(groups, targets, ratio, compiled), recovery=recovery)
+        found = from_rest(groups, targets, ratio, compiled)
+        reached = None if targets else _reached(solution, found)
+        return Disturbances(found, recovery=recovery, reached=reached)
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
     ramp = None
@@ -114,7 +121,18 @@ def disturbances_of(
         ramp = Ramp(ramp_that_helps(groups, targets, ratio, compiled), RAMPS[-1])
     around = _window(solution, compiled) if windows else None
     share = sum(part for part, outcome in outcomes if outcome.reached)
-    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery)
+    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, _reached(solution, found))
+
+
+def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:
+    """The motion of another word that the device comes to, as its equations have it."""
+    cycle = end.cycle
+    if end.destination is not Destination.OTHER_MOTION or cycle is None:
+        return None
+    from vireport.atlas import motion_of_cycle
+
+    swept = solution.sweep.parameter if solution.sweep is not None else Parameter.LENGTH
+    return followed_motion(solution.device, motion_of_cycle(cycle, 0.0), DesignInput(swept))
 
 
 def _along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:

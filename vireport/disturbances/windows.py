@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.disturbances.from_rest import FromRest, from_rest, targets_of
-from vireport.motions import find_motions
+from vireport.motions import PointwiseMotions, find_motions
 from vireport.physics import Device, Groups
 from vireport.scenario import Parameter, ScalarInput
 from vireport.simulation import TURN
@@ -102,12 +102,27 @@ class OutcomeRange:
 
 def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
     """What a device comes to from rest at each of some values of an input."""
-    ratio, several = device.period_ratio, device.with_values({varied: values})
-    d, gbar, r = (
-        np.broadcast_to(np.asarray(group, dtype=float), values.shape)
-        for group in several.groups(Parameter.LENGTH, several.length_m)
-    )
-    motions = find_motions(Groups(d, gbar, r), ratio)
+    several = device.with_values({varied: values})
+    known = several.groups(Parameter.LENGTH, several.length_m)
+    groups = Groups(*(np.broadcast_to(np.asarray(group, dtype=float), values.shape) for group in known))
+    return outcomes_of(groups, find_motions(groups, device.period_ratio), device.period_ratio, compiled)
+
+
+def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, compiled: bool) -> list[FromRest]:
+    """What each of many devices comes to from rest.
+
+    Parameters
+    ----------
+    groups : Groups
+        Arrays of one length.
+    motions : PointwiseMotions
+        Of these devices.
+    ratio : int
+        Forcing periods of a 1:1 motion.
+    compiled : bool
+        Whether to compile the simulation, where numba is there.
+    """
+    d, gbar, r = groups
     stable = motions.stable(r)
     orbit, cell, trace = motions.orbit.select(stable), motions.cell[stable], motions.trace[stable]
     phase, decay = np.mod(orbit.phi, TURN), r[cell] ** 2

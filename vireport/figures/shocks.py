@@ -13,6 +13,7 @@ from vireport.base import NumericalError
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import GUIDE, Color, Look, Picture, style
+from vireport.scenario import Parameter
 from vireport.shocks import OutcomePlane, ShockLine, Withstood, shocks_around
 from vireport.study import Study, Task
 
@@ -31,15 +32,18 @@ LEAST: Look = {"color": Color.VERMILION, "linewidth": 2.2, "marker": "o", "marke
 
 def picture(study: Study, withstood: Withstood, templates: Path | None = None) -> Picture | None:
     """The figure with its words; None where no shock leads out, or what they lead to is not told apart."""
-    if withstood.shock is None:
+    if withstood.shock is None or study.attracting is None:
         return None
+    device = study.solution.device
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     try:
-        plane, lines = shocks_around(study.solution, withstood.shock)
+        plane, lines = shocks_around(groups, study.attracting.told, withstood.shock)
     except NumericalError:  # another stable motion is too near a critical point for its returns to be told
         return None
     if plane.share(0) == 1:
         return None
     shown = {
+        "motion": withstood.shock.motion.word.name,
         "points": len(plane.x),
         "returned": plane.share(0),
         "largest_m_s": float(plane.y[-1]) * withstood.velocity_unit,

@@ -122,6 +122,12 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("instead", {"others": ", ".join(dict.fromkeys(family.name for family, _ in stable))})
     if results.from_rest is not None:
         yield Sentence("from_rest", {"motion": results.from_rest.name, "block": _shown_by(results.from_rest)})
+    if (found := results.reached) is not None:
+        low, high = (found.varied.show(value, 4) for value in (found.low, found.high))
+        ends = {"below": found.below.words, "above": found.above.words}
+        yield Sentence(
+            "followed", {"type": found.stability, "symbol": found.varied.symbol, "low": low, "high": high} | ends
+        )
 
 
 def _shown_by(end: FromRest) -> str:

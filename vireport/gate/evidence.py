@@ -19,11 +19,11 @@ from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
     from vireport.compliant import OwnStiffness
-    from vireport.design import Tolerances
+    from vireport.design import FollowedMotion, Tolerances
     from vireport.disturbances import Disturbances, FromRest
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
-    from vireport.shocks import Withstood
+    from vireport.shocks import AttractingMotions, Withstood
 
 Floats = NDArray[np.float64]
 
@@ -188,6 +188,7 @@ class Evidence:
     required: RequirementsBlock = field(default_factory=RequirementsBlock)
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
+    attracting: AttractingMotions | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:
@@ -217,6 +218,11 @@ class Evidence:
     def from_rest(self) -> FromRest | None:
         """What the device comes to at the design point when it is switched on; None where that is not known."""
         return self.disturbances.from_rest if self.disturbances is not None else None
+
+    @property
+    def reached(self) -> FollowedMotion | None:
+        """The motion of another word that it comes to from rest, where no 1:1 motion is stable."""
+        return self.disturbances.reached if self.disturbances is not None else None
 
     @property
     def narrow(self) -> bool:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,10 @@ from vireport.scenario import (
     Scenario,
     unit_of,
 )
+from vireport.text import percent
+
+if TYPE_CHECKING:
+    from vireport.shocks import AttractingMotion, AttractingMotions
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -303,9 +307,17 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
     return Judgement(None, ", ".join(names), None, reached and not others, ("; ".join(why),))
 
 
+def _allowed(results: Evidence, known: AttractingMotions) -> list[AttractingMotion]:
+    """The stable motions without rests whose words are required."""
+    return [each for each in known.motions if each.motion is not None and results.allows(each.motion.word.letters)]
+
+
 def _share_of_starts(results: Evidence) -> str | None:
-    """How many simulated starts come to an allowed motion, at the value that is nearest to the design point."""
-    check, design = results.crosscheck, results.solution.design
+    """How many random starts come to an allowed motion, at the design point or the simulated value nearest to it."""
+    check, design, found = results.crosscheck, results.solution.design, results.attracting
+    if found is not None and found.others is not None:
+        own = [each.share or 0.0 for each in _allowed(results, found)]
+        return f"so do {percent(sum(own), 3)} of {found.starts} random starts"
     if check is None or design is None:
         return None
     row = int(np.argmin(np.abs(check.values - design.value)))
@@ -366,8 +378,12 @@ def _recovery(results: Evidence, limit: Limit) -> Judgement:
 
 
 def _shock(results: Evidence, limit: Limit) -> Judgement:
-    """The least shock found or, where none leads out, the largest that was tried."""
-    found = results.withstood
+    """The least shock found or, where none leads out, the largest that was tried; of the words that are required."""
+    found, known = results.withstood, results.attracting
+    if results.required.allowed and known is not None:
+        found = known.withstood(_allowed(results, known))
+        if found is None:
+            raise NumericalError("no stable motion of a word that is required is known at the design point")
     if found is None:
         raise NumericalError(NOT_STABLE)
     if found.searched_to_m_s is None or found.shock is None:

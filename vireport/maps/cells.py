@@ -33,6 +33,10 @@ CHUNK_CELLS = 32_768
 CHUNK_IMPACTS = 4_000_000
 """Impacts of a chunk that is simulated: a few seconds of work."""
 
+FROM_REST_IMPACTS, SHOCK_IMPACTS = 2_000, 100_000
+"""Impacts that take as long as a cell from rest, and as its least shock: a millisecond, and some hundredths of a
+second."""
+
 SOBOL_BITS = 30
 """Binary digits of a Sobol point, SciPy's default: enough for 2^30 points, the most a map file can ask for."""
 
@@ -59,6 +63,8 @@ class MapPlan:
     chunk_cells : int
         Cells that are computed and stored at once.
     simulate : MapSimulation or None
+    from_rest, shock : bool
+        Whether to tell what each cell comes to from rest, and its least shock.
     """
 
     device: Device
@@ -69,6 +75,13 @@ class MapPlan:
     cells: int
     chunk_cells: int
     simulate: MapSimulationBlock | None
+    from_rest: bool
+    shock: bool
+
+    @property
+    def needs_numba(self) -> bool:
+        """Whether anything is computed by compiled code alone: the same digits on every machine, in bearable time."""
+        return self.from_rest or self.shock
 
     @property
     def chunks(self) -> int:
@@ -124,6 +137,8 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
         cells=cells,
         chunk_cells=block.chunk_cells or _chunk_cells(block),
         simulate=block.simulate,
+        from_rest=block.from_rest,
+        shock=block.shock,
     )
 
 
@@ -132,9 +147,9 @@ def _count(axis: AxisBlock) -> int:
 
 
 def _chunk_cells(block: MapBlock) -> int:
-    if block.simulate is None:
-        return CHUNK_CELLS
-    return max(CHUNK_IMPACTS // (block.simulate.starts * block.simulate.impacts), 1)
+    simulated = 0 if block.simulate is None else block.simulate.starts * block.simulate.impacts
+    impacts = simulated + FROM_REST_IMPACTS * block.from_rest + SHOCK_IMPACTS * block.shock
+    return max(CHUNK_IMPACTS // impacts, 1) if impacts else CHUNK_CELLS
 
 
 def axis_values(axis: AxisBlock, index: Ints) -> Floats:

@@ -15,6 +15,7 @@ from vireport.maps.cells import (
     MapPlan,
     cell_values,
 )
+from vireport.maps.disturbed import DESTINATIONS, from_rest_columns, shock_columns
 from vireport.motions import (
     STABILITIES,
     TRACE_LEVELS,
@@ -33,7 +34,10 @@ DECIMALS = 9
 SEED = 20190301
 """Seed of the starts of the simulation, together with the number of the cell: they do not depend on the chunks."""
 
-STABILITY_TYPE = pa.dictionary(pa.int8(), pa.string())
+CODED = pa.dictionary(pa.int8(), pa.string())
+
+CODES: dict[str, tuple[str, ...]] = {"stability": STABILITIES, "from_rest": DESTINATIONS}
+"""What the codes of such columns stand for."""
 
 AXIS_UNITS = {
     "inclination_deg": "deg",
@@ -53,7 +57,7 @@ CELL = (
 """Known of every cell: the groups, how many admissible 1:1 motions there are, and how many of them are stable."""
 
 MOTION = (
-    ("stability", STABILITY_TYPE, ""),
+    ("stability", CODED, ""),
     ("q", pa.float64(), "1"),
     ("phi_bottom_rad", pa.float64(), "rad"),
     ("velocity_bottom", pa.float64(), "y_c"),
@@ -72,6 +76,15 @@ stable.
 """
 
 
+FROM_REST = (
+    ("from_rest", CODED, ""),
+    ("from_rest_word", pa.string(), ""),
+    ("from_rest_periods", pa.int16(), "1"),
+    ("settles_after_periods", pa.int32(), "1"),
+)
+SHOCK = ("least_jump_m_s", pa.float64(), "m/s"), ("jump_searched_to_m_s", pa.float64(), "m/s")
+
+
 def schema_of(plan: MapPlan) -> pa.Schema:
     """Columns of a map, with their units."""
     columns = [(name, pa.float64(), AXIS_UNITS[name]) for name in plan.names]
@@ -80,6 +93,7 @@ def schema_of(plan: MapPlan) -> pa.Schema:
         columns += [("u_ave_v", pa.float64(), "V"), ("deflection_m", pa.float64(), "m")]
     if plan.simulate is not None:
         columns += [("word", pa.string(), ""), ("basin_share", pa.float64(), "1")]
+    columns += [*(FROM_REST if plan.from_rest else ()), *(SHOCK if plan.shock else ())]
     return pa.schema([pa.field(name, kind, metadata={"unit": unit} if unit else None) for name, kind, unit in columns])
 
 
@@ -107,20 +121,25 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
         motions = find_motions(groups, plan.device.period_ratio)
         columns |= _motions(motions, groups.restitution)
+        unit = device.velocity_unit(Parameter.LENGTH, None)
         if plan.membrane is not None:
-            unit = device.velocity_unit(Parameter.LENGTH, None)
             columns |= _voltages(plan.membrane, values.get("ball_mass_kg"), unit, columns)
     if plan.simulate is not None:
         columns |= _simulated(plan.simulate, numbers, groups, motions, plan.device.period_ratio)
+    if plan.from_rest:
+        columns |= from_rest_columns(groups, motions, plan.device.period_ratio)
+    if plan.shock:
+        columns |= shock_columns(groups, motions, plan.device.period_ratio, unit)
     schema = schema_of(plan)
-    return pa.Table.from_arrays([_column(columns[field.name], field.type) for field in schema], schema=schema)
+    return pa.Table.from_arrays([_column(columns[field.name], field) for field in schema], schema=schema)
 
 
-def _column(values: Any, kind: pa.DataType) -> pa.Array:
-    """A column of a table; a number that is not finite, and a code below zero of a type of stability, is null."""
+def _column(values: Any, field: pa.Field) -> pa.Array:
+    """A column of a table; a number that is not finite, and a code below zero, is null."""
+    kind = field.type
     if pa.types.is_dictionary(kind):
         codes = pa.array(values, kind.index_type, mask=values < 0)
-        return pa.DictionaryArray.from_arrays(codes, pa.array([str(word) for word in STABILITIES]))
+        return pa.DictionaryArray.from_arrays(codes, pa.array([str(word) for word in CODES[field.name]]))
     return pa.array(values, kind, mask=~np.isfinite(values) if pa.types.is_floating(kind) else None)
 
 

@@ -15,9 +15,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vireport.base import write_whole
+from vireport.disturbances import Destination
 from vireport.figures import (
     HALO,
     LOCI,
+    OUTCOMES,
     OUTSIDE,
     Color,
     Entry,
@@ -31,6 +33,8 @@ from vireport.figures import (
     style,
 )
 from vireport.maps.cells import MapPlan, axis_values
+from vireport.maps.disturbed import DESTINATIONS
+from vireport.maps.evaluation import CODES
 from vireport.maps.loci import DrawnLocus, loci_of
 from vireport.maps.store import Store, writing
 from vireport.motions import STABILITIES, TRACE_LEVELS, Event, Stability
@@ -55,8 +59,14 @@ TYPES = {
 }
 """Name and colour of each type, from dark to light so that they are apart in grey as well."""
 
-NO_MOTION = "no 1:1 motion"
+HATCHED = "; hatched: no 1:1 motion"
 OF_ALL = "Curves: where any of the 1:1 motions changes or ends, also an unstable one beside a stable one"
+
+NONE_FOUND = "none found up to the impact velocity", Color.LIGHT
+NOT_TOLD = "too near a critical point to tell", Color.GREY
+
+OF_CELLS: Look = {"linewidth": 7.0, "solid_capstyle": "butt"}
+"""Look of cells of one colour in a legend."""
 
 LINE = 1.4
 """Width of a curve [pt]."""
@@ -73,7 +83,7 @@ class Raster:
     x, y : ndarray
         Values of the two axes.
     columns : dict of str to ndarray, shape (len(y), len(x))
-        NaN where there is nothing; for ``stability`` the index into `kinds.STABILITIES`.
+        NaN where there is nothing; of a column of words the place of each in `CODES`.
     """
 
     x: Floats
@@ -90,7 +100,11 @@ def picture_names(plan: MapPlan) -> tuple[str, ...]:
     """Names of the heat maps of a map."""
     if not is_drawn(plan):
         return ()
-    return ("map-stability", "map-margin", *(("map-voltage",) if plan.membrane is not None else ()))
+    return ("map-stability", "map-margin", *(name for name, wanted in _optional(plan).items() if wanted))
+
+
+def _optional(plan: MapPlan) -> dict[str, bool]:
+    return {"map-voltage": plan.membrane is not None, "map-from-rest": plan.from_rest, "map-shock": plan.shock}
 
 
 def draw_missing(store: Store) -> list[Path]:
@@ -116,6 +130,7 @@ def map_figures(plan: MapPlan, result: Path) -> dict[str, Figure]:
         return {}
     raster, loci = _raster(plan, result), loci_of(plan)
     draw = {"map-stability": _stability, "map-margin": _margin, "map-voltage": _voltage}
+    draw |= {"map-from-rest": _from_rest, "map-shock": _shock}
     with style():
         return {name: draw[name](plan, raster, loci) for name in picture_names(plan)}
 
@@ -126,8 +141,9 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
     stride = [-(-count // FINEST) for count in shape]
     indices = [np.arange(0, count, step) for count, step in zip(shape, stride, strict=True)]
     names = ["multiplier_margin", *(["u_ave_v", "deflection_m"] if plan.membrane is not None else [])]
-    columns = {name: np.full((len(indices[1]), len(indices[0])), np.nan) for name in ("stability", *names)}
-    codes = {word: float(k) for k, word in enumerate(STABILITIES)}
+    names += ["least_jump_m_s", "jump_searched_to_m_s"] if plan.shock else []
+    coded = ["stability", *(["from_rest"] if plan.from_rest else [])]
+    columns = {name: np.full((len(indices[1]), len(indices[0])), np.nan) for name in (*coded, *names)}
     first = 0
     with open(result, "rb") as opened, pq.ParquetFile(opened) as file:
         for batch in file.iter_batches(columns=list(columns)):
@@ -137,9 +153,10 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
             where = j[chosen] // stride[1], i[chosen] // stride[0]
             for name in names:
                 columns[name][where] = batch.column(name).to_numpy(zero_copy_only=False)[chosen]
-            words = batch.column("stability")
-            code = np.array([codes[word] for word in words.dictionary.to_pylist()] + [np.nan])
-            columns["stability"][where] = code[words.indices.fill_null(len(code) - 1).to_numpy()[chosen]]
+            for name in coded:
+                words = batch.column(name)
+                code = np.array([float(CODES[name].index(word)) for word in words.dictionary.to_pylist()] + [np.nan])
+                columns[name][where] = code[words.indices.fill_null(len(code) - 1).to_numpy()[chosen]]
     x, y = (axis_values(axis, index) for axis, index in zip(plan.axes, indices, strict=True))
     return Raster(x, y, columns)
 
@@ -148,13 +165,12 @@ def _stability(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Fig
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
     figure, axes = _blank(plan, raster)
     _fill(axes, raster, raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
-    return _with_loci(figure, axes, plan, "Stability of the 1:1 motion", loci, _types(*STABILITIES))
+    return _with_loci(figure, axes, plan, f"Stability of the 1:1 motion{HATCHED}", loci, _types(*STABILITIES))
 
 
 def _types(*kinds: Stability) -> list[Entry]:
     """Entries of the legend for types of motion."""
-    look: Look = {"linewidth": 7.0, "solid_capstyle": "butt"}
-    return [(TYPES[kind][0], look | {"color": TYPES[kind][1]}) for kind in kinds]
+    return [(TYPES[kind][0], OF_CELLS | {"color": TYPES[kind][1]}) for kind in kinds]
 
 
 def _of_stable(
@@ -177,7 +193,7 @@ def _margin(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure
     percent = 100 * raster.columns["multiplier_margin"] / TRACE_LEVELS[Event.FOLD](_restitutions(plan, raster) ** 2)
     figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
     figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
-    title = "Stability margin: 0 % where a multiplier reaches 1 or −1"
+    title = f"Stability margin: 0 % where a multiplier reaches 1 or −1{HATCHED}"
     return _with_loci(figure, axes, plan, title, loci, _types(Stability.UNSTABLE_NODE))
 
 
@@ -186,8 +202,43 @@ def _voltage(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figur
     power = prefix([volts])
     figure, axes = _of_stable(plan, raster, volts / 10.0**power, "cividis")
     figure.colorbar(axes.images[-1], ax=axes, label=f"Uₐᵥₑ [{PREFIXES[power]}V]")
-    title, types = "Average voltage generated at an impact", _types(Stability.UNSTABLE_NODE)
+    title, types = f"Average voltage generated at an impact{HATCHED}", _types(Stability.UNSTABLE_NODE)
     return _with_loci(figure, axes, plan, title, loci, types, _outside(plan, raster))
+
+
+def _from_rest(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
+    code = raster.columns["from_rest"]
+    figure, axes = _blank(plan, raster)
+    colors = ListedColormap([OUTCOMES[each][1] for each in DESTINATIONS])
+    _fill(axes, raster, code, colors, -0.5, len(DESTINATIONS) - 0.5)
+    # A stable motion that is not reached is where a design may seem good and is not.
+    missed = _is_stable(raster) & (code != DESTINATIONS.index(Destination.ONE_TO_ONE))
+    met = [each for k, each in enumerate(DESTINATIONS) if (code == k).any()]
+    entries: list[Entry] = [(OUTCOMES[each][0], OF_CELLS | {"color": OUTCOMES[each][1]}) for each in met]
+    share = percent(float(missed.mean()), 3)
+    note = f"Stable 1:1 motion is not reached from rest at {share} of the cells" if missed.any() else ""
+    title = "What the device comes to that is switched on from rest"
+    return _with_loci(figure, axes, plan, title, loci, entries, note)
+
+
+def _shock(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
+    jump, searched = raster.columns["least_jump_m_s"], raster.columns["jump_searched_to_m_s"]
+    power = prefix([jump])
+    figure, axes = _of_stable(plan, raster, jump / 10.0**power, "viridis")
+    figure.colorbar(axes.images[-1], ax=axes, label=f"least shock [{PREFIXES[power]}m/s]")
+    flat = ((np.isnan(jump) & np.isfinite(searched), NONE_FOUND), (_is_stable(raster) & np.isnan(searched), NOT_TOLD))
+    entries = _types(Stability.UNSTABLE_NODE)
+    for cells, (words, color) in flat:
+        if cells.any():
+            _fill(axes, raster, np.where(cells, 1.0, np.nan), ListedColormap([color]), 0.0, 2.0)
+            entries.append((words, OF_CELLS | {"color": color}))
+    title = f"Least jump of the velocity found that leads out of the stable motion{HATCHED}"
+    return _with_loci(figure, axes, plan, title, loci, entries)
+
+
+def _is_stable(raster: Raster) -> NDArray[np.bool_]:
+    code = raster.columns["stability"]
+    return np.asarray(np.isfinite(code) & (code != Stability.UNSTABLE_NODE.code))
 
 
 def _outside(plan: MapPlan, raster: Raster) -> str:
@@ -260,7 +311,7 @@ def _with_loci(
     axes.set(xlim=limits[0], ylim=limits[1])
     drawn = {locus.event for locus in loci}
     curves: list[Entry] = [(name, {"linewidth": LINE} | look) for kind, (name, look) in LOCI.items() if kind in drawn]
-    head = ", ".join(held_by(plan.device, plan.names)), f"{title}; hatched: {NO_MOTION}"
+    head = ", ".join(held_by(plan.device, plan.names)), title
     lines = [(text, Color.BLACK) for text in head]
     lines += [(note, Color.WARNING)] if note else []
     if loci:

@@ -56,7 +56,7 @@ def run_map(
     """
     loaded = load_map(path)
     plan = map_plan(loaded)
-    _require_packages()
+    _require_packages(plan)
     from vireport.maps import store as map_store
     from vireport.maps.workers import complete, require_address
 
@@ -81,10 +81,12 @@ def run_map(
     return "\n".join([*rejected, _summary(plan, counts, [store.result, *drawn]) + note])
 
 
-def _require_packages() -> None:
+def _require_packages(plan: MapPlan) -> None:
     missing = [name for name in ("pyarrow", "filelock") if find_spec(name) is None]
     if missing:
         raise NumericalError(f"a map needs {' and '.join(missing)}: {install_command(missing[0])}")
+    if plan.needs_numba and find_spec("numba") is None:
+        raise NumericalError(f"map.from_rest and map.shock need numba: {install_command('numba')}")
 
 
 def cores() -> int:

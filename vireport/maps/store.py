@@ -42,7 +42,7 @@ CHUNK_NAME = re.compile(r"(\d{9})\.chunk")
 ROW_GROUP = 131_072
 """Rows of a row group of the result, at least: readers work on one at a time."""
 
-DICTIONARY = ("motions", "stable", "stability", "gbar", "d", "word")
+DICTIONARY = ("motions", "stable", "stability", "gbar", "d", "word", "from_rest", "from_rest_word", "from_rest_periods")
 """Columns beside the axes whose values recur. The others are stored plainly: compression would gain little."""
 
 IDENTITY = b"vireport"
@@ -54,8 +54,8 @@ DIGEST_SIZE = hashlib.sha256().digest_size
 SAMPLE = 1024
 """Cells that are evaluated to estimate the size of a map."""
 
-SIMULATED_BYTES = 9
-"""Size in that estimate of what is simulated in a cell: a share, and a word that recurs."""
+SIMULATED_BYTES, FROM_REST_BYTES, SHOCK_BYTES = 9, 12, 16
+"""Sizes in that estimate of what is simulated in a cell: a share, or numbers, and words that recur."""
 
 StabilityCounts = Counter[str | None]
 """Cells by the type of their motion; None where there is no motion."""
@@ -401,9 +401,10 @@ def require_space(store: Store, stored: Collection[int]) -> None:
     """
     plan = store.plan
     numbers = np.unique(np.linspace(0, plan.cells - 1, SAMPLE).astype(np.int64))
-    sample = evaluate(replace(plan, simulate=None), numbers)
+    sample = evaluate(replace(plan, simulate=None, from_rest=False, shock=False), numbers)
     size = sum(column.type.bit_width / 8 * (len(column) - column.null_count) for column in sample.columns)
     per_cell = size / len(numbers) + (0 if plan.simulate is None else SIMULATED_BYTES)
+    per_cell += FROM_REST_BYTES * plan.from_rest + SHOCK_BYTES * plan.shock
     needed = per_cell * (2 * plan.cells - sum(map(plan.rows, stored)))
     free = shutil.disk_usage(store.folder).free
     if needed > free:

@@ -230,7 +230,8 @@ def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]
     They come back here to be stored: the workers may be on machines that share no disk.
     """
     with _connected(scheduler) as client:
-        watch, executor = _Watch(client, scheduler), client.get_executor(pure=False)
+        needed = (*NEEDED, *(("numba",) if store.plan.needs_numba else ()))
+        watch, executor = _Watch(client, scheduler, needed), client.get_executor(pure=False)
         submit = partial(executor.submit, encoded_chunk, store.plan, store.map_sha256)
         for number, data in _complete(todo, submit, watch.room):
             try:
@@ -287,8 +288,8 @@ async def _require_scheduler(distributed: Any, address: str) -> None:
 class _Watch:
     """Looks after the workers of a cluster now and then: that there are some, that they live, and what they have."""
 
-    def __init__(self, client: Any, scheduler: str) -> None:
-        self.client, self.scheduler = client, scheduler
+    def __init__(self, client: Any, scheduler: str, needed: tuple[str, ...] = NEEDED) -> None:
+        self.client, self.scheduler, self.needed = client, scheduler, needed
         self.threads = 0
         self.known: set[str] = set()
         self.last_seen = 0.0
@@ -328,11 +329,13 @@ class _Watch:
 
     def _compare_versions(self) -> None:
         """Refuse a cluster on which other versions, or none, would compute: the results are not mixed."""
-        versions = self._answer(self.client.get_versions, packages=list(NEEDED))
+        versions = self._answer(self.client.get_versions, packages=list(self.needed))
         own = versions["client"]["packages"]
         nodes = [("the scheduler", "vireport", versions["scheduler"])]  # it reads the tasks, but computes nothing
         nodes += [
-            (f"worker {address}", package, node) for address, node in versions["workers"].items() for package in NEEDED
+            (f"worker {address}", package, node)
+            for address, node in versions["workers"].items()
+            for package in self.needed
         ]
         for name, package, node in nodes:
             version = node["packages"][package]

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,12 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.level_curve import largest_groups
+from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import return_trace
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics import Groups
+from vireport.physics import Groups, Word
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -86,6 +88,14 @@ class PointwiseMotions:
     orbit: Orbits
     trace: Floats
     wall_gap: Floats
+
+    def motion(self, row: int, n: int) -> Motion:
+        """One of them, in n forcing periods, by its impacts; what varies is d."""
+        orbit = self.orbit
+        start = float(np.mod(orbit.phi[row], 2 * pi)) / pi
+        velocity = np.array([orbit.velocity_bottom[row], orbit.velocity_top[row]])
+        time = np.array([start, start + 2 * n * (0.5 + float(orbit.u[row]))])
+        return Motion(Word((1, -1), n), velocity, time, float(orbit.d[row]))
 
     @property
     def admissible(self) -> NDArray[np.bool_]:

@@ -888,6 +888,10 @@ class MapBlock(Block):
     )
     seed: int = _key(0, "Seed", "", "Of the points, where they are not a grid.", ge=0, le=2**32 - 1)
     simulate: MapSimulationBlock | None = _key(None, "Simulation", "", "Left out, nothing is simulated.")
+    from_rest: bool = _key(False, "From rest", "", "Whether to tell what each cell comes to when it is switched on.")
+    shock: bool = _key(
+        False, "Shock", "", "Whether to look for the least shock that leads out of the stable motion of each cell."
+    )
     chunk_cells: int | None = _key(
         None, "Chunk", "1", "Cells that are computed and stored at once.", example=32768, ge=1, le=LARGEST_CHUNK
     )
@@ -903,7 +907,12 @@ class MapFile(Scenario):
         "",
         "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
     )
-    disturbances: None = _key(None, "Disturbances", "", "a map has no disturbances block (delete it)")
+    disturbances: None = _key(
+        None,
+        "Disturbances",
+        "",
+        "a map has no disturbances block (delete it; map.from_rest and map.shock are for each cell)",
+    )
     tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
     map: MapBlock = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 

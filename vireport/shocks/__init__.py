@@ -1,12 +1,16 @@
-"""What a stable motion withstands: the least shock that leads out of it, its spread under random kicks."""
+"""What a stable motion withstands: the least shock that leads out of it, which starts come to it, random kicks."""
 
+from vireport.shocks.attracting import AttractingMotion, AttractingMotions, attracting_motions
 from vireport.shocks.jitter import Jitter, NoJitter, Unsettled
 from vireport.shocks.manifold import ShockLine
 from vireport.shocks.plane import OutcomePlane
-from vireport.shocks.shock import LeastShock
-from vireport.shocks.withstood import Withstood, shocks_around, withstood_by
+from vireport.shocks.shock import SCAN, LeastShock
+from vireport.shocks.withstood import Withstood, least_of, shocks_around, withstood_by
 
 __all__ = [
+    "SCAN",
+    "AttractingMotion",
+    "AttractingMotions",
     "Jitter",
     "LeastShock",
     "NoJitter",
@@ -14,6 +18,8 @@ __all__ = [
     "ShockLine",
     "Unsettled",
     "Withstood",
+    "attracting_motions",
+    "least_of",
     "shocks_around",
     "withstood_by",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from vireport.scenario import Parameter
 from vireport.shocks.jitter import Jitter, NoJitter, jitter
 from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
 from vireport.shocks.plane import OutcomePlane, shock_plane
-from vireport.shocks.shock import LeastShock, least_shock
+from vireport.shocks.shock import SEARCH, Effort, LeastShock, least_shock
 
 ROOM = 2.0
 """How far a plane of shocks reaches, over the least one."""
@@ -123,11 +124,11 @@ def withstood_by(
         return None
     at = Parameter.LENGTH, device.length_m
     groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
-    stable, unstable = _stable_and_unstable(design, device)
+    stable, unstable = stable_and_unstable(design, device)
     shock, unknown = None, ""
     if shocks:
         try:
-            shock = _least_of(groups, stable, unstable, None if least_m_s is None else least_m_s / unit)
+            shock = least_of(groups, stable, unstable, None if least_m_s is None else least_m_s / unit)
         except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
             unknown = str(error)
     kick = jitter_m_s or 0.0
@@ -136,27 +137,26 @@ def withstood_by(
     return Withstood(unit, 0.5 / float(device.frequency_hz), shock, unknown, kick, largest)
 
 
-def shocks_around(solution: Solution, least: LeastShock) -> tuple[OutcomePlane, list[ShockLine]]:
-    """What shocks to a motion at the design point lead to, and which lead onto the unstable motion beside it.
+def shocks_around(
+    groups: Groups[float], motions: Sequence[Motion], least: LeastShock
+) -> tuple[OutcomePlane, list[ShockLine]]:
+    """What shocks to a motion lead to, and which lead onto the unstable motion beside it.
 
     Parameters
     ----------
-    solution : Solution
-        With a design point.
+    groups : Groups
+        Of the device.
+    motions : sequence of Motion
+        The stable ones that are known, among them that of the least shock.
     least : LeastShock
-        Of one of its stable motions. The plane reaches up to `ROOM` times it, or as far as it was searched.
+        The plane reaches up to `ROOM` times it, or as far as it was searched.
 
     Raises
     ------
     NumericalError
         If a stable motion is so near a critical point that its returns are not told.
     """
-    design, device = solution.design, solution.device
-    if design is None:
-        raise ValueError("without a design point there is no motion that a shock disturbs")
-    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    stable, _ = _stable_and_unstable(design, device)
-    others = [motion for motion in stable if motion.distance(least.motion) > 0]
+    others = [motion for motion in motions if motion.distance(least.motion) > 0]
     largest = least.searched_to if least.jump is None else ROOM * least.jump
     plane = shock_plane(groups, [least.motion, *others], largest)
     if least.companion is None or groups.restitution == 0:
@@ -166,7 +166,7 @@ def shocks_around(solution: Solution, least: LeastShock) -> tuple[OutcomePlane, 
     return plane, [line for piece in pieces for line in on_shocks(groups, least.motion, piece)]
 
 
-def _stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
+def stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
     """The admissible motions at the design point."""
     found = design.motions
     stable, unstable = (
@@ -176,14 +176,38 @@ def _stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Moti
     return stable, unstable
 
 
-def _least_of(groups: Groups[float], stable: list[Motion], unstable: list[Motion], least: float | None) -> LeastShock:
-    """The least shock of several motions, each searched as far as the others."""
+def least_of(
+    groups: Groups[float],
+    stable: Sequence[Motion],
+    unstable: Sequence[Motion],
+    least: float | None = None,
+    effort: Effort = SEARCH,
+) -> LeastShock:
+    """The least shock of several motions, each searched as far as the others.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    stable : sequence of Motion
+        At least one.
+    unstable : sequence of Motion
+        On the stable manifold of one of which the edge may lie.
+    least : float, optional
+        Shock that must be withstood [y_c]; searched that far only where none leads out up to the impact velocity.
+    effort : Effort
+
+    Raises
+    ------
+    ValueError, NumericalError
+        As `least_shock`.
+    """
     usual = max(float(np.abs(motion.velocity).max()) for motion in stable)
     # Searched further only where nothing leads out: the same number of shocks in a wider range are farther apart.
     further = [least * (1 + 1e-9)] if least is not None and least >= usual else []
     for farthest in [usual, *further]:
         found = [
-            least_shock(groups, motion, [other for other in stable if other is not motion], unstable, farthest)
+            least_shock(groups, motion, [other for other in stable if other is not motion], unstable, farthest, effort)
             for motion in stable
         ]
         least_one = min(found, key=lambda shock: np.inf if shock.jump is None else shock.jump)

@@ -42,6 +42,7 @@ class Task(StrEnum):
     FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
     WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
     SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
+    COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
     JITTER = "jitter", "how far random kicks spread phases and velocities of the stable motion"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
@@ -204,6 +205,10 @@ PICTURES = Precondition(
 
 OUTPUT = Precondition(lambda _, formats: formats, "no output is asked for: designs of a search are only judged")
 
+TOLD = Precondition(
+    lambda scenario, formats: formats or (scenario.requirements and scenario.requirements.allowed), OUTPUT.otherwise
+)
+
 PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
 
 STEPS = (
@@ -216,6 +221,7 @@ STEPS = (
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
+    DeclaredStep(Task.COEXISTENCE, (DISTURBANCES, DESIGN, NUMBA, TOLD), "the scenario has a disturbances block"),
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "disturbances.jitter_m_s is given"),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),

@@ -49,10 +49,10 @@ from vireport.text import inert_cell
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
-    from vireport.design import Failure, Tolerances
+    from vireport.design import Failure, FollowedMotion, Tolerances
     from vireport.disturbances import Disturbances, Window
     from vireport.motions import Atlas, Family, Mark
-    from vireport.shocks import Withstood
+    from vireport.shocks import AttractingMotion, AttractingMotions, Withstood
     from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
 
@@ -304,7 +304,12 @@ def _margin(margin: Margin) -> dict[str, Any]:
     }
 
 
-def disturbances_data(found: Disturbances, withstood: Withstood | None, membrane: Membrane | None) -> dict[str, Any]:
+def disturbances_data(
+    found: Disturbances,
+    withstood: Withstood | None,
+    attracting: AttractingMotions | None,
+    membrane: Membrane | None,
+) -> dict[str, Any]:
     """What the device does when it is switched on and disturbed; null is what was not computed."""
     end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
     from_rest = {
@@ -313,6 +318,7 @@ def disturbances_data(found: Disturbances, withstood: Withstood | None, membrane
         "periods": None if end is None else end.periods or None,
         "settles_after_periods": None if end is None else end.settles_after,
         "ramp_periods": found.ramp_periods,
+        "motion": found.reached and _followed(found.reached),
         "share_of_switch_on_phases": found.share,
         "ramp_that_reaches_1_1": ramp and {"periods": ramp.periods, "longest_tried": ramp.longest},
         "window": window and _window(window),
@@ -329,7 +335,60 @@ def disturbances_data(found: Disturbances, withstood: Withstood | None, membrane
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
         "jitter": withstood and _jitter(withstood, membrane),
+        "coexistence": attracting and _coexistence(attracting),
     }
+
+
+def _followed(found: FollowedMotion) -> dict[str, Any]:
+    """A stable motion of any word, by the names of the families, and how far it is one."""
+    motion, ends = found.motion, (found.low, found.high, found.below, found.above)
+    return {
+        "word": motion.word.letters,
+        "ratio": motion.word.ratio,
+        "periods": motion.word.periods,
+        "stability": found.stability,
+        "velocity": motion.velocity.tolist(),
+        "phase_rad": motion.phase.tolist(),
+        "time": motion.time.tolist(),
+        "trace": found.trace,
+        "multipliers": {
+            "real": [each.real for each in found.multipliers],
+            "imaginary": [each.imag for each in found.multipliers],
+        },
+        "stable_range": {"parameter": found.varied}
+        | dict(zip(("from", "to", "from_reason", "to_reason"), ends, strict=True)),
+    }
+
+
+def _coexistence(found: AttractingMotions) -> dict[str, Any]:
+    """The stable motions of any word: shares of starts, whether reached from rest, and the least shock of each."""
+    return {
+        "starts": found.starts,
+        "share_of_others": found.others,
+        "motions": [_attracting(each, found) for each in found.motions],
+    }
+
+
+def _attracting(each: AttractingMotion, found: AttractingMotions) -> dict[str, Any]:
+    motion, shock = each.motion, each.shock
+    data = {
+        "name": each.name,
+        "word": motion and motion.word.letters,
+        "periods": motion and motion.word.periods,
+        "velocity": motion and motion.velocity.tolist(),
+        "phase_rad": motion and motion.phase.tolist(),
+        "share_of_starts": each.share,
+        "reached_from_rest": each.from_rest,
+        "least_jump_m_s": None, "after": None, "after_impact": None, "after_s": None, "sign": None, "leads_to": None,
+        "searched_to_m_s": None if shock is None else shock.searched_to * found.velocity_unit,
+        "reason": each.unknown or None,
+    }  # fmt: skip
+    if shock is not None and shock.jump is not None:
+        data["least_jump_m_s"] = shock.jump * found.velocity_unit
+        data |= {"after": _membrane(shock.motion.word.walls[shock.impact] > 0), "after_impact": shock.impact + 1}
+        data |= {"after_s": shock.delay * found.time_unit, "sign": shock.sign}
+        data["leads_to"] = shock.leads_to and shock.leads_to.name
+    return data
 
 
 def _shock(found: Withstood) -> dict[str, Any] | None:

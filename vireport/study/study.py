@@ -72,7 +72,7 @@ if TYPE_CHECKING:
     from vireport.disturbances import Disturbances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
-    from vireport.shocks import Withstood
+    from vireport.shocks import AttractingMotions, Withstood
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
 
@@ -108,6 +108,8 @@ class Study:
         What the device does when it is switched on and disturbed.
     withstood : Withstood or None
         The least shock and the jitter of the stable motions at the design point.
+    attracting : AttractingMotions or None
+        The stable motions of the design point, of any word, beside one another.
     """
 
     loaded: Loaded
@@ -123,6 +125,7 @@ class Study:
     criteria: tuple[Criterion, ...] = ()
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
+    attracting: AttractingMotions | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -134,7 +137,10 @@ class Study:
         """What the scenario is judged by."""
         findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
         return Evidence(
-            self.solution, *findings, self.criteria, disturbances=self.disturbances, withstood=self.withstood
+            *(self.solution, *findings, self.criteria),
+            disturbances=self.disturbances,
+            withstood=self.withstood,
+            attracting=self.attracting,
         )
 
     @cached_property
@@ -190,7 +196,7 @@ class Study:
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
             "disturbances": self.disturbances
-            and disturbances_data(self.disturbances, self.withstood, self.solution.membrane),
+            and disturbances_data(self.disturbances, self.withstood, self.attracting, self.solution.membrane),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -300,6 +306,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_disturbances(study)
     if steps.runs(Task.SHOCK, Task.JITTER):
         study = _with_withstood(study)
+    if steps.runs(Task.COEXISTENCE):
+        study = _with_attracting(study)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if steps.runs(Task.OWN_STIFFNESS):
@@ -325,6 +333,16 @@ def _with_withstood(study: Study) -> Study:
     kick = asked.jitter_m_s if asked is not None else None
     least = required.survives_shock_m_s if required is not None else None
     return replace(study, withstood=withstood_by(study.solution, study.plan.runs(Task.SHOCK), kick, least))
+
+
+def _with_attracting(study: Study) -> Study:
+    from vireport.shocks import attracting_motions
+
+    if study.disturbances is None:
+        return study
+    required = study.scenario.requirements
+    known = study.solution, study.disturbances, study.atlas, study.withstood
+    return replace(study, attracting=attracting_motions(*known, required.survives_shock_m_s if required else None))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:

@@ -151,6 +151,7 @@ CATALOGUE = (
             "instead": "Stable there: {others}.",
             "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
             "{motion}. A block '{block}:' shows it.",
+            "followed": "By its equations it is a {type} from {symbol} = {low} ({below}) to {high} ({above}).",
         },
     ),
     Explanation(

@@ -1,0 +1,58 @@
+"""Stable motions of any word, followed along an input: against the simulation at the design point and at their ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import solved
+
+from vireport.atlas import motion_of_cycle
+from vireport.disturbances import FromRest, disturbances_of
+from vireport.motions import Event
+from vireport.physics import Device
+from vireport.scenario import DesignInput, Parameter
+from vireport.simulation import find_attractor, start_of
+
+BESIDE = 2e-4
+"""Share of the value of an input by which devices are off the end of a motion."""
+
+
+@pytest.mark.parametrize(
+    ("over", "word", "periods", "ends"),
+    [
+        ({"device__length_m": 0.3718}, "BBTBBT", 3, (Event.GRAZING, Event.GRAZING)),
+        ({"device__length_m": 0.3}, "BBT", 1, (Event.PERIOD_DOUBLING, Event.FOLD)),
+        ({"device__length_m": 0.5}, "BBT", 2, (Event.PERIOD_DOUBLING, Event.FOLD)),
+    ],
+)
+def test_the_motion_from_rest_is_that_of_its_equations_and_ends_where_the_simulation_loses_it(
+    over: dict[str, float], word: str, periods: int, ends: tuple[Event, Event]
+) -> None:
+    solution = solved("inclined", **over)
+    found = disturbances_of(solution, None)
+    end, reached = found.from_rest, found.reached
+    assert (reached.motion.word.letters, reached.motion.word.periods) == (word, periods) == (end.word, end.periods)
+    assert motion_of_cycle(end.cycle, 0.0).distance(reached.motion) < 1e-6
+    assert reached.multipliers == pytest.approx(end.cycle.multipliers, rel=1e-5, abs=1e-9)
+    assert (reached.below, reached.above) == ends
+    assert reached.varied is DesignInput.LENGTH
+    for value, outward in ((reached.low, -1), (reached.high, 1)):
+        assert simulated_word(solution.device, end, value * (1 - outward * BESIDE)) == word
+        assert simulated_word(solution.device, end, value * (1 + outward * BESIDE)) != word
+
+
+def simulated_word(device: Device, end: FromRest, length: float) -> str:
+    """The motion at another length, by simulation alone: gone to slowly from that at the design point."""
+    cycle = end.cycle
+    for value in device.length_m + (length - device.length_m) * (1 - np.linspace(1, 0, 12) ** 3):
+        groups = device.groups(Parameter.LENGTH, float(value)).as_floats()
+        start = np.array([cycle.wall[0], 0.0, cycle.velocity[0], cycle.phase[0]])
+        cycle = find_attractor(groups, start_of(start), 4000).cycle
+        if cycle is None:
+            return ""
+    return str(cycle.word)
+
+
+def test_where_a_one_to_one_motion_is_stable_nothing_else_is_followed() -> None:
+    assert disturbances_of(solved("inclined"), None).reached is None
+    assert disturbances_of(solved("inclined", excitation__amplitude_n=0.8), None).reached is None  # at rest

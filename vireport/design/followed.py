@@ -1,0 +1,98 @@
+"""A stable motion of any word at a design point, and the values of an input around it at which it stays stable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vireport.design.lines import LINES, LOSES_STABILITY, Line, along, extent, value_at
+from vireport.motions import STABILITIES, Curve, Event, Motion, PathPoint, Stability, classify, follow, multipliers
+from vireport.physics import FLOATS, Device
+from vireport.scenario import DesignInput, Parameter
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FollowedMotion:
+    """A stable motion, and how far it is one along an input.
+
+    Attributes
+    ----------
+    motion : Motion
+        By its equations.
+    trace : float
+        Of the product of its Jacobians.
+    decay : float
+        Root of their determinant.
+    varied : DesignInput
+    low, high : float
+        Values of the input between which it is there and stable, in its unit.
+    below, above : Event
+        What ends it there; `SWEEP_END` where the input goes no farther, `LOST` where rounding does not resolve it.
+    """
+
+    motion: Motion
+    trace: float
+    decay: float
+    varied: DesignInput
+    low: float
+    high: float
+    below: Event
+    above: Event
+
+    @property
+    def name(self) -> str:
+        """Its word and period."""
+        return self.motion.word.name
+
+    @property
+    def stability(self) -> Stability:
+        """Its type."""
+        return STABILITIES[int(classify(self.trace, self.decay))]
+
+    @property
+    def growth(self) -> float:
+        """Modulus of the larger multiplier: what is left of a small disturbance after a period of the motion."""
+        return abs(self.multipliers[0])
+
+    @property
+    def multipliers(self) -> tuple[complex, complex]:
+        """Eigenvalues of the product of its Jacobians, the larger first."""
+        first, second = multipliers(np.array([self.trace]), self.decay**2)[0]
+        return complex(first), complex(second)
+
+
+def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> FollowedMotion | None:
+    """Solve for a motion that was found otherwise, and follow it to both sides along an input.
+
+    Parameters
+    ----------
+    device : Device
+        All inputs given.
+    motion : Motion
+        At the design point, to some digits.
+    varied : DesignInput
+
+    Returns
+    -------
+    FollowedMotion or None
+        None where the equations have no such motion, or it is not stable.
+    """
+    line = next(line for line in LINES if varied in line.value)
+    d, gbar, _ = map(float, device.groups(Parameter.LENGTH, device.length_m))
+    least, most = extent(line, device, d, gbar)
+    curve = Curve(motion.word, along(line, device, FLOATS), least, most, 1.0)
+    x = curve.at(curve.vector(replace(motion, coordinate=0.0)), 0.0)
+    if x is None or not (curve.admits(x) and curve.stability(x).attracts):
+        return None
+    way, ends = curve.tangent(x), []
+    for sign in (-Line.sense(varied), Line.sense(varied)):
+        position, event = 0.0, Event.SWEEP_END
+        if (least if sign < 0 else most) != 0:
+            trail = follow(curve, PathPoint(curve, x, way if way[-1] * sign > 0 else -way), LOSES_STABILITY)
+            row, event = trail.events[-1]
+            position = float(trail.points[row].x[-1])
+        value = value_at(device, varied, position, curve.model.at((position,)), FLOATS)
+        ends.append((float(value), event))
+    (low, below), (high, above) = ends
+    return FollowedMotion(curve.motion(x), curve.trace(x), curve.decay(x), varied, low, high, below, above)

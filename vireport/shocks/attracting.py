@@ -1,0 +1,234 @@
+"""The stable motions of a design point beside one another: which starts come to each, and the least shock of each.
+
+Motions of any word: the 1:1 motions, those of families that were followed, and what the device comes to from rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from vireport.base import NumericalError
+from vireport.design import Solution, mirrored
+from vireport.disturbances import Destination, Disturbances, FromRest
+from vireport.motions import SAME, Atlas, Motion
+from vireport.physics import Groups, Word
+from vireport.scenario import Parameter
+from vireport.shocks.returning import Core, Elsewhere, core_of, endings
+from vireport.shocks.shock import LeastShock, least_shock
+from vireport.shocks.withstood import Withstood, stable_and_unstable
+from vireport.simulation import BOTTOM, random_starts, start_speed
+
+STARTS = 2000
+"""Random starts: a share is then known to within some 2 %, in some hundredths of a second."""
+
+SEED = 20240229
+"""Of these, in every run the same."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AttractingMotion:
+    """A stable motion, and what leads to it and out of it.
+
+    Attributes
+    ----------
+    motion : Motion or None
+        None where the ball comes to rest, again and again or for good.
+    name : str
+        Its word and period.
+    share : float or None
+        Of the random starts that come to it; None where that cannot be told, next to a critical point.
+    from_rest : bool or None
+        Whether the device comes to it that is switched on; None where that does not tell it from its like.
+    shock : LeastShock or None
+        The least shock that leads out of it; None where it is not known.
+    unknown : str
+        Why share and shock are not known; "" otherwise.
+    """
+
+    motion: Motion | None
+    name: str
+    share: float | None
+    from_rest: bool | None
+    shock: LeastShock | None = None
+    unknown: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AttractingMotions:
+    """All stable motions known at a design point.
+
+    Attributes
+    ----------
+    motions : tuple of AttractingMotion
+    starts : int
+        Random states in flight, see `random_starts`.
+    others : float or None
+        Share of them that comes to none of these; None where one of the motions cannot be told.
+    velocity_unit : float
+        y_c [m/s].
+    time_unit : float
+        t_c [s].
+    """
+
+    motions: tuple[AttractingMotion, ...]
+    starts: int
+    others: float | None
+    velocity_unit: float
+    time_unit: float
+
+    @property
+    def told(self) -> list[Motion]:
+        """Motions whose returns are told."""
+        return [each.motion for each in self.motions if each.motion is not None and each.share is not None]
+
+    @property
+    def reached(self) -> list[AttractingMotion]:
+        """That which the device comes to from rest, but for one with rests."""
+        return [each for each in self.motions if each.from_rest and each.motion is not None]
+
+    def withstood(self, chosen: Sequence[AttractingMotion]) -> Withstood | None:
+        """What some of the motions withstand: the least shock of them all; None of none."""
+        if not chosen:
+            return None
+        shocks = [each.shock for each in chosen if each.shock is not None]
+        if len(shocks) < len(chosen):
+            unknown = next(each.unknown for each in chosen if each.shock is None)
+            return Withstood(self.velocity_unit, self.time_unit, shock_unknown=unknown)
+        least = min(shocks, key=lambda shock: inf if shock.jump is None else shock.jump)
+        return Withstood(self.velocity_unit, self.time_unit, least)
+
+
+def attracting_motions(
+    solution: Solution,
+    disturbances: Disturbances,
+    atlas: Atlas | None = None,
+    withstood: Withstood | None = None,
+    least_m_s: float | None = None,
+) -> AttractingMotions | None:
+    """Set the stable motions of a design point beside one another, by compiled code.
+
+    Parameters
+    ----------
+    solution : Solution
+    disturbances : Disturbances
+        What it comes to from rest.
+    atlas : Atlas, optional
+        Its stable motions are among them where the design point is within the sweep, and its unstable ones companions.
+    withstood : Withstood, optional
+        Whose least shock is not looked for again.
+    least_m_s : float, optional
+        Shock that must be withstood [m/s], as for `withstood_by`.
+
+    Returns
+    -------
+    AttractingMotions or None
+        None without a design point, and where nothing attracts that is known.
+    """
+    design, device = solution.design, solution.device
+    if design is None:
+        return None
+    at = Parameter.LENGTH, device.length_m
+    groups = device.groups(*at).as_floats()
+    stable, unstable = _known(solution, disturbances, atlas)
+    cores, why = list[Core](), dict[int, str]()
+    for k, motion in enumerate(stable):
+        try:
+            cores.append(core_of(groups, motion, compiled=True))
+        except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
+            why[k] = str(error)
+    fastest = max((float(np.abs(motion.velocity).max()) for motion in stable), default=0.0)
+    speed = start_speed(groups.restitution, fastest)
+    ends = endings(groups, random_starts(groups.d, speed, STARTS, SEED)[0], cores)
+    place = {k: row for row, k in enumerate(k for k in range(len(stable)) if k not in why)}
+    unit, time_unit = float(device.velocity_unit(*at)), 0.5 / float(device.frequency_hz)
+    least = 0.0 if least_m_s is None else least_m_s / unit
+    told, end = [core.motion for core in cores], disturbances.from_rest
+    rested = _from_rest(groups, stable, end, bool(disturbances.ramp_periods), cores, place)
+    found = []
+    for k, motion in enumerate(stable):
+        share = float(np.mean(ends == place[k])) if k in place else None
+        shock, unknown = None, why.get(k, "")
+        if share is not None:
+            others = [other for other in told if other is not motion]
+            shock, unknown = _shock(groups, motion, others, unstable, withstood, least)
+        found.append(AttractingMotion(motion, motion.word.name, share, rested[k], shock, unknown))
+    rests = float(np.mean(ends == Elsewhere.RESTS))
+    resting = end is not None and end.destination in (Destination.REST_CYCLE, Destination.AT_REST)
+    if rests or resting:
+        name = end.name if end is not None and resting else "rest"
+        found.append(AttractingMotion(None, name, rests, resting))
+    if not found:
+        return None
+    known = sum(each.share or 0.0 for each in found)
+    elsewhere = None if why else max(1 - known, 0.0)
+    return AttractingMotions(tuple(found), STARTS, elsewhere, unit, time_unit)
+
+
+def _known(solution: Solution, disturbances: Disturbances, atlas: Atlas | None) -> tuple[list[Motion], list[Motion]]:
+    """The stable motions at the design point, and the unstable ones, each once."""
+    design, device = solution.design, solution.device
+    if design is None:
+        return [], []
+    stable, unstable = stable_and_unstable(design, device)
+    flat = mirrored(device)
+
+    def add(to: list[Motion], motion: Motion) -> None:
+        for each in (motion, motion.mirrored()) if flat else (motion,):
+            if all(each.distance(known) > SAME for known in to):
+                to.append(each)
+
+    if atlas is not None and min(ends := (atlas.sweep.start, atlas.sweep.end)) <= design.value <= max(ends):
+        for _, motion in atlas.stable_at(design.value):
+            add(stable, motion)
+        for _, motion in atlas.at(design.value):
+            if all(motion.distance(known) > SAME for known in stable):
+                add(unstable, motion)
+    if disturbances.reached is not None:
+        add(stable, disturbances.reached.motion)
+    return stable, unstable
+
+
+def _from_rest(
+    groups: Groups[float],
+    stable: Sequence[Motion],
+    end: FromRest | None,
+    ramped: bool,
+    cores: Sequence[Core],
+    place: dict[int, int],
+) -> list[bool | None]:
+    """Which of the motions the device comes to that is switched on; of several with one word by where it ends."""
+    if end is None or not end.is_motion:
+        return [False] * len(stable)
+    word = Word.of(end.word, end.periods).canonical()
+    alike = [motion.word.canonical() == word for motion in stable]
+    if sum(alike) <= 1:
+        return list[bool | None](alike)
+    if ramped:
+        return [None if each else False for each in alike]
+    (last,) = endings(groups, np.array([[float(BOTTOM), 0.0, 0.0, 0.0]]), cores).tolist()
+    return [each and place.get(k) == last for k, each in enumerate(alike)]
+
+
+def _shock(
+    groups: Groups[float],
+    motion: Motion,
+    others: Sequence[Motion],
+    unstable: Sequence[Motion],
+    withstood: Withstood | None,
+    least: float,
+) -> tuple[LeastShock | None, str]:
+    """The least shock of a motion, or why it is not known."""
+    known = withstood.shock if withstood is not None else None
+    if known is not None and known.motion.distance(motion) == 0:
+        return known, ""
+    try:
+        found = least_shock(groups, motion, others, unstable)
+        if found.jump is None and least >= found.searched_to:
+            found = least_shock(groups, motion, others, unstable, least * (1 + 1e-9))
+        return found, ""
+    except (NumericalError, ValueError) as error:
+        return None, str(error)
