@@ -474,7 +474,11 @@ TOLERANCES = (
         without(13) + "inclination_deg: 0\n",
     ),
     required("survives_shock_m_s: 0.3", "survives_shock_m_s", "a shock needs disturbances, which is not given"),
-    required("phase_jitter_at_most_deg: 5", "phase_jitter_at_most_deg", "needs disturbances.jitter_m_s, which is not"),
+    required(
+        "phase_jitter_at_most_deg: 5",
+        "phase_jitter_at_most_deg",
+        "needs disturbances.jitter_m_s or disturbances.jitter_restitution",
+    ),
     bad(
         "no jitter",
         GOOD + "disturbances:\n  jitter_m_s: 0\n",
@@ -484,6 +488,11 @@ TOLERANCES = (
         "jitter with its unit",
         GOOD + "disturbances:\n  jitter_m_s: 10 mm/s\n",
         (21, "disturbances.jitter_m_s", "got '10 mm/s'"),
+    ),
+    bad(
+        "a scatter in per cent",
+        GOOD + "disturbances:\n  jitter_restitution: 2\n",
+        (21, "disturbances.jitter_restitution", "got 2"),
     ),
     required("yield_at_least_percent: 99", "yield_at_least_percent", "a yield needs tolerances, which is not given"),
 )

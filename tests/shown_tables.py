@@ -993,6 +993,8 @@ def spreads(x: Results) -> list[Row]:
             "Impact": where,
             "phase": Amount(of[f"phase_{where}_deg"], "°", 3),
             "velocity": Amount(of[f"velocity_{where}_m_s"], "m/s", 3),
+            "voltage": Amount(of[f"u_{where}_v"], "V", 3),
+            "mean voltage": Amount(of[f"u_{where}_mean_v"], "V", 4),
         }
         for where in ("bottom", "top")
     ]
@@ -1385,9 +1387,11 @@ def _withstood(x: Results) -> Iterator[tuple[str, Said]]:
         yield "What bump does it stand?", Said(said, Amount(of["least_jump_m_s"], "m/s", 3), *later)
     if (of := found["jitter"]) is not None and of["valid"]:
         assert of["phase_deg"] == max(of["phase_bottom_deg"], of["phase_top_deg"])
-        kick = Amount(x.data["scenario"]["disturbances"]["jitter_m_s"], "m/s", 3)
-        amounts = Amount(of["phase_deg"], "°", 2), Amount(of["velocity_m_s"], "m/s", 2), kick
-        said = "{} and {}. Standard deviations of phase and velocity at the impacts, with one of {} of the velocity"
+        given = x.data["scenario"]["disturbances"]
+        kicks = Amount(given["jitter_m_s"], "m/s", 3), number(given["jitter_restitution"], 3)
+        amounts = Amount(of["phase_deg"], "°", 2), Amount(of["velocity_m_s"], "m/s", 2), *kicks
+        said = "{} and {}. Standard deviations of phase and velocity at the impacts, with one of {} of the velocity "
+        said += "just after each and one of {} of the restitution"
         yield "How much does it jitter?", Said(said, *amounts)
 
 

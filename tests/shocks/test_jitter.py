@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,10 +20,10 @@ from vireport.simulation import InFlight, check_model, find_attractor, follow_im
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)
 
 
-def monte_carlo(
+def kicked(
     groups: Groups[float], motion: Motion, kick: float, scatter: float, starts: int, wait: int, periods: int
-) -> np.ndarray:
-    """Covariances (N, 2, 2) of time and velocity before each impact of kicked trajectories, by the simulation alone."""
+) -> list[np.ndarray]:
+    """Deviations (2, n) of time and velocity before each impact of kicked trajectories, by the simulation alone."""
     random, count = np.random.default_rng(5), len(motion.word)
     phase, velocity = np.full(starts, pi * motion.time[0]), np.full(starts, motion.velocity[0])
     model, times = np.repeat(check_model(groups), starts, axis=0), np.append(motion.time, 0.0)
@@ -37,7 +38,12 @@ def monte_carlo(
         phase, velocity = ends[:, 1], ends[:, 3]
         if step >= wait * count:
             seen[j].append(np.stack([wrapped(phase - pi * times[j]) / pi, velocity - motion.velocity[j]]))
-    return np.array([np.cov(np.concatenate(each, axis=1)) for each in seen])
+    return [np.concatenate(each, axis=1) for each in seen]
+
+
+def monte_carlo(*given: Any) -> np.ndarray:
+    """Their covariances, (N, 2, 2)."""
+    return np.array([np.cov(each) for each in kicked(*given)])
 
 
 def test_the_map_is_that_of_the_simulation_and_its_inverse() -> None:
@@ -149,6 +155,40 @@ def test_spread_grows_in_proportion_and_is_the_same_in_all_units() -> None:
     assert isinstance(own, Jitter)
     np.testing.assert_allclose(scaled.phase_rad, own.phase_rad, rtol=1e-9)
     np.testing.assert_allclose(scaled.voltage_v(MEMBRANE, heavy_unit), own.voltage_v(MEMBRANE, unit), rtol=1e-9)
+
+
+def test_both_sources_add() -> None:
+    groups, (motion,), _, _ = case(3.6)
+    kicks, scatter, both = (jitter(groups, motion, *each) for each in ((1e-3, 0.0), (0.0, 2e-3), (1e-3, 2e-3)))
+    assert isinstance(kicks, Jitter)
+    assert isinstance(scatter, Jitter)
+    assert isinstance(both, Jitter)
+    np.testing.assert_allclose(kicks.covariance + scatter.covariance, both.covariance, rtol=1e-12)
+    np.testing.assert_allclose(kicks.mean + scatter.mean, both.mean, rtol=0.02, atol=1e-9)
+
+
+def test_mean_and_spread_of_the_voltage_are_those_of_kicked_trajectories() -> None:
+    """The mean is off that of the motion by 10 times what the number of trajectories leaves open."""
+    groups, (motion,), _, unit = case(3.6)
+    found = jitter(groups, motion, 1e-3, 9e-3)
+    assert isinstance(found, Jitter)
+    seen = kicked(groups, motion, 1e-3, 9e-3, 10_000, 15, 10)
+    speeds = (unit * np.abs(v + off[1]) for v, off in zip(motion.velocity, seen, strict=True))
+    volts = np.array([generated_voltage(speed, MEMBRANE) for speed in speeds])
+    own = generated_voltage(unit * np.abs(motion.velocity), MEMBRANE)
+    shift = found.mean_voltage_v(MEMBRANE, unit) - own
+    assert (shift < -12).all()
+    np.testing.assert_allclose(shift, volts.mean(axis=1) - own, atol=4)
+    np.testing.assert_allclose(found.voltage_v(MEMBRANE, unit), volts.std(axis=1), rtol=0.03)
+
+
+def test_no_restitution_beyond_what_is_possible() -> None:
+    """At r = 0.98 a scatter of 0.01 has one impact in forty gain energy."""
+    groups, (motion, *_), _, _ = case(3.0, 0.8, 20.0, r=0.98)
+    assert jitter(groups, motion, 0.0, 0.01) == NoJitter(Unsettled.IMPOSSIBLE, pytest.approx(2 / 3))
+    allowed = jitter(groups, motion, 0.0, 0.006)
+    assert isinstance(allowed, Jitter)
+    assert allowed.valid_up_to == pytest.approx(10 / 9)
 
 
 def test_voltage_spreads_by_its_slope() -> None:

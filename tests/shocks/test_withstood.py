@@ -14,10 +14,12 @@ from devices import of
 from vireport import analyse, loads
 from vireport.base import UsageError
 from vireport.cli import main
+from vireport.disturbances import Disturbances
 from vireport.shocks import withstood_by
 from vireport.shocks.jitter import jitter as jitter_of
 from vireport.shocks.shock import least_shock
 from vireport.study import refuse_undecidable
+from vireport.study.results import disturbances_data
 
 TEXT = """\
 schema_version: 1
@@ -52,7 +54,7 @@ def test_the_least_shock_is_that_of_the_motion_in_metres_per_second() -> None:
 def test_where_nothing_leads_out_the_largest_that_was_tried_counts() -> None:
     """What is required is looked for further out than the largest impact velocity."""
     solution = solved("inclined", device__length_m=0.6934)
-    usual, further = (withstood_by(solution, True, None, least) for least in (None, 20.0))
+    usual, further = (withstood_by(solution, True, least_m_s=least) for least in (None, 20.0))
     assert usual.jump_m_s is further.jump_m_s is None
     fastest = max(np.abs(usual.shock.motion.velocity)) * usual.velocity_unit
     assert usual.searched_to_m_s == pytest.approx(fastest)
@@ -72,6 +74,23 @@ def test_jitter_is_told_per_membrane_and_grows_with_the_kicks() -> None:
     bare = jitter_of(device.groups, device.stable[0], 1e-3 / device.unit)
     assert jitter["phase_bottom_deg"] == pytest.approx(bare.phase_rad[0] * 180 / pi)
     assert jitter["velocity_top_m_s"] == pytest.approx(bare.velocity[1] * 3.6 / (2 * 0.1245 * 2))
+
+
+def test_scatter_of_the_restitution_adds_to_the_kicks() -> None:
+    """Either is enough for a required spread of phases, and each adds its share to the variances, also of voltages."""
+    loads(TEXT.format(force=3.6, kick=1, shock=1).replace("jitter_m_s: 1", "jitter_restitution: 0.003"))
+    solution = solved("inclined", device__length_m=0.75, excitation__amplitude_n=3.6)
+    kicks, scatter, both = (
+        disturbances_data(Disturbances(None), withstood_by(solution, False, *given))["jitter"]
+        for given in ((1e-3, 0.0), (0.0, 3e-3), (1e-3, 3e-3))
+    )
+    for key in ("phase_bottom_deg", "velocity_top_m_s", "u_bottom_v", "u_top_v"):
+        assert both[key] ** 2 == pytest.approx(kicks[key] ** 2 + scatter[key] ** 2, rel=1e-9)
+    assert scatter["valid_up_to_m_s"] is kicks["valid_up_to_restitution"] is None
+    assert scatter["valid_up_to_restitution"] == pytest.approx(0.0096, rel=0.01)
+    assert both["valid_up_to_m_s"] / 1e-3 == pytest.approx(both["valid_up_to_restitution"] / 3e-3, rel=1e-9)
+    assert abs(scatter["u_bottom_mean_v"] / kicks["u_bottom_mean_v"] - 1) < 1e-3
+    assert scatter["u_bottom_mean_v"] < kicks["u_bottom_mean_v"]
 
 
 def test_near_a_critical_point_nothing_is_claimed() -> None:

@@ -176,6 +176,7 @@ def withstood(**given: object) -> Evidence:
     """The inclined capsule with what its motion withstands: least shock, of 0.1234 m/s at the bottom, and jitter."""
     usual = {"shock": None, "shock_unknown": "", "jump_m_s": 0.1234, "searched_to_m_s": 1.5, "after_bottom": True}
     usual |= {"delay_s": 0.0, "jitter": None, "spread": None, "jitter_unknown": "", "jitter_m_s": 0.012}
+    usual |= {"jitter_restitution": 0.0, "valid_up_to_restitution": None}
     usual |= {"phase_deg": 1.234, "velocity_m_s": 0.0234, "valid_up_to_m_s": 0.00356}
     return Evidence(solved("inclined"), withstood=thing(**usual | given))
 
@@ -274,13 +275,21 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: withstood(jitter=1, spread=1),
         ["How much does it jitter? 1.2° and 0.023 m/s Standard deviations", "with one of 0.012 m/s of the velocity"],
     ),
+    "jitter of two sources": (
+        lambda: withstood(jitter=1, spread=1, jitter_restitution=0.0123),
+        ["just after each and one of 0.0123 of the restitution from impact to impact"],
+    ),
+    "jitter of the restitution": (
+        lambda: withstood(jitter=1, spread=1, jitter_m_s=0.0, jitter_restitution=0.0123),
+        ["at the impacts, with one of 0.0123 of the restitution from impact to impact"],
+    ),
     "too much jitter": (
         lambda: withstood(jitter=1, jitter_unknown="the kicks are too large"),
-        ["Not known The kicks are too large: they may have a standard deviation of at most 0.0036 m/s"],
+        ["Not known The kicks are too large: figures are given up to one of 0.0036 m/s of the velocity"],
     ),
     "no jitter at all": (
         lambda: withstood(jitter=1, jitter_unknown="the kicks are too large", valid_up_to_m_s=0.0),
-        ["it holds for none, so near a critical point"],
+        ["there are figures for none, so near a critical point"],
     ),
     "reached from rest": (
         lambda: switched_on(recovery=Recovery(30.84, 15.42, 1e-9)),

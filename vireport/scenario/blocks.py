@@ -264,14 +264,23 @@ AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS, HELD = LimitKind
 
 
 class Need(StrEnum):
-    """The path of what a scenario must give for a requirement to be judged; `why` begins the message if it does not."""
+    """The path of what a scenario must give for a requirement to be judged.
+
+    Attributes
+    ----------
+    why : str
+        Beginning of the message where it is not given.
+    paths : tuple of str
+        Of which one is enough.
+    """
 
     why: str
+    paths: tuple[str, ...]
 
-    def __new__(cls, path: str, why: str = "") -> Self:
+    def __new__(cls, path: str, why: str = "", *others: str) -> Self:
         """Make the member whose value is `path`."""
         member = str.__new__(cls, path)
-        member._value_, member.why = path, why
+        member._value_, member.why, member.paths = path, why, (path, *others)
         return member
 
     SWEEP = "sweep", "a range of the swept parameter, or a motion that is followed along it, needs"
@@ -280,7 +289,7 @@ class Need(StrEnum):
     TOLERANCES = "tolerances", "a yield needs"
     SIMULATION = "simulation", "a cross-check needs"
     DISTURBANCES = "disturbances", "a shock needs"
-    JITTER = "disturbances.jitter_m_s", "a spread of phases needs"
+    JITTER = "disturbances.jitter_m_s", "a spread of phases needs", "disturbances.jitter_restitution"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -400,7 +409,8 @@ class RequirementsBlock(Block):
         None,
         "Phase jitter at most",
         "deg",
-        "Largest standard deviation of the phase of an impact under the random kicks of disturbances.jitter_m_s.",
+        "Largest standard deviation of the phase of an impact under the random kicks of disturbances.jitter_m_s and "
+        "disturbances.jitter_restitution.",
         example=5.0,
     )
     u_ave_at_least_v: Annotated[float | None, Demand(AT_LEAST, (Need.BALL_MASS,))] = _positive(
@@ -613,6 +623,16 @@ class DisturbancesBlock(Block):
         "m/s",
         "Standard deviation of the velocity just after each impact. Given, the spread of the impacts is told.",
         example=0.01,
+    )
+    jitter_restitution: float | None = _key(
+        None,
+        "Scatter of restitution",
+        "1",
+        "Standard deviation of the restitution coefficient from one impact to the next, alike on both membranes and "
+        "independent of the kicks of jitter_m_s. Given, the spread of the impacts is told.",
+        example=0.02,
+        ge=SMALLEST,
+        le=1.0,
     )
 
 

@@ -289,8 +289,9 @@ def _requirements(tree: _Tree) -> Iterator[Finding]:
     given = {key: f"requirements.{key}" for key, value in block.items() if value is not None}
     for need in Need:
         for key in needing(need):
-            if key in given and tree.absent(need):
-                yield _rule(given[key], f"{need.why} {need}, which is not given (give it, or leave this out)")
+            if key in given and all(tree.absent(path) for path in need.paths):
+                either = " or ".join(need.paths)
+                yield _rule(given[key], f"{need.why} {either}, which is not given (give it, or leave this out)")
     for key in SWITCHES:
         if block.get(key) is False:
             yield _rule(given[key], "got false, which requires nothing (true, or leave it out)")

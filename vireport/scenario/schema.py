@@ -147,7 +147,9 @@ def _requirements() -> Iterator[dict[str, Any]]:
     """What is required must be something that the scenario can decide."""
     null = {"type": "null"}
     for need in Need:
-        yield {"if": {"not": _given(need)}, "then": _of_requirements(dict.fromkeys(needing(need), null))}
+        given = [_given(path) for path in need.paths]
+        missing = {"not": {"anyOf": given} if len(given) > 1 else given[0]}
+        yield {"if": missing, "then": _of_requirements(dict.fromkeys(needing(need), null))}
     for parameter in Parameter:
         unknown = {"allOf": [_sweeps(parameter), {"not": _given(parameter.path)}]}
         yield {"if": unknown, "then": _of_requirements(dict.fromkeys(judged_at_design(parameter), null))}

@@ -40,12 +40,16 @@ MOMENTS = ("k,ka,kb->ab", 2), ("k,ka,kb,kc->abc", 3)
 SLOPE_STEP = 1e-30
 """Imaginary step that gives the slope of the voltage to the last digit."""
 
+WITHIN = 3.0
+"""Standard deviations on either side of the restitution coefficient that must lie between 0 and 1."""
+
 
 class Unsettled(StrEnum):
     """Why no jitter is given, or is not to be relied on."""
 
     UNSTABLE = "the motion is not stable"
     TOO_LARGE = "the kicks are too large for linear theory"
+    IMPOSSIBLE = "the restitution would leave the range from 0 to 1"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,16 +64,20 @@ class Jitter:
         impact to impact [-]; each impact's are independent of all others.
     covariance : ndarray (N, 2, 2)
         Of time [t_c] and velocity just before [y_c] at each impact, by linear theory.
+    mean : ndarray (N, 2)
+        By how much kicks shift the means of these, to second order.
     error : float
         Error of the standard deviations, as a share of them, by the first term that linear theory leaves out.
     valid_up_to : float
-        Factor by which both kinds of kicks may grow until that error is `TOLERANCE`; at least 1.
+        Factor by which both kinds of kicks may grow until that error is `TOLERANCE`, or the restitution may leave the
+        range from 0 to 1; at least 1.
     """
 
     motion: Motion
     kick: float
     restitution_scatter: float
     covariance: Floats
+    mean: Floats
     error: float
     valid_up_to: float
 
@@ -102,6 +110,13 @@ class Jitter:
         stepped: Any = speed + 1j * SLOPE_STEP
         slope = generated_voltage(stepped, membrane).imag / SLOPE_STEP
         return np.asarray(np.abs(slope) * velocity_unit * self.velocity)
+
+    def mean_voltage_v(self, membrane: Membrane, velocity_unit: float) -> Floats:
+        """Mean of the voltage gained at each impact, to second order in the kicks, (N,) [V]; parameters as above."""
+        nodes, weights = np.polynomial.hermite_e.hermegauss(5)
+        velocity = (self.motion.velocity + self.mean[:, 1])[:, None] + self.velocity[:, None] * nodes
+        gained = generated_voltage(velocity_unit * np.abs(velocity), membrane)
+        return np.asarray(gained @ (weights / weights.sum()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,18 +195,30 @@ def jitter(
     for matrix, source in zip(matrices[:-1], sources[:-1], strict=True):
         covariance.append(matrix @ covariance[-1] @ matrix.T + source)
     if not kicks.any():
-        return Jitter(motion, kick, restitution_scatter, np.array(covariance), 0.0, inf)
+        return Jitter(motion, kick, restitution_scatter, np.array(covariance), np.zeros((len(matrices), 2)), 0.0, inf)
+    room = _room(groups, motion, restitution_scatter)
     enlarged = max(0, ceil(log2(LEAST_KICK / sqrt(float(kicks.max())))))
     for power in range(enlarged, -HALVINGS, -1):
         factor = 2.0**power
         spread = factor * kick, factor * restitution_scatter
-        error = _neglected(groups, motion, spread, lap, factor**2 * covariance[0], compiled)
+        error, mean = _neglected(groups, motion, spread, lap, factor**2 * covariance[0], compiled)
         if error <= TOLERANCE:
-            holds = factor * sqrt(TOLERANCE / error) if error > 0 else inf
+            holds = min(factor * sqrt(TOLERANCE / error) if error > 0 else inf, room)
             if power < 0:
                 return NoJitter(Unsettled.TOO_LARGE, min(holds, 2 * factor))
-            return Jitter(motion, kick, restitution_scatter, np.array(covariance), error / factor**2, holds)
+            if room < 1:
+                return NoJitter(Unsettled.IMPOSSIBLE, holds)
+            spreads, shifts = np.array(covariance), mean / factor**2
+            return Jitter(motion, kick, restitution_scatter, spreads, shifts, error / factor**2, holds)
     return NoJitter(Unsettled.TOO_LARGE, 0.0)
+
+
+def _room(groups: Groups[float], motion: Motion, restitution_scatter: float) -> float:
+    """Factor by which the scatter may grow until restitutions below 0 or above 1 are more than rare."""
+    if restitution_scatter == 0:
+        return inf
+    coefficients = [groups.restitution_at(wall) for wall in motion.word.walls]
+    return min(min(r, 1 - r) for r in coefficients) / (WITHIN * restitution_scatter)
 
 
 def _neglected(
@@ -201,22 +228,26 @@ def _neglected(
     lap: Floats,
     linear: Floats,
     compiled: bool,
-) -> float:
-    """Leading error of the linear standard deviations, as a share of them; inf where other membranes are met."""
+) -> tuple[float, Floats]:
+    """Leading error of the linear standard deviations, as a share of them, and shifts of the means at each impact.
+
+    The error is inf where other membranes are met.
+    """
     start = _Moments(np.zeros(2), linear, np.zeros((2, 2, 2)))
-    end = _after_a_period(groups, motion, spread, start, compiled)
-    if end is None:
-        return inf
+    first = _through_a_period(groups, motion, spread, start, compiled)
+    if first is None:
+        return inf, np.zeros(0)
+    end = first[-1]
     mean = np.asarray(np.linalg.solve(np.eye(2) - lap, end.mean), dtype=float)
     cubed = np.kron(lap, np.kron(lap, lap))
     skewness = np.asarray(np.linalg.solve(np.eye(8) - cubed, end.skewness.ravel()), dtype=float).reshape(2, 2, 2)
-    end = _after_a_period(groups, motion, spread, _Moments(mean, linear, skewness), compiled)
-    if end is None:
-        return inf
-    added = stationary(lap, end.covariance - linear)
+    second = _through_a_period(groups, motion, spread, _Moments(mean, linear, skewness), compiled)
+    if second is None:
+        return inf, np.zeros(0)
+    added = stationary(lap, second[-1].covariance - linear)
     # The largest change of a variance in any direction over the variance in that direction.
     share = np.linalg.eigvals(np.linalg.solve(linear, added))
-    return float(np.abs(share).max()) / 2
+    return float(np.abs(share).max()) / 2, np.array([mean, *(moments.mean for moments in second[:-1])])
 
 
 def _rule() -> tuple[Floats, Floats, Floats]:
@@ -234,10 +265,11 @@ def _rule() -> tuple[Floats, Floats, Floats]:
     return nodes, weights / weights.sum(), tensor
 
 
-def _after_a_period(
+def _through_a_period(
     groups: Groups[float], motion: Motion, spread: tuple[float, float], moments: _Moments, compiled: bool
-) -> _Moments | None:
-    """Moments after one period of the simulated map with kicks; None where a node meets another membrane."""
+) -> list[_Moments] | None:
+    """Moments after each flight of one period of the simulated map with kicks; None where one ends elsewhere."""
+    passed: list[_Moments] = []
     nodes, weights, tensor = _rule()
     durations, walls, count = flight_times(motion), motion.word.walls, len(motion.word)
     mean, covariance, skewness = moments
@@ -263,4 +295,5 @@ def _after_a_period(
         mean = np.asarray(share @ off, dtype=float)
         off = off - mean
         covariance, skewness = (np.asarray(np.einsum(each, share, *(off,) * n), dtype=float) for each, n in MOMENTS)
-    return _Moments(mean, covariance, skewness)
+        passed.append(_Moments(mean, covariance, skewness))
+    return passed

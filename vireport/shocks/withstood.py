@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution
 from vireport.motions import Motion, motion_at
-from vireport.physics import Device, Groups
+from vireport.physics import Device, Groups, Membrane
 from vireport.scenario import Parameter
 from vireport.shocks.jitter import Jitter, NoJitter, jitter
 from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
@@ -19,6 +20,26 @@ from vireport.shocks.shock import SEARCH, Effort, LeastShock, least_shock
 
 ROOM = 2.0
 """How far a plane of shocks reaches, over the least one."""
+
+
+class ImpactSpread(NamedTuple):
+    """How far kicks spread one impact of a motion: standard deviations, and the mean of the voltage.
+
+    Attributes
+    ----------
+    membrane : str
+        ``bottom`` or ``top``.
+    phase_deg, velocity_m_s : float
+        Of the forcing phase, and of the velocity just before.
+    voltage_v, mean_voltage_v : float or None
+        Of the voltage gained; None without a ball mass.
+    """
+
+    membrane: str
+    phase_deg: float
+    velocity_m_s: float
+    voltage_v: float | None
+    mean_voltage_v: float | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,10 +56,13 @@ class Withstood:
         Of the motion that withstands least.
     shock_unknown : str
         Why there is none, though it was asked for; "" otherwise.
-    jitter_m_s : float
-        Standard deviation of the kicks [m/s]; 0 where none was asked for.
+    jitter_m_s, jitter_restitution : float
+        Standard deviations of the velocity just after each impact [m/s] and of the restitution coefficient from impact
+        to impact; 0 where none was asked for.
     jitter : Jitter or NoJitter or None
         Of the motion whose phases spread most, or that has none.
+    membrane : Membrane or None
+        By which velocities give voltages.
     """
 
     velocity_unit: float
@@ -46,7 +70,9 @@ class Withstood:
     shock: LeastShock | None = None
     shock_unknown: str = ""
     jitter_m_s: float = 0.0
+    jitter_restitution: float = 0.0
     jitter: Jitter | NoJitter | None = None
+    membrane: Membrane | None = None
 
     @property
     def jump_m_s(self) -> float | None:
@@ -89,22 +115,38 @@ class Withstood:
         return None if self.spread is None else float(self.spread.velocity.max()) * self.velocity_unit
 
     @property
-    def spreads(self) -> list[tuple[str, float, float]]:
-        """Membrane, standard deviation of the phase [deg] and of the velocity [m/s] at each impact."""
-        if self.spread is None:
+    def spreads(self) -> list[ImpactSpread]:
+        """That of each impact, in the order of the motion."""
+        spread, unit = self.spread, self.velocity_unit
+        if spread is None:
             return []
-        where = ("bottom" if wall > 0 else "top" for wall in self.spread.motion.word.walls)
-        phases, speeds = np.degrees(self.spread.phase_rad), self.spread.velocity * self.velocity_unit
-        return list(zip(where, phases.tolist(), speeds.tolist(), strict=True))
+        columns = [
+            ["bottom" if wall > 0 else "top" for wall in spread.motion.word.walls],
+            *(np.degrees(spread.phase_rad).tolist(), (spread.velocity * unit).tolist()),
+        ]
+        volts = [[None] * len(columns[0])] * 2
+        if self.membrane is not None:
+            volts = [of(self.membrane, unit).tolist() for of in (spread.voltage_v, spread.mean_voltage_v)]
+        return [ImpactSpread(*row) for row in zip(*columns, *volts, strict=True)]
 
     @property
     def valid_up_to_m_s(self) -> float | None:
-        """Standard deviation of the kicks up to which linear theory holds [m/s]."""
-        return None if self.jitter is None else self.jitter.valid_up_to * self.jitter_m_s
+        """Standard deviation of the kicks up to which linear theory holds, the ratio to that of r kept [m/s]."""
+        return self.jitter.valid_up_to * self.jitter_m_s if self.jitter is not None and self.jitter_m_s else None
+
+    @property
+    def valid_up_to_restitution(self) -> float | None:
+        """The same of the restitution coefficient [-]."""
+        scatter = self.jitter_restitution
+        return self.jitter.valid_up_to * scatter if self.jitter is not None and scatter else None
 
 
 def withstood_by(
-    solution: Solution, shocks: bool, jitter_m_s: float | None = None, least_m_s: float | None = None
+    solution: Solution,
+    shocks: bool,
+    jitter_m_s: float = 0.0,
+    jitter_restitution: float = 0.0,
+    least_m_s: float | None = None,
 ) -> Withstood | None:
     """Find out what the stable 1:1 motions at the design point withstand; None where there are none.
 
@@ -113,8 +155,9 @@ def withstood_by(
     solution : Solution
     shocks : bool
         Whether to look for the least shock, by compiled code.
-    jitter_m_s : float, optional
-        Standard deviation of the velocity just after each impact [m/s].
+    jitter_m_s, jitter_restitution : float
+        Standard deviations of the velocity just after each impact [m/s], and of the restitution coefficient from impact
+        to impact; 0 for none.
     least_m_s : float, optional
         Shock that must be withstood [m/s]: where none leads out up to the largest impact velocity, it is looked
         further, up to this one.
@@ -131,10 +174,11 @@ def withstood_by(
             shock = least_of(groups, stable, unstable, None if least_m_s is None else least_m_s / unit)
         except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
             unknown = str(error)
-    kick = jitter_m_s or 0.0
-    spreads = [jitter(groups, motion, kick / unit) for motion in stable] if kick else []
-    largest = max(spreads, key=_size, default=None)
-    return Withstood(unit, 0.5 / float(device.frequency_hz), shock, unknown, kick, largest)
+    spreads: list[Jitter | NoJitter] = []
+    if jitter_m_s or jitter_restitution:
+        spreads = [jitter(groups, motion, jitter_m_s / unit, jitter_restitution) for motion in stable]
+    largest, period = max(spreads, key=_size, default=None), 0.5 / float(device.frequency_hz)
+    return Withstood(unit, period, shock, unknown, jitter_m_s, jitter_restitution, largest, solution.membrane)
 
 
 def shocks_around(

@@ -43,7 +43,7 @@ class Task(StrEnum):
     WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
     SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
     COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
-    JITTER = "jitter", "how far random kicks spread phases and velocities of the stable motion"
+    JITTER = "jitter", "how far random kicks spread phases, velocities and voltages of the stable motion"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -191,8 +191,10 @@ AT_ONCE = Precondition(
     "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
 )
 JITTER = Precondition(
-    lambda scenario, _: scenario.disturbances and scenario.disturbances.jitter_m_s,
-    "disturbances.jitter_m_s is not given",
+    lambda scenario, _: (
+        scenario.disturbances and (scenario.disturbances.jitter_m_s or scenario.disturbances.jitter_restitution)
+    ),
+    "neither disturbances.jitter_m_s nor disturbances.jitter_restitution is given",
 )
 NUMBA = Precondition(lambda *_: find_spec("numba"), f"the package numba is missing: {install_command('numba')}")
 TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
@@ -222,7 +224,7 @@ STEPS = (
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(Task.COEXISTENCE, (DISTURBANCES, DESIGN, NUMBA, TOLD), "the scenario has a disturbances block"),
-    DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "disturbances.jitter_m_s is given"),
+    DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "one of disturbances.jitter_... is given"),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),

@@ -305,10 +305,7 @@ def _margin(margin: Margin) -> dict[str, Any]:
 
 
 def disturbances_data(
-    found: Disturbances,
-    withstood: Withstood | None,
-    attracting: AttractingMotions | None,
-    membrane: Membrane | None,
+    found: Disturbances, withstood: Withstood | None, attracting: AttractingMotions | None
 ) -> dict[str, Any]:
     """What the device does when it is switched on and disturbed; null is what was not computed."""
     end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
@@ -334,7 +331,7 @@ def disturbances_data(
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
-        "jitter": withstood and _jitter(withstood, membrane),
+        "jitter": withstood and _jitter(withstood),
         "coexistence": attracting and _coexistence(attracting),
     }
 
@@ -405,28 +402,30 @@ def _shock(found: Withstood) -> dict[str, Any] | None:
     return dict(zip((*SHOCK, "reason"), values, strict=True))
 
 
-def _jitter(found: Withstood, membrane: Membrane | None) -> dict[str, Any] | None:
+def _jitter(found: Withstood) -> dict[str, Any] | None:
     """The spread at the impacts, or why none is given; None where it was not asked for."""
     if found.jitter is None:
         return None
-    spread, up_to = found.spread, found.valid_up_to_m_s
-    columns: dict[str, Any] = {}
-    if spread is not None:
-        volts = spread.voltage_v(membrane, found.velocity_unit) if membrane is not None else None
-        for i, wall in enumerate(spread.motion.word.walls):
-            name = _membrane(wall > 0)
-            columns[f"phase_{name}_deg"] = float(np.degrees(spread.phase_rad[i]))
-            columns[f"velocity_{name}_m_s"] = float(spread.velocity[i]) * found.velocity_unit
-            columns |= {} if volts is None else {f"u_{name}_v": float(volts[i])}
+    spread = found.spread
+    columns: dict[str, float | None] = {}
+    for of in found.spreads:
+        columns |= {f"phase_{of.membrane}_deg": of.phase_deg, f"velocity_{of.membrane}_m_s": of.velocity_m_s}
+        if of.voltage_v is not None:
+            columns |= {f"u_{of.membrane}_v": of.voltage_v, f"u_{of.membrane}_mean_v": of.mean_voltage_v}
     return {
         "phase_deg": found.phase_deg,
         "velocity_m_s": found.velocity_m_s,
         **columns,
         "relative_error": None if spread is None else spread.error,
         "valid": spread is not None,
-        "valid_up_to_m_s": up_to if up_to is not None and isfinite(up_to) else None,
+        "valid_up_to_m_s": _finite(found.valid_up_to_m_s),
+        "valid_up_to_restitution": _finite(found.valid_up_to_restitution),
         "reason": found.jitter_unknown or None,
     }
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and isfinite(value) else None
 
 
 def _membrane(bottom: bool) -> str:

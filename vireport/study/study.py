@@ -195,8 +195,7 @@ class Study:
             "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
-            "disturbances": self.disturbances
-            and disturbances_data(self.disturbances, self.withstood, self.attracting, self.solution.membrane),
+            "disturbances": self.disturbances and disturbances_data(self.disturbances, self.withstood, self.attracting),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -330,9 +329,9 @@ def _with_withstood(study: Study) -> Study:
     from vireport.shocks import withstood_by
 
     asked, required = study.scenario.disturbances, study.scenario.requirements
-    kick = asked.jitter_m_s if asked is not None else None
+    kicks = (asked.jitter_m_s or 0.0, asked.jitter_restitution or 0.0) if asked is not None else (0.0, 0.0)
     least = required.survives_shock_m_s if required is not None else None
-    return replace(study, withstood=withstood_by(study.solution, study.plan.runs(Task.SHOCK), kick, least))
+    return replace(study, withstood=withstood_by(study.solution, study.plan.runs(Task.SHOCK), *kicks, least))
 
 
 def _with_attracting(study: Study) -> Study:
