@@ -614,6 +614,13 @@ class DisturbancesBlock(Block):
         "Standard deviation of the velocity just after each impact. Given, the spread of the impacts is told.",
         example=0.01,
     )
+    prove: bool = _key(
+        False,
+        "Prove",
+        "",
+        "Whether to prove that the motion is reached from rest, and up to which jump of the velocity all die out.",
+        example=True,
+    )
 
 
 class AccuracyBlock(Block):

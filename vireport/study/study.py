@@ -24,8 +24,8 @@ from vireport.gate import (
     assess,
     verdict_of,
 )
-from vireport.motions import Limits, Sweep
-from vireport.physics import Device, Membrane
+from vireport.motions import Limits, Motion, Sweep
+from vireport.physics import Device, Membrane, Word
 from vireport.scenario import (
     AccuracyBlock,
     DesignInput,
@@ -65,6 +65,7 @@ from vireport.text import (
 )
 
 if TYPE_CHECKING:
+    from vireport.attraction import Proved, Rechecked
     from vireport.checks import CrossCheck, Reproduction, WorkPrecision
     from vireport.checks.certificates import Certificate
     from vireport.compliant import OwnStiffness
@@ -108,6 +109,8 @@ class Study:
         What the device does when it is switched on and disturbed.
     withstood : Withstood or None
         The least shock and the jitter of the stable motions at the design point.
+    proved : Proved or None
+        What is proved of them: that they are reached from rest, and which shocks they survive.
     """
 
     loaded: Loaded
@@ -123,6 +126,7 @@ class Study:
     criteria: tuple[Criterion, ...] = ()
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
+    proved: Proved | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -134,7 +138,12 @@ class Study:
         """What the scenario is judged by."""
         findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
         return Evidence(
-            self.solution, *findings, self.criteria, disturbances=self.disturbances, withstood=self.withstood
+            self.solution,
+            *findings,
+            self.criteria,
+            disturbances=self.disturbances,
+            withstood=self.withstood,
+            proved=self.proved,
         )
 
     @cached_property
@@ -184,7 +193,7 @@ class Study:
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
             "disturbances": self.disturbances
-            and disturbances_data(self.disturbances, self.withstood, self.solution.membrane),
+            and disturbances_data(self.disturbances, self.withstood, self.solution.membrane, self.proved),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -293,6 +302,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_disturbances(study)
     if steps.runs(Task.SHOCK, Task.JITTER):
         study = _with_withstood(study)
+    if steps.runs(Task.PROOF):
+        study = _with_proof(study, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if steps.runs(Task.OWN_STIFFNESS):
@@ -318,6 +329,15 @@ def _with_withstood(study: Study) -> Study:
     kick = asked.jitter_m_s if asked is not None else None
     least = required.survives_shock_m_s if required is not None else None
     return replace(study, withstood=withstood_by(study.solution, study.plan.runs(Task.SHOCK), kick, least))
+
+
+def _with_proof(study: Study, progress: Progress | None) -> Study:
+    from vireport.attraction import proved_of
+
+    found, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
+    if found is None:
+        return study
+    return replace(study, proved=proved_of(study.solution, found, study.withstood, compiled, progress))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:
@@ -398,6 +418,46 @@ def recheck(data: Mapping[str, Any]) -> float:
         return prove_again(region_of(device, half_widths(device, scenario.tolerances)), *boxes)
     except ValueError as error:
         raise UsageError(f"tolerances.proof: {error}") from error
+
+
+def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
+    """Go once more through the proofs that the motion is reached from rest, and which shocks it survives.
+
+    Parameters
+    ----------
+    data : mapping
+        The content of a results.json. Of its regions and cells only what they claim is believed to be claimed.
+
+    Raises
+    ------
+    UsageError
+        If the results have no such proof, or not all of its cells.
+    NumericalError
+        If the package for ball arithmetic is not installed.
+    """
+    from vireport.attraction import Region, prove_again
+
+    proof = (data.get("disturbances") or {}).get("proof")
+    if proof is None:
+        raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
+    try:
+        regions = [
+            Region(
+                Motion(Word.of(of["word"], of["periods"]), np.array(of["velocity"]), np.array(of["time"]), 0.0),
+                np.array(of["metric"]),
+                float(of["radius"]),
+            )
+            for of in proof["regions"]
+        ]
+        start = proof["from_rest"]["region"]
+        shocks = [
+            (regions[of["region"]], float(of["largest"]), np.array(of["halved"], dtype=np.intp))
+            for of in proof["shocks"]
+        ]
+        device = Device.of(loads(json.dumps(data["scenario"])).scenario)
+        return prove_again(device, None if start is None else regions[start], shocks)
+    except (ValueError, LookupError) as error:
+        raise UsageError(f"disturbances.proof: {error}") from error
 
 
 def with_certificates(study: Study) -> Study:
