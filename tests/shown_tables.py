@@ -1093,6 +1093,8 @@ def sentences(x: Results) -> Iterator[Said]:
         yield from _of_membrane(x)
     if x.data["requirements"] is not None:
         yield from _met(x)
+    if x.data["disturbances"] is not None and x.data["disturbances"]["proof"] is not None:
+        yield from _proved(x)
     if x.data["tolerances"] is not None:
         yield from _of_tolerances(x)
     if x.data["families"]:
@@ -1376,6 +1378,29 @@ def recovery(x: Results) -> float:
     return x.device.period_ratio * log(0.01) / log(max(sizes))
 
 
+def _proved(x: Results) -> Iterator[Said]:
+    """What is proved of switching on and of shocks, or why nothing is."""
+    found = x.data["disturbances"]
+    start, shocks = found["proof"]["from_rest"], found["proof"]["shocks"]
+    if found["from_rest"]["proved"]:
+        of = found["proof"]["regions"][start["region"]]
+        assert (of["word"], of["periods"]) == ("BT", x.device.period_ratio)
+        said = "the ball is pressed down, the device reaches BT every forcing period. "
+        said += "Ball arithmetic of {} bits encloses {} impacts"
+        yield Said(said, number(start["bits"]), number(start["impacts"]))
+    else:
+        reason = start["reason"][0].upper() + start["reason"][1:]
+        yield Said(f"Not proved: that the motion is reached from rest. {reason}.")
+    if (bound := found["shock"]["proved_m_s"]) is not None:
+        assert bound < min(of["largest"] for of in shocks) * x.device.velocity_unit
+        said = "roved: every jump of the relative velocity up to {}, at any moment and either way, dies out, "
+        said += "by enclosures of {} cells"
+        cells = sum(of["halved"].count(-1) for of in shocks)
+        yield Said(said, Amount(bound, "m/s", 4), number(cells))
+    else:
+        yield Said("Not proved: a bound of the shocks that the motion survives.")
+
+
 def _withstood(x: Results) -> Iterator[tuple[str, Said]]:
     """The least shock and the jitter, where they were asked for."""
     found = x.data["disturbances"] or {"shock": None, "jitter": None}
@@ -1383,7 +1408,10 @@ def _withstood(x: Results) -> Iterator[tuple[str, Said]]:
         after, side = "just" if of["after_s"] == 0 else "{}", "top" if of["sign"] < 0 else "bottom"
         said = f"Below {{}}. A jump of the relative velocity by that much towards the {side}, "
         said += f"{after} after an impact at the {of['after']}, leads to {of['leads_to']}; of {of['tried']} tried none"
-        later = () if of["after_s"] == 0 else (Amount(of["after_s"], "s", 3),)
+        later = [] if of["after_s"] == 0 else [Amount(of["after_s"], "s", 3)]
+        if of["proved_m_s"] is not None:
+            said += " smaller leads out: evidence, not proof; proved of all up to {}"
+            later.append(Amount(of["proved_m_s"], "m/s", 4))
         yield "What bump does it stand?", Said(said, Amount(of["least_jump_m_s"], "m/s", 3), *later)
     if (of := found["jitter"]) is not None and of["valid"]:
         assert of["phase_deg"] == max(of["phase_bottom_deg"], of["phase_top_deg"])

@@ -21,7 +21,7 @@ from vireport.base import EXTRAS, install_command
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = sorted(path.parent.name for path in (ROOT / "vireport").glob("*/__init__.py"))
 
-IMPORTED_AS_SUCH = {("vireport.checks", "reference"), ("vireport.checks", "certificates")}
+IMPORTED_AS_SUCH = {("vireport.checks", name) for name in ("reference", "certificates", "confinement", "enclosures")}
 """Modules that a package keeps out of its interface, as they import a heavy or an optional library."""
 
 

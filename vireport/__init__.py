@@ -14,7 +14,7 @@ from importlib import import_module
 _ROOMS = {
     "vireport.base": ("NumericalError", "ScenarioError", "UsageError", "VireportError", "__version__"),
     "vireport.scenario": ("load", "loads"),
-    "vireport.study": ("Study", "analyse", "recheck", "results"),
+    "vireport.study": ("Study", "analyse", "recheck", "recheck_disturbances", "results"),
     "vireport.figures": ("figure_2", "figure_4", "figure_7", "pictures"),
     "vireport.comparison": ("Comparison", "compare", "diff"),
     "vireport.comparison.figures": ("compare_figure",),
@@ -40,6 +40,7 @@ __all__ = [
     "loads",
     "pictures",
     "recheck",
+    "recheck_disturbances",
     "results",
 ]
 

@@ -255,6 +255,14 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "out: evidence, not proof",
         ],
     ),
+    "shocks that are proved": (
+        lambda: replace(withstood(shock=SHOCK), proved=thing(jump_m_s=0.1221)),
+        ["out: evidence, not proof; proved of all up to 0.1221 m/s"],
+    ),
+    "reached from rest, as is proved": (
+        lambda: replace(switched_on(), proved=thing(arrival=thing(proved=True))),
+        ["Yes, after 17 periods Proved, for the ball pressed down when the force sets in"],
+    ),
     "a later shock": (
         lambda: withstood(shock=thing(**vars(SHOCK) | {"sign": -1}), delay_s=0.0123, after_bottom=False),
         ["towards the top, 12.3 ms after an impact at the top, leads to"],

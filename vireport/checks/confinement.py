@@ -16,7 +16,7 @@ DEEPEST, MOST_PARTS = 100, 3000
 """Halvings of a flight, and parts of it, before it is left undecided whether the ball stays between the membranes."""
 
 
-def stays_between(way: Flight, touch: tuple[Ball | None, bool] | None) -> bool | None:
+def stays_between(way: Flight, touch: tuple[Ball | None, bool] | None, returns: bool = False) -> bool | None:
     """Whether the ball is proved to stay between the membranes in a flight, or proved not to, by halving its time.
 
     Parameters
@@ -26,6 +26,8 @@ def stays_between(way: Flight, touch: tuple[Ball | None, bool] | None) -> bool |
     touch : (ball or None, bool) or None
         A time at which it is at rest on a wall by the condition of the point; whether on the wall left. No time means
         that it leaves with neither velocity nor acceleration.
+    returns : bool
+        Whether the flight ends on the wall that it left.
     """
     time, at_start = touch or (None, False)
     unpressed = touch is not None and time is None
@@ -43,8 +45,10 @@ def stays_between(way: Flight, touch: tuple[Ball | None, bool] | None) -> bool |
         curve = _moving(way, t.union(time))[2] if touches else away
         # Where distance and velocity are zero at one time, the sign of the acceleration settles the times beside it.
         leaves = place == 0 and (speed > 0 or away > 0 or (unpressed and _jerk(way, t) > 0))
-        arrives = place + 1 == 1 << depth and (speed > 0 or away < 0)
-        from_start = covered > 0 or leaves or (touches and at_start and curve > 0)
+        last = place + 1 == 1 << depth
+        comes_back = returns and last and (speed < 0 or away > 0)
+        arrives = not returns and last and (speed > 0 or away < 0)
+        from_start = covered > 0 or leaves or comes_back or (touches and at_start and curve > 0)
         from_end = left > 0 or arrives or (touches and not at_start and curve < 0)
         if from_start and from_end:
             continue

@@ -17,6 +17,7 @@ from vireport.physics import Word
 from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
+    from vireport.attraction import Proved
     from vireport.checks import CrossCheck
     from vireport.compliant import OwnStiffness
     from vireport.design import FollowedMotion, Tolerances
@@ -174,7 +175,7 @@ class Evidence:
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
     `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable
-    motions at the design point stand, and how far random kicks spread them.
+    motions at the design point stand, and how far random kicks spread them, `proved` what of it is proved.
     `criteria` are the requirements that were judged already, `required` those that are being judged.
     """
 
@@ -189,6 +190,7 @@ class Evidence:
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
     attracting: AttractingMotions | None = None
+    proved: Proved | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:

@@ -634,6 +634,13 @@ class DisturbancesBlock(Block):
         ge=SMALLEST,
         le=1.0,
     )
+    prove: bool = _key(
+        False,
+        "Prove",
+        "",
+        "Whether to prove that the motion is reached from rest, and up to which jump of the velocity all die out.",
+        example=True,
+    )
 
 
 class AccuracyBlock(Block):

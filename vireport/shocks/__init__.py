@@ -1,10 +1,11 @@
 """What a stable motion withstands: the least shock that leads out of it, which starts come to it, random kicks."""
 
 from vireport.shocks.attracting import AttractingMotion, AttractingMotions, attracting_motions
+from vireport.shocks.deviations import flight_matrices, flight_times, stationary
 from vireport.shocks.jitter import Jitter, NoJitter, Unsettled
 from vireport.shocks.manifold import ShockLine
 from vireport.shocks.plane import OutcomePlane
-from vireport.shocks.shock import SCAN, LeastShock
+from vireport.shocks.shock import SCAN, LeastShock, shocked
 from vireport.shocks.withstood import Withstood, least_of, shocks_around, withstood_by
 
 __all__ = [
@@ -19,7 +20,11 @@ __all__ = [
     "Unsettled",
     "Withstood",
     "attracting_motions",
+    "flight_matrices",
+    "flight_times",
     "least_of",
+    "shocked",
     "shocks_around",
+    "stationary",
     "withstood_by",
 ]

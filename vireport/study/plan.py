@@ -44,6 +44,7 @@ class Task(StrEnum):
     SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
     COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
     JITTER = "jitter", "how far random kicks spread phases, velocities and voltages of the stable motion"
+    PROOF = "proof", "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -196,6 +197,12 @@ JITTER = Precondition(
     ),
     "neither disturbances.jitter_m_s nor disturbances.jitter_restitution is given",
 )
+PROVE = Precondition(
+    lambda scenario, _: scenario.disturbances and scenario.disturbances.prove, "nothing is to be proved"
+)
+FLINT = Precondition(
+    lambda *_: find_spec("flint"), f"the package python-flint is missing: {install_command('python-flint')}"
+)
 NUMBA = Precondition(lambda *_: find_spec("numba"), f"the package numba is missing: {install_command('numba')}")
 TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
 REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
@@ -225,6 +232,7 @@ STEPS = (
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(Task.COEXISTENCE, (DISTURBANCES, DESIGN, NUMBA, TOLD), "the scenario has a disturbances block"),
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "one of disturbances.jitter_... is given"),
+    DeclaredStep(Task.PROOF, (DESIGN, FLINT), "disturbances.prove is true", (PROVE,)),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),

@@ -48,6 +48,7 @@ from vireport.study.provenance import Provenance
 from vireport.text import inert_cell
 
 if TYPE_CHECKING:
+    from vireport.attraction import Proved, Trap
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
     from vireport.design import Failure, FollowedMotion, Tolerances
     from vireport.disturbances import Disturbances, Window
@@ -305,7 +306,7 @@ def _margin(margin: Margin) -> dict[str, Any]:
 
 
 def disturbances_data(
-    found: Disturbances, withstood: Withstood | None, attracting: AttractingMotions | None
+    found: Disturbances, withstood: Withstood | None, attracting: AttractingMotions | None, proved: Proved | None = None
 ) -> dict[str, Any]:
     """What the device does when it is switched on and disturbed; null is what was not computed."""
     end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
@@ -314,6 +315,7 @@ def disturbances_data(
         "word": None if end is None else end.word or None,
         "periods": None if end is None else end.periods or None,
         "settles_after_periods": None if end is None else end.settles_after,
+        "proved": proved and proved.arrival.proved,
         "ramp_periods": found.ramp_periods,
         "motion": found.reached and _followed(found.reached),
         "share_of_switch_on_phases": found.share,
@@ -327,12 +329,13 @@ def disturbances_data(
     }
     return {
         "from_rest": from_rest,
-        "shock": withstood and _shock(withstood),
+        "shock": _shock(withstood, proved),
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
         "jitter": withstood and _jitter(withstood),
         "coexistence": attracting and _coexistence(attracting),
+        "proof": proved and _proof(proved),
     }
 
 
@@ -388,16 +391,52 @@ def _attracting(each: AttractingMotion, found: AttractingMotions) -> dict[str, A
     return data
 
 
-def _shock(found: Withstood) -> dict[str, Any] | None:
-    """The least shock, or why it is not known; None where it was not looked for."""
+def _proof(proved: Proved) -> dict[str, Any]:
+    """What it takes to go through the proofs once more: the regions, and the cells of shocks."""
+    arrival, regions = proved.arrival, [shocks.trap for shocks in proved.shocks]
+    if arrival.trap is not None and arrival.trap not in regions:
+        regions.append(arrival.trap)
+    return {
+        "regions": [_region(trap) for trap in regions],
+        "from_rest": {
+            "region": None if arrival.trap is None else regions.index(arrival.trap),
+            "impacts": arrival.impacts or None,
+            "bits": arrival.bits or None,
+            "reason": arrival.reason or None,
+        },
+        "shocks": [
+            {"region": k, "largest": shocks.largest, "cells": shocks.cells, "halved": shocks.halved.tolist()}
+            for k, shocks in enumerate(proved.shocks)
+        ],
+        "shocks_reason": proved.unproved or None,
+    }
+
+
+def _region(trap: Trap) -> dict[str, Any]:
+    motion = trap.motion
+    return {
+        "word": motion.word.letters,
+        "periods": motion.word.periods,
+        "time": motion.time.tolist(),
+        "velocity": motion.velocity.tolist(),
+        "metric": trap.metric.tolist(),
+        "radius": trap.radius,
+        "contraction": trap.contraction,
+    }
+
+
+def _shock(found: Withstood | None, proved: Proved | None) -> dict[str, Any] | None:
+    """The least shock, or why it is not known, and what is proved; None where nothing was looked for."""
+    bound, unknown = proved and proved.jump_m_s, found.shock_unknown if found is not None else ""
+    if found is None or found.shock is None:
+        known = {"proved_m_s": bound, "reason": unknown or None}
+        return dict.fromkeys(SHOCK) | known if unknown or proved is not None else None
     least = found.shock
-    if least is None:
-        return {**dict.fromkeys(SHOCK), "reason": found.shock_unknown} if found.shock_unknown else None
     out = least.jump is not None
     values = (
         *(found.jump_m_s, _membrane(found.after_bottom) if out else None),
         *(found.delay_s if out else None, least.sign if out else None, least.leads_to and least.leads_to.name),
-        *(found.searched_to_m_s, least.tried, None, None),
+        *(found.searched_to_m_s, least.tried, bound, None),
     )
     return dict(zip((*SHOCK, "reason"), values, strict=True))
 

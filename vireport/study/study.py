@@ -24,8 +24,8 @@ from vireport.gate import (
     assess,
     verdict_of,
 )
-from vireport.motions import Limits, Sweep
-from vireport.physics import Device, Membrane
+from vireport.motions import Limits, Motion, Sweep
+from vireport.physics import Device, Membrane, Word
 from vireport.scenario import (
     AccuracyBlock,
     DesignInput,
@@ -65,6 +65,7 @@ from vireport.text import (
 )
 
 if TYPE_CHECKING:
+    from vireport.attraction import Proved, Rechecked
     from vireport.checks import CrossCheck, Reproduction, WorkPrecision
     from vireport.checks.certificates import Certificate
     from vireport.compliant import OwnStiffness
@@ -110,6 +111,8 @@ class Study:
         The least shock and the jitter of the stable motions at the design point.
     attracting : AttractingMotions or None
         The stable motions of the design point, of any word, beside one another.
+    proved : Proved or None
+        What is proved of them: that they are reached from rest, and which shocks they survive.
     """
 
     loaded: Loaded
@@ -126,6 +129,7 @@ class Study:
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
     attracting: AttractingMotions | None = None
+    proved: Proved | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -141,6 +145,7 @@ class Study:
             disturbances=self.disturbances,
             withstood=self.withstood,
             attracting=self.attracting,
+            proved=self.proved,
         )
 
     @cached_property
@@ -195,7 +200,8 @@ class Study:
             "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
-            "disturbances": self.disturbances and disturbances_data(self.disturbances, self.withstood, self.attracting),
+            "disturbances": self.disturbances
+            and disturbances_data(self.disturbances, self.withstood, self.attracting, self.proved),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -307,6 +313,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_withstood(study)
     if steps.runs(Task.COEXISTENCE):
         study = _with_attracting(study)
+    if steps.runs(Task.PROOF):
+        study = _with_proof(study, progress)
     if scenario.accuracy is not None:
         study = _with_accuracy(study, scenario.accuracy, progress)
     if steps.runs(Task.OWN_STIFFNESS):
@@ -342,6 +350,15 @@ def _with_attracting(study: Study) -> Study:
     required = study.scenario.requirements
     known = study.solution, study.disturbances, study.atlas, study.withstood
     return replace(study, attracting=attracting_motions(*known, required.survives_shock_m_s if required else None))
+
+
+def _with_proof(study: Study, progress: Progress | None) -> Study:
+    from vireport.attraction import proved_of
+
+    found, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
+    if found is None:
+        return study
+    return replace(study, proved=proved_of(study.solution, found, study.withstood, compiled, progress))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:
@@ -422,6 +439,46 @@ def recheck(data: Mapping[str, Any]) -> float:
         return prove_again(region_of(device, half_widths(device, scenario.tolerances)), *boxes)
     except ValueError as error:
         raise UsageError(f"tolerances.proof: {error}") from error
+
+
+def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
+    """Go once more through the proofs that the motion is reached from rest, and which shocks it survives.
+
+    Parameters
+    ----------
+    data : mapping
+        The content of a results.json. Of its regions and cells only what they claim is believed to be claimed.
+
+    Raises
+    ------
+    UsageError
+        If the results have no such proof, or not all of its cells.
+    NumericalError
+        If the package for ball arithmetic is not installed.
+    """
+    from vireport.attraction import Region, prove_again
+
+    proof = (data.get("disturbances") or {}).get("proof")
+    if proof is None:
+        raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
+    try:
+        regions = [
+            Region(
+                Motion(Word.of(of["word"], of["periods"]), np.array(of["velocity"]), np.array(of["time"]), 0.0),
+                np.array(of["metric"]),
+                float(of["radius"]),
+            )
+            for of in proof["regions"]
+        ]
+        start = proof["from_rest"]["region"]
+        shocks = [
+            (regions[of["region"]], float(of["largest"]), np.array(of["halved"], dtype=np.intp))
+            for of in proof["shocks"]
+        ]
+        device = Device.of(loads(json.dumps(data["scenario"])).scenario)
+        return prove_again(device, None if start is None else regions[start], shocks)
+    except (ValueError, LookupError) as error:
+        raise UsageError(f"disturbances.proof: {error}") from error
 
 
 def with_certificates(study: Study) -> Study:

@@ -1,0 +1,244 @@
+"""What is proved of a stable motion, attacked: by random states in its regions and cells, and where it is false."""
+
+from __future__ import annotations
+
+import copy
+import json
+from functools import cache
+from math import pi
+
+import numpy as np
+import pytest
+
+from vireport import analyse, loads, recheck_disturbances
+from vireport.attraction import Trap
+from vireport.attraction.flights import FIRST, SECOND, SYMBOLS, after_impact, enclosed, middles, next_impacts, simulated
+from vireport.attraction.following import come_in, patience
+from vireport.attraction.proved import rounded_down
+from vireport.attraction.release import PRECISIONS, reaches
+from vireport.attraction.survived import survived, survived_again
+from vireport.attraction.trap import Impacts, proved_trap, trap_of
+from vireport.base import UsageError
+from vireport.checks.enclosures import UnprovedError
+from vireport.design import motions_at
+from vireport.motions import Motion, motion_at
+from vireport.physics import Affine, Device, Groups
+from vireport.scenario import Parameter
+from vireport.shocks import flight_times, shocked
+from vireport.simulation import FLIGHT, PHASE, TURN, VELOCITY, WALL, check_model, follow_impacts
+
+TEXT = """\
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, restitution: 0.5, length_m: {length}}}
+excitation: {{amplitude_n: {force}, frequency_hz: 2}}
+inclination_deg: {beta}
+disturbances: {{prove: true}}
+"""
+
+
+def device(force: float = 3.6, length: float = 0.75, beta: float = 45.0) -> Device:
+    return Device(0.1245, 0.5, 9.8, length, force, 2.0, beta)
+
+
+@cache
+def stable(force: float = 3.6, length: float = 0.75, beta: float = 45.0) -> tuple[Groups, Motion, Trap]:
+    """A device with its first stable motion, and the region about that."""
+    of = device(force, length, beta)
+    found, _, _ = motions_at(of, Parameter.LENGTH)
+    groups, row = of.groups(Parameter.LENGTH, length).as_floats(), int(np.flatnonzero(found.stable)[0])
+    motion = motion_at(found, row, 1)
+    trap = trap_of(groups, motion, True)
+    assert trap is not None
+    return groups, motion, trap
+
+
+def followed(groups: Groups, wall: int, time: np.ndarray, velocity: np.ndarray, impacts: int) -> np.ndarray:
+    """Impacts of many starts on one membrane, (n, impacts + 1, 6)."""
+    starts = np.zeros((len(time), 4))
+    starts[:, 0], starts[:, 2], starts[:, 3] = wall, velocity, np.mod(pi * time, TURN) % TURN
+    return follow_impacts(np.repeat(check_model(groups), len(time), axis=0), starts, impacts)[0]
+
+
+def size(trap: Trap, late: np.ndarray, fast: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(trap.metric @ np.stack([late, fast]), axis=0)
+
+
+def within(trap: Trap, count: int, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Random deviations in a region, more of them near its border."""
+    angle, radius = TURN * random.random(count), trap.radius * random.random(count) ** 0.25
+    late, fast = np.linalg.inv(trap.metric) @ (radius * np.stack([np.cos(angle), np.sin(angle)]))
+    return late, fast
+
+
+def mapped(groups: Groups, trap: Trap, late: np.ndarray, fast: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    motion = trap.motion
+    rows = followed(groups, motion.word.walls[0], motion.time[0] + late, motion.velocity[0] + fast, len(motion.word))
+    last = rows[:, -1]
+    assert (last[:, WALL] == motion.word.walls[0]).all()
+    ahead = (last[:, PHASE] - pi * motion.time[0] + pi) % TURN - pi
+    return ahead / pi, last[:, VELOCITY] - motion.velocity[0]
+
+
+@pytest.mark.parametrize(("force", "length", "beta"), [(3.6, 0.75, 45.0), (5.2, 0.75, 45.0), (5.0, 0.5554, 0.0)])
+def test_what_is_in_a_region_comes_nearer_to_the_motion_and_to_one_another(force, length, beta) -> None:
+    (groups, _, trap), random = stable(force, length, beta), np.random.default_rng(1)
+    assert 0 < trap.contraction < 1
+    late, fast = within(trap, 2000, random)
+    there = mapped(groups, trap, late, fast)
+    assert (size(trap, *there) <= trap.contraction * size(trap, late, fast) + trap.off + 1e-12).all()
+    apart = size(trap, np.diff(late), np.diff(fast))
+    assert (size(trap, np.diff(there[0]), np.diff(there[1])) <= trap.contraction * apart + 1e-12).all()
+
+
+def test_no_region_about_an_unstable_motion_contracts() -> None:
+    """Beyond B1, in any metric: not in one that suits a stable motion of the same device, nor in the plain one."""
+    beyond = device(5.5)
+    found, _, _ = motions_at(beyond, Parameter.LENGTH)
+    groups = beyond.groups(Parameter.LENGTH, 0.75).as_floats()
+    metrics = np.eye(2), stable(5.2)[2].metric
+    for row in np.flatnonzero(found.admissible & ~found.stable):
+        motion = motion_at(found, int(row), 1)
+        assert trap_of(groups, motion, True) is None
+        for metric in metrics:
+            for radius in (1e-1, 1e-3, 1e-6):
+                assert proved_trap(groups, motion, metric, radius, True) is None
+
+
+def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
+    """Every state of a set, wherever its flight ends: same membrane, time and velocity within the enclosure."""
+    groups, random, count = Groups(0.415, 0.24, 0.5), np.random.default_rng(2), 400
+    wall, time, velocity = random.choice([1, -1], count), 2 * random.random(count), 0.05 + random.random(count)
+    widths = 10 ** random.uniform(-4, -1.3, (2, count))
+    linear = np.zeros((2, SYMBOLS, count))
+    linear[0, FIRST], linear[1, SECOND] = widths
+    at = Affine(time, linear[0], np.zeros(count)), Affine(wall * velocity, linear[1], np.zeros(count))
+    start = Impacts(np.ones(count, dtype=bool), wall, *at, at[0])
+    sets = after_impact(enclosed(groups), start, slice(None))
+    ends = next_impacts(enclosed(groups), sets, simulated(groups, middles(groups, sets), True))
+    assert ends.proved.mean() > 0.5
+    for corner in [*random.uniform(-1, 1, (20, 2)), (1, 1), (-1, 1), (1, -1), (-1, -1)]:
+        for side in (1, -1):
+            own = np.flatnonzero(ends.proved & (wall == side))
+            here = time[own] + corner[0] * widths[0, own], (wall * velocity)[own] + corner[1] * widths[1, own]
+            last = followed(groups, side, *here, 1)[:, -1]
+            assert (last[:, WALL] == ends.wall[own]).all()
+            for found, value in ((ends.duration, last[:, FLIGHT]), (ends.velocity, last[:, VELOCITY])):
+                x = found[own]
+                known = x.centre + corner[0] * x.linear[FIRST] + corner[1] * x.linear[SECOND]
+                assert (np.abs(value - known) <= np.abs(x.linear[2:]).sum(axis=0) + x.radius + 1e-12).all()
+
+
+def attack(groups: Groups, trap: Trap, jump: float, count: int) -> None:
+    """Random shocks up to a size, at random moments, all of which must come into the region."""
+    motion, random = trap.motion, np.random.default_rng(3)
+    for impact, duration in enumerate(flight_times(motion)):
+        delays = np.where(random.random(count) < 0.3, 0.0, duration * random.random(count))
+        jumps = jump * random.choice([-1, 1], count) * random.random(count) ** 0.1
+        starts = shocked(groups, motion, impact, delays, jumps)
+        rows, _ = follow_impacts(np.repeat(check_model(groups), count, axis=0), starts, patience(trap) + 1)
+        assert inside(trap, rows[:, 1:]).any(axis=1).all()
+
+
+def test_small_shocks_are_all_proved_and_cells_on_the_edge_never() -> None:
+    """The least shock at 3.6 N is 0.1694 y_c, towards the bottom, just after the bottom impact."""
+    groups, motion, trap = stable(3.6)
+    found = survived(groups, trap, 0.05, True)
+    assert found.jump == 0.05
+    assert found.cells == np.count_nonzero(found.halved == -1) > 100
+    attack(groups, trap, found.jump, 500)
+    assert survived_again(groups, trap, 0.05, found.halved) == 0.05
+    with pytest.raises(ValueError, match="not complete"):
+        survived_again(groups, trap, 0.05, found.halved[:-1])
+    # Sets on the section just after it that hold the edge of the basin, the narrowest ones too.
+    starts = shocked(groups, motion, 0, np.zeros(1), np.array([0.16939719992646393]))[0]
+    for width in (1e-2, 1e-4, 1e-6, 1e-9):
+        linear = np.zeros((2, SYMBOLS, 1))
+        linear[1, SECOND] = width
+        time = Affine(starts[[3]] / pi, linear[0], np.zeros(1))
+        velocity = Affine(starts[[2]], linear[1], np.zeros(1))
+        at = Impacts(np.ones(1, dtype=bool), np.array([1]), time, velocity, time)
+        sets = after_impact(enclosed(groups), at, slice(None))
+        came, _, _ = come_in(groups, trap, sets, simulated(groups, middles(groups, sets), True), patience(trap), True)
+        assert not came.any()
+
+
+def proof(force: float, length: float = 0.75, beta: float = 45.0) -> dict:
+    text = TEXT.format(force=force, length=length, beta=beta)
+    return json.loads(json.dumps(analyse(loads(text), ("json",)).to_dict(), allow_nan=False))
+
+
+@pytest.mark.slow
+def test_the_bound_of_shocks_lies_below_the_least_one_found_and_stands_an_attack() -> None:
+    force = 3.6
+    data = proof(force)
+    found = data["disturbances"]
+    assert found["from_rest"]["outcome"] == "rest_cycle"
+    assert found["from_rest"]["proved"] is False
+    assert "comes to rest" in found["proof"]["from_rest"]["reason"]
+    least, bound = found["shock"]["least_jump_m_s"], found["shock"]["proved_m_s"]
+    assert 0.97 * least < bound < least
+    groups, _, trap = stable(force)
+    attack(groups, trap, bound / (force / (2 * 0.1245 * 2)), 50_000)
+    again = recheck_disturbances(data)
+    assert (again.from_rest, again.proved_m_s) == (False, bound)
+    # All cells claimed to be proved: none is believed.
+    false = copy.deepcopy(data)
+    halved = false["disturbances"]["proof"]["shocks"][0]["halved"]
+    halved[:] = [-1 if code < 0 else code for code in halved]
+    false["disturbances"]["proof"]["shocks"][0]["largest"] = 1.0
+    assert recheck_disturbances(false).proved_m_s < 1.2 * bound
+
+
+def inside(trap: Trap, rows: np.ndarray) -> np.ndarray:
+    """Which impacts of simulated trajectories are in a region."""
+    motion = trap.motion
+    late = ((rows[..., PHASE] - pi * motion.time[0] + pi) % TURN - pi) / pi
+    off = np.stack([late, rows[..., VELOCITY] - motion.velocity[0]])
+    sizes = np.linalg.norm(np.tensordot(trap.metric, off, axes=1), axis=0)
+    return (rows[..., WALL] == motion.word.walls[0]) & (sizes <= trap.radius)
+
+
+@pytest.mark.parametrize("force", [3.0, 5.0])
+def test_the_ball_from_rest_is_proved_to_take_the_way_that_is_simulated(force: float) -> None:
+    """From the release point, phase arccos(-gbar) and no velocity: as many impacts to the region."""
+    groups, _, trap = stable(force)
+    reached, impacts, bits = reaches(device(force), [trap])
+    assert reached is trap
+    assert bits == PRECISIONS[0]
+    release = np.arccos(-groups.gbar) / pi
+    there = inside(trap, followed(groups, 1, np.array([release]), np.zeros(1), impacts)[0])
+    assert there[-1]
+    assert not there[:-1].any()
+
+
+@pytest.mark.parametrize("force", [3.6, 4.0])
+def test_a_rest_cycle_is_never_proved_to_reach_the_motion(force: float) -> None:
+    with pytest.raises(UnprovedError, match="comes to rest"):
+        reaches(device(force), [stable(force)[2]])
+
+
+def test_too_few_bits_prove_nothing() -> None:
+    with pytest.raises(UnprovedError):
+        reaches(device(5.0), [stable(5.0)[2]], bits=(53,))
+
+
+@pytest.mark.slow
+def test_proofs_are_gone_through_again_from_results_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vireport.attraction.survived.MOST_FLIGHTS", 1)
+    data = proof(3.0)
+    found = data["disturbances"]
+    assert found["from_rest"]["outcome"] == "reaches_1_1"
+    assert found["from_rest"]["proved"] is True
+    again = recheck_disturbances(data)
+    assert (again.from_rest, again.proved_m_s) == (True, found["shock"]["proved_m_s"])
+    data["disturbances"]["proof"]["regions"][0]["radius"] *= 30
+    again = recheck_disturbances(data)
+    assert (again.from_rest, again.proved_m_s) == (False, 0.0)
+    with pytest.raises(UsageError, match="no proof"):
+        recheck_disturbances({**data, "disturbances": None})
+
+
+def test_a_bound_is_rounded_down() -> None:
+    assert rounded_down(1.2345999) == 1.234
+    assert rounded_down(1.234) == 1.233
+    assert rounded_down(12.0001) == 12.0

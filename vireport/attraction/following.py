@@ -1,0 +1,76 @@
+"""Sets of states followed from impact to impact until they are in a region that a motion attracts."""
+
+from __future__ import annotations
+
+from math import ceil, log
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.attraction.flights import (
+    FIRST,
+    SECOND,
+    Sets,
+    after_impact,
+    enclosed,
+    middles,
+    next_impacts,
+    simulated,
+)
+from vireport.attraction.trap import Trap
+from vireport.physics import Affine, Groups
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+LARGEST = 0.25
+"""Half width in time [t_c] or velocity [y_c] from which a set is not followed any further: its parts are."""
+
+LAPS, MOST_LAPS = 12, 400
+"""Periods that sets are followed: so many and those in which deviations fade to the size of the region; and at most."""
+
+
+def patience(trap: Trap) -> int:
+    """Impacts that sets are followed for at most, where the slowest deviation fades by a factor a period."""
+    fading = log(max(trap.radius, 1e-12)) / log(trap.slowest) if trap.slowest > 0 else 0.0
+    return min(LAPS + ceil(2 * fading), MOST_LAPS) * len(trap.motion.word)
+
+
+@np.errstate(all="ignore")  # what is not proved may not be finite
+def come_in(
+    groups: Groups[float], trap: Trap, sets: Sets, guesses: Floats, impacts: int, compiled: bool
+) -> tuple[Mask, Ints, int]:
+    """Which sets surely come into a region, along which coordinate to halve the others, and the flights followed.
+
+    Parameters
+    ----------
+    sets : Sets
+        That begin flights.
+    guesses : ndarray (k, 2)
+        Where these end, see `next_impacts`.
+    impacts : int
+        After which sets that are not in it are given up.
+    """
+    exactly, flights = enclosed(groups), 0
+    came, halved = np.zeros(len(sets), dtype=bool), _longer(sets.time, sets.after)
+    rows = np.arange(len(sets))
+    for _ in range(impacts):
+        flights += len(rows)
+        at = next_impacts(exactly, sets, guesses)
+        inside = at.proved & trap.holds(at.wall, at.time, at.velocity)
+        came[rows[inside]] = True
+        halved[rows[at.proved]] = _longer(at.time, at.velocity)[at.proved]
+        small = (at.time.reach < LARGEST) & (at.velocity.reach < LARGEST)
+        goes_on = np.flatnonzero(at.proved & ~inside & small)
+        if not goes_on.size:
+            break
+        rows, sets = rows[goes_on], after_impact(exactly, at, goes_on)
+        guesses = simulated(groups, middles(groups, sets), compiled)
+    return came, halved, flights
+
+
+def _longer(time: Affine, velocity: Affine) -> Ints:
+    """The coordinate of a set along which it is longer."""
+    size = np.hypot(time.linear, velocity.linear)
+    return np.where(size[SECOND] > size[FIRST], SECOND, FIRST)

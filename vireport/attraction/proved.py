@@ -1,0 +1,252 @@
+"""What is proved of the stable motions at a design point: that the ball from rest comes there, and what shocks do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import ROUND_FLOOR, Context
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.attraction.survived import Survived, survived, survived_again
+from vireport.attraction.trap import Trap, proved_trap, trap_of
+from vireport.base import Progress
+from vireport.design import Solution
+from vireport.disturbances import Destination, Disturbances, FromRest
+from vireport.motions import Motion, motion_at
+from vireport.physics import Device, Groups
+from vireport.scenario import Parameter
+from vireport.shocks import Withstood
+
+DIGITS = 4
+"""Significant digits of a proved bound, which is rounded down to them."""
+
+
+class Unproved(StrEnum):
+    """Why nothing is proved, before it is tried."""
+
+    NO_MOTION = "no 1:1 motion is stable"
+    NO_GRAVITY = "gravity along the capsule was neglected, so that the device computed is not the scenario's"
+    NO_REBOUND = "the ball does not bounce"
+    NO_REGION = "no region around the motion is proved to attract what is in it"
+    RAMP = "the amplitude is ramped up, and what is proved is about a force that is there at once"
+    RESTS = "the ball comes to rest on a membrane again and again, and reaches no motion without rest"
+    AT_REST = "the ball stays at rest"
+    NOT_PERIODIC = "no periodic motion is known that it comes to"
+
+
+REFUSED = {
+    Destination.REST_CYCLE: Unproved.RESTS,
+    Destination.AT_REST: Unproved.AT_REST,
+    Destination.CHAOTIC: Unproved.NOT_PERIODIC,
+    Destination.UNDECIDED: Unproved.NOT_PERIODIC,
+}
+"""Why what the simulation says of the ball from rest is not proved."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrival:
+    """Whether the ball is proved to come to a motion that is pressed onto the bottom membrane when the force sets in.
+
+    Attributes
+    ----------
+    trap : Trap or None
+        The region that it comes into; None where that is not proved.
+    impacts : int
+        Until then.
+    bits : int
+        Precision of the arithmetic.
+    reason : str
+        Why it is not proved, or "".
+    """
+
+    trap: Trap | None = None
+    impacts: int = 0
+    bits: int = 0
+    reason: str = ""
+
+    @property
+    def proved(self) -> bool:
+        """Whether it is proved."""
+        return self.trap is not None
+
+    @property
+    def name(self) -> str:
+        """The motion that it comes to: in words, "" where nothing is proved."""
+        return "" if self.trap is None else self.trap.motion.word.name
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proved:
+    """What is proved of the stable 1:1 motions at a design point.
+
+    Attributes
+    ----------
+    velocity_unit : float
+        y_c [m/s].
+    arrival : Arrival
+    shocks : tuple of Survived
+        To each stable motion; () where nothing is proved of them.
+    unproved : str
+        Why not, or "".
+    """
+
+    velocity_unit: float
+    arrival: Arrival
+    shocks: tuple[Survived, ...] = ()
+    unproved: str = ""
+
+    @property
+    def jump_m_s(self) -> float | None:
+        """A jump of the relative velocity up to which every one dies out [m/s], rounded down; None where none is."""
+        least = min((each.jump for each in self.shocks), default=0.0)
+        return rounded_down(least * self.velocity_unit) if least > 0 else None
+
+    @property
+    def cells(self) -> int:
+        """Cells of shocks that are proved."""
+        return sum(each.cells for each in self.shocks)
+
+
+def rounded_down(value: float) -> float:
+    """A positive number with `DIGITS` significant digits, below one that is known to rounding."""
+    return float(Context(prec=DIGITS, rounding=ROUND_FLOOR).create_decimal_from_float(value * (1 - 1e-14)))
+
+
+def proved_of(
+    solution: Solution,
+    found: Disturbances,
+    withstood: Withstood | None,
+    compiled: bool,
+    progress: Progress | None = None,
+) -> Proved | None:
+    """Prove what can be of the motions at the design point; None without one.
+
+    Parameters
+    ----------
+    solution : Solution
+    found : Disturbances
+        With what the ball from rest comes to.
+    withstood : Withstood or None
+        With the least shock that leads out: no bound can exceed it.
+    compiled : bool
+        Whether to compile the simulation, which says where to look, where numba is there.
+    progress : callable, optional
+        Called with each long step as it begins.
+    """
+    design, device = solution.design, solution.device
+    if design is None:
+        return None
+    unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    refused = _refused(device, groups)
+    if refused is not None:
+        return Proved(unit, Arrival(reason=refused), unproved=refused)
+    rows = np.flatnonzero(design.motions.stable)
+    motions = [motion_at(design.motions, int(row), device.period_ratio) for row in rows]
+    traps = [trap_of(groups, motion, compiled) for motion in motions]
+    say = progress or (lambda _: None)
+    say("proving that the motion is reached from rest")
+    arrival = _arrival(device, groups, found, [trap for trap in traps if trap is not None], compiled)
+    if not motions or None in traps:
+        return Proved(unit, arrival, unproved=Unproved.NO_REGION if motions else Unproved.NO_MOTION)
+    least = withstood.shock if withstood is not None else None
+    farthest = max(float(np.abs(motion.velocity).max()) for motion in motions)
+    if least is not None:
+        farthest = least.searched_to if least.jump is None else least.jump
+    say("proving which shocks the motion survives")
+    return Proved(
+        unit, arrival, tuple(survived(groups, trap, farthest, compiled) for trap in traps if trap is not None)
+    )
+
+
+def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
+    if groups.gbar == 0 and device.inclination_deg != 0:
+        return Unproved.NO_GRAVITY
+    if any(groups.restitution_at(wall) == 0 for wall in (1, -1)):
+        return Unproved.NO_REBOUND
+    return None
+
+
+def _arrival(device: Device, groups: Groups[float], found: Disturbances, traps: list[Trap], compiled: bool) -> Arrival:
+    """Prove what the simulation says that the ball from rest comes to."""
+    end = found.from_rest
+    refused = Unproved.RAMP if found.ramp_periods else None if end is None else REFUSED.get(end.destination)
+    if end is None or refused is not None:
+        return Arrival(reason=refused or Unproved.NOT_PERIODIC)
+    if end.destination is Destination.OTHER_MOTION:
+        traps = [trap for trap in [_other(groups, end, compiled)] if trap is not None]
+    if not traps:
+        return Arrival(reason=Unproved.NO_REGION)
+    return _followed(device, traps)
+
+
+def _followed(device: Device, traps: list[Trap]) -> Arrival:
+    from vireport.attraction.release import reaches
+    from vireport.checks.enclosures import UnprovedError
+
+    try:
+        return Arrival(*reaches(device, traps))
+    except UnprovedError as failure:
+        return Arrival(reason=str(failure))
+
+
+def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
+    """A region around the motion of another word that the ball comes to."""
+    from vireport.atlas import motion_of_cycle
+
+    return None if end.cycle is None else trap_of(groups, motion_of_cycle(end.cycle, groups.d), compiled)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """What is to be proved again of a region: the motion that it is about, its metric and its radius."""
+
+    motion: Motion
+    metric: NDArray[np.float64]
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rechecked:
+    """What a proof comes to that is gone through once more.
+
+    Attributes
+    ----------
+    from_rest : bool
+        Whether the ball from rest is proved to come into one of the regions.
+    proved_m_s : float
+        Jump of the relative velocity up to which every one dies out [m/s], rounded down; 0 where none is.
+    """
+
+    from_rest: bool
+    proved_m_s: float
+
+
+def prove_again(
+    device: Device, from_rest: Region | None, shocks: list[tuple[Region, float, NDArray[np.intp]]]
+) -> Rechecked:
+    """Go through proofs once more: of the ball from rest, and of shocks by region, largest size and cells.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many cells as it takes.
+    """
+    at = Parameter.LENGTH, device.length_m
+    groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
+    if _refused(device, groups) is not None:
+        return Rechecked(False, 0.0)
+
+    def again(region: Region) -> Trap | None:
+        return proved_trap(groups, region.motion, region.metric, region.radius, compiled=False)
+
+    start = None if from_rest is None else again(from_rest)
+    reached = start is not None and _followed(device, [start]).proved
+    bounds = []
+    for region, largest, halved in shocks:
+        trap = again(region)
+        bounds.append(0.0 if trap is None else survived_again(groups, trap, largest, halved))
+    least = min(bounds, default=0.0)
+    return Rechecked(reached, rounded_down(least * unit) if least > 0 else 0.0)

@@ -1,0 +1,239 @@
+"""A lower bound of the shocks that a stable motion survives: up to it every one, at any moment, is proved to die out.
+
+The plane of shocks, moment within a flight by size of the jump, is cut into cells. A cell is proved once all its shocks
+are in the motion's region of attraction; others are halved, those of the smallest jumps first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.attraction.flights import (
+    FIRST,
+    SECOND,
+    SYMBOLS,
+    Sets,
+    enclosed,
+    merged,
+    restitutions,
+    simulated,
+)
+from vireport.attraction.following import come_in, patience
+from vireport.attraction.trap import Trap, around
+from vireport.physics import Affine, Groups, between
+from vireport.shocks import shocked
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+MOMENTS = 8
+"""Ranges of moments that a flight is cut into at first."""
+
+SIZES = (0.0, 1 / 4096, 1 / 1024, 1 / 256, 1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 5 / 8, 3 / 4, 7 / 8, 1.0)
+"""Ends of the ranges of sizes that jumps are cut into at first, over the largest."""
+
+AT_ONCE = 2048
+"""Cells looked at in one go: what they cost is hardly more than that of one."""
+
+MOST_FLIGHTS = 250_000
+"""Flights of sets followed before the rest is left open: some ten seconds."""
+
+FINEST = 2.0**-12
+"""Width in moment and in size, over the whole, down to which cells are halved."""
+
+PROVED, OPEN = -1, -2
+"""What a cell that is not halved came to; what is halved has the number of the coordinate along which it is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survived:
+    """Shocks to a motion that are proved to die out.
+
+    Attributes
+    ----------
+    trap : Trap
+        The region that they come into.
+    largest : float
+        Size up to which cells reach [y_c].
+    halved : ndarray of int
+        For each cell, generation by generation, the coordinate along which it was halved, 0 the moment and 1 the jump,
+        or `PROVED` or `OPEN`.
+    jump : float
+        Size up to which every cell is proved [y_c]; 0 where none is.
+    """
+
+    trap: Trap
+    largest: float
+    halved: Ints
+    jump: float
+
+    @property
+    def cells(self) -> int:
+        """How many are proved."""
+        return int(np.count_nonzero(self.halved == PROVED))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cells:
+    """Ranges of moments, as shares of a flight, and of signed jumps [y_c]: ends (2, k); and after which impact."""
+
+    low: Floats
+    high: Floats
+    impact: Ints
+
+    def __getitem__(self, rows: Ints | Mask | slice) -> _Cells:
+        return _Cells(self.low[:, rows], self.high[:, rows], self.impact[rows])
+
+    @property
+    def smallest(self) -> Floats:
+        """The smallest jump of each."""
+        return np.asarray(np.minimum(np.abs(self.low[1]), np.abs(self.high[1])))
+
+    def halves(self, coordinate: Ints) -> _Cells:
+        """Both halves of each, the lower one first."""
+        low, high = np.repeat(self.low, 2, axis=1), np.repeat(self.high, 2, axis=1)
+        lower = 2 * np.arange(len(coordinate))
+        middle = (low[coordinate, lower] + high[coordinate, lower]) / 2
+        high[coordinate, lower] = low[coordinate, lower + 1] = middle
+        return _Cells(low, high, np.repeat(self.impact, 2))
+
+
+def _joined(cells: list[_Cells]) -> _Cells:
+    low, high = (np.concatenate([getattr(each, end) for each in cells], axis=1) for end in ("low", "high"))
+    return _Cells(low, high, np.concatenate([each.impact for each in cells]))
+
+
+def _first_cells(impacts: int, largest: float) -> _Cells:
+    """The cells that all begins with, the smallest jumps first."""
+    share, size = np.arange(MOMENTS + 1) / MOMENTS, largest * np.array(SIZES)
+    rows = [
+        (share[m], share[m + 1], *((size[k], size[k + 1]) if sign > 0 else (-size[k + 1], -size[k])), impact)
+        for k in range(len(SIZES) - 1)
+        for impact in range(impacts)
+        for sign in (1, -1)
+        for m in range(MOMENTS)
+    ]
+    a, b, low, high, impact = np.array(rows).T
+    return _Cells(np.stack([a, low]), np.stack([b, high]), impact.astype(np.intp))
+
+
+class Period:
+    """The flights of the motion itself, each an enclosure of one."""
+
+    @np.errstate(all="ignore")
+    def __init__(self, groups: Groups[float], trap: Trap, compiled: bool) -> None:
+        self.groups, self.trap, self.compiled = groups, trap, compiled
+        exactly, motion = enclosed(groups), trap.motion
+        aside = np.linalg.norm(np.linalg.inv(trap.metric), axis=1) * trap.off * (1 + 1e-9)
+        time, velocity = (
+            Affine(np.array([float(x)]), np.zeros((SYMBOLS, 1)), np.array([radius]))
+            for x, radius in zip((motion.time[0], motion.velocity[0]), aside, strict=True)
+        )
+        self.times: list[Affine] = []
+        self.after: list[Affine] = []
+        self.durations: list[Affine] = []
+        for before, end in around(groups, motion, time, velocity, compiled):
+            self.times.append(before.time)
+            self.after.append(before.velocity * -restitutions(exactly, before.wall))
+            self.durations.append(end.duration)
+
+    @np.errstate(all="ignore")
+    def prove(self, cells: _Cells, impacts: int) -> tuple[Mask, Ints, int]:
+        """Which cells are proved, along which coordinate to halve the others, and how many flights that took."""
+        proved, halved, flights = np.zeros(len(cells.impact), dtype=bool), np.zeros(len(cells.impact), dtype=np.intp), 0
+        for impact in np.unique(cells.impact).tolist():
+            rows = np.flatnonzero(cells.impact == impact)
+            own = cells[rows]
+            middle = (own.low + own.high) / 2
+            delay = middle[0] * self.durations[impact].centre[0]
+            start = shocked(self.groups, self.trap.motion, impact, delay, middle[1])
+            guesses = simulated(self.groups, start, self.compiled)
+            came = come_in(self.groups, self.trap, self._sets(own, impact), guesses, impacts, self.compiled)
+            proved[rows], halved[rows], flights = came[0], came[1], flights + came[2]
+        return proved, halved, flights
+
+    def _sets(self, cells: _Cells, impact: int) -> Sets:
+        """What shocks make of the motion: as if the ball had left with its new velocity, from elsewhere."""
+        rows, wall = np.zeros(len(cells.impact), dtype=np.intp), self.trap.motion.word.walls[impact]
+        share, jump = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
+        since = share * self.durations[impact][rows]
+        time, after = merged(self.times[impact][rows], self.after[impact][rows] + jump)
+        return Sets(np.full(len(rows), wall), time, after, jump * since * float(wall), since)
+
+
+def survived(groups: Groups[float], trap: Trap, largest: float, compiled: bool) -> Survived:
+    """Prove as large a bound as the effort allows.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device, as computed in doubles.
+    trap : Trap
+    largest : float
+        Size that the bound cannot exceed, or need not [y_c].
+    compiled : bool
+        Whether to compile the simulation, where numba is there.
+    """
+    period, impacts = Period(groups, trap, compiled), patience(trap)
+    cells = _first_cells(len(trap.motion.word), largest)
+    first, code, child = len(cells.impact), np.full(len(cells.impact), OPEN), np.zeros(len(cells.impact), np.intp)
+    pending, used, bound = np.arange(first), 0, largest
+    while pending.size and used < MOST_FLIGHTS:
+        smallest = cells.smallest[pending]
+        order = np.argsort(smallest, kind="stable")
+        order = order[smallest[order] < bound]
+        now, pending = pending[order[:AT_ONCE]], pending[order[AT_ONCE:]]
+        if not now.size:
+            break
+        proved, halved, flights = period.prove(cells[now], impacts)
+        used += flights
+        code[now[proved]] = PROVED
+        # A cell too small to be halved bounds what can be proved: larger jumps are not looked at any more.
+        width = (cells.high - cells.low)[:, now] / [[1.0], [largest]]
+        fine = ~proved & (width[halved, np.arange(len(now))] <= FINEST)
+        bound = min(bound, cells.smallest[now[fine]].min(initial=bound))
+        split = np.flatnonzero(~proved & ~fine)
+        code[now[split]], child[now[split]] = halved[split], len(code) + 2 * np.arange(len(split))
+        pending = np.concatenate([pending, len(code) + np.arange(2 * len(split))])
+        cells = _joined([cells, cells[now[split]].halves(halved[split])])
+        code = np.concatenate([code, np.full(2 * len(split), OPEN)])
+        child = np.concatenate([child, np.zeros(2 * len(split), np.intp)])
+    generations, rows = [], np.arange(first)
+    while rows.size:
+        generations.append(code[rows])
+        rows = (child[rows[code[rows] >= 0]][:, None] + np.arange(2)).ravel()
+    return Survived(trap, largest, np.concatenate(generations), _bound(cells[code == OPEN], largest))
+
+
+def _bound(left: _Cells, largest: float) -> float:
+    """The size up to which no cell is left."""
+    return float(left.smallest.min(initial=largest))
+
+
+def survived_again(groups: Groups[float], trap: Trap, largest: float, halved: Ints) -> float:
+    """Go through the cells of a proof once more; the size up to which all are proved [y_c].
+
+    That the cells cover the plane follows from how it is halved; nothing else is believed.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many cells as it takes.
+    """
+    period, impacts = Period(groups, trap, compiled=False), patience(trap)
+    cells, bound = _first_cells(len(trap.motion.word), largest), largest
+    while cells.impact.size:
+        count = len(cells.impact)
+        code, halved = halved[:count], halved[count:]
+        if len(code) < count or (code > SECOND).any():
+            raise ValueError("the cells of the proof are not complete")
+        holds, _, _ = period.prove(cells[code == PROVED], impacts)
+        missing = code < 0
+        missing[np.flatnonzero(code == PROVED)[holds]] = False
+        bound = min(bound, _bound(cells[missing], largest))
+        cells = cells[code >= 0].halves(code[code >= 0])
+    return bound
