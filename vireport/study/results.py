@@ -306,7 +306,10 @@ def _margin(margin: Margin) -> dict[str, Any]:
 
 
 def disturbances_data(
-    found: Disturbances, withstood: Withstood | None, attracting: AttractingMotions | None, proved: Proved | None = None
+    found: Disturbances,
+    withstood: Withstood | None = None,
+    attracting: AttractingMotions | None = None,
+    proved: Proved | None = None,
 ) -> dict[str, Any]:
     """What the device does when it is switched on and disturbed; null is what was not computed."""
     end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
