@@ -12,6 +12,7 @@ from rest_simulator import outcome
 from vireport import analyse, loads
 from vireport.design import motions_at
 from vireport.disturbances import Destination, disturbances_of
+from vireport.disturbances.behaviour import _window
 from vireport.disturbances.from_rest import RAMPS, Target, from_rest, pressed_share, started, switched_on
 from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
@@ -181,6 +182,72 @@ def test_a_window_ends_where_the_outcome_changes() -> None:
     assert (before.destination, before.periods) == ("rest_cycle", 3)
     assert after.kind != before.kind != around.high.beyond.kind
     assert around.nearest == pytest.approx((edge - 3.6) / 3.6)
+
+
+def window_by_the_own_simulator(device: Device, varied: Parameter, reach: float = 0.2) -> int:
+    """Edges of a window that are right to 1e-9 of the value: on them the outcome is still that of the design point, and
+    on the next value looked at it is not. Those are left out at which the simulation does not tell what is beyond, and
+    those at which another motion than 1:1 loses its stability, which next to them takes for ever to show."""
+    value, seen = float(getattr(device, varied)), {}
+
+    def outcomes(values):
+        told = outcomes_at(device, varied, values, True)
+        seen.update(zip(values.tolist(), told, strict=True))
+        return told
+
+    def own(at: float):
+        one = device.with_values({varied: at})
+        return outcome(*one.groups(Parameter.LENGTH, one.length_m).as_floats(), impacts=250)
+
+    around, held = window(varied, value, value * (1 - reach), value * (1 + reach), outcomes), 0
+    here = seen[value]
+    told = here.destination, "" if "~" in here.word else here.word, here.periods
+    for side, edge in ((-1, around.low), (1, around.high)):
+        if edge.beyond is None or not (edge.beyond.decided and here.periods):
+            continue
+        beyond = min((at for at in seen if (at - edge.value) * side > 0), key=lambda at: abs(at - edge.value))
+        assert abs(beyond - edge.value) <= 1.01e-9 * value
+        inside, outside = own(edge.value), own(beyond)
+        if inside is not None:
+            assert inside == told, (device, varied, side)
+            assert outside != told, (device, varied, side)
+            held += 1
+    return held
+
+
+def test_an_edge_of_a_window_is_right_on_both_sides() -> None:
+    """Where a rest cycle ends, its last hops are cut off by the release."""
+    assert window_by_the_own_simulator(PAPER.with_values({Parameter.AMPLITUDE: 3.6}), Parameter.AMPLITUDE, 0.002) == 1
+
+
+@pytest.mark.slow
+def test_twenty_edges_of_windows_are_right_on_both_sides() -> None:
+    devices = [(PAPER.with_values({Parameter.AMPLITUDE: force}), Parameter.AMPLITUDE) for force in (2.2, 4.0)]
+    devices += [
+        (PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: length}), Parameter.LENGTH)
+        for length in (0.9, 0.93, 0.95, 1.0, 1.05, 1.1, 1.15)
+    ]
+    rng, swept = np.random.default_rng(7), (Parameter.LENGTH, Parameter.AMPLITUDE, Parameter.FREQUENCY)
+    while len(devices) < 30:
+        device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
+        told, parameter = found(device, True), swept[len(devices) % 3]
+        if told.reached or (told.destination is Destination.REST_CYCLE and told.periods):
+            devices.append((device, parameter))
+    held = 0
+    for device, parameter in devices:
+        held += window_by_the_own_simulator(device, parameter)
+        if held >= 20:
+            break
+    assert held >= 20
+
+
+@pytest.mark.slow
+def test_a_window_ends_with_the_stable_motion() -> None:
+    """At B1, next to which the simulation takes for ever."""
+    solution = solved("inclined-forcing", excitation__amplitude_n=5.345, sweep__from=5.342, sweep__to=5.36)
+    edge = _window(solution, True).high
+    (end,) = (point for point in solution.critical_points if point.label == "B1")
+    assert edge.value == pytest.approx(end.sweep_value, rel=1e-12)
 
 
 def test_the_stretches_of_a_sweep_join_and_have_the_outcome_that_is_told(monkeypatch) -> None:

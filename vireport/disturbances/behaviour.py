@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from vireport.design import FollowedMotion, Solution, followed_motion
@@ -17,11 +17,14 @@ from vireport.disturbances.from_rest import (
     switched_on,
 )
 from vireport.disturbances.recovery import Recovery, recovery_of
-from vireport.disturbances.windows import ALONG, OutcomeRange, Window, along, outcomes_at, window
+from vireport.disturbances.windows import ALONG, Edge, OutcomeRange, Window, along, outcomes_at, window
 from vireport.scenario import DesignInput, DisturbancesBlock, Parameter
 
 WIDEST = 0.5
 """How far from the design value it is looked for where a window ends, over that value, where no sweep says how far."""
+
+UNTOLD = 1e-5
+"""Distance, over the value, from where a motion ceases to be stable within which disturbances die out too slowly."""
 
 NARROW = 0.02
 """Share of the design value within which the end of a window is near: what masses and lengths are commonly made to."""
@@ -153,4 +156,13 @@ def _window(solution: Solution, compiled: bool) -> Window | None:
     low, high = sorted((sweep.start, sweep.end)) if sweep is not None else (value, value)
     if not low < value < high:
         low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])
-    return window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
+    found = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
+    own = [value + end.distance for end in ends if end.parameter == varied]
+    return replace(found, low=_at_end(found.low, own), high=_at_end(found.high, own))
+
+
+def _at_end(edge: Edge, ends: list[float]) -> Edge:
+    """An edge beyond which simulation does not tell, moved to the end of the stable motion that makes it so."""
+    if edge.beyond is None or edge.beyond.decided:
+        return edge
+    return next((replace(edge, value=end) for end in ends if abs(end - edge.value) <= UNTOLD * abs(end)), edge)

@@ -6,8 +6,9 @@ Edges are sharp, and at many of them infinitely many others accumulate: what is 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,9 @@ Outcomes = Callable[[Floats], Sequence[FromRest]]
 EDGE = 1e-9
 """Width to which the edges of a window are found, over the value."""
 
+GOLDEN = (1 + sqrt(5)) / 2
+"""By this the places of such values are shifted each time: never again to the same."""
+
 COARSE = 64
 """Values between the design point and either end of what is looked through for an edge."""
 
@@ -34,6 +38,11 @@ FINER = 16
 
 DEEP = 1e-4
 """An interval this narrow, over the value, that still has several edges is one where edges accumulate."""
+
+INSIDE, NEAREST, ROUNDS = 64, 1e-8, 12
+"""Values between an edge and the design point at which it is looked for a nearer one, spread evenly, and as many ever
+closer to the edge, down to this share of the way; and how often anew. What lies beside an edge at which others accumulate
+is the narrower the nearer it is, and the first samples pass it over: by as much as a hundred windows at s = 0.95 m."""
 
 ALONG = 201
 """Values along a sweep, between which edges are then located."""
@@ -151,8 +160,23 @@ def window(parameter: ScalarInput, value: float, low: float, high: float, outcom
 
 
 def _edge(here: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
-    """The first edge on the way from a value to an end, as far as refinement tells."""
-    near, far, parts = value, end, COARSE
+    """The edge nearest to a value on the way to an end, as far as samples tell."""
+    edge, accumulates = _first_edge(here, value, end, COARSE, value, outcomes), False
+    for turn in range(ROUNDS):
+        shares = (np.arange(INSIDE) + (turn / GOLDEN) % 1) / INSIDE
+        values = edge.value + (value - edge.value) * np.sort(np.append(shares, NEAREST**shares))[::-1]
+        changed = [outcome.kind != here.kind for outcome in outcomes(values)]
+        if True not in changed:
+            break
+        first = changed.index(True)
+        near, accumulates = float(values[first - 1]) if first else value, True
+        edge = _first_edge(here, near, float(values[first]), FINER, value, outcomes)
+    return replace(edge, accumulates=edge.accumulates or accumulates)
+
+
+def _first_edge(here: FromRest, near: float, end: float, parts: int, value: float, outcomes: Outcomes) -> Edge:
+    """The first edge between samples on the way to an end, refined."""
+    far = end
     beyond: FromRest | None = None
     accumulates = False
     while near != far:
