@@ -106,7 +106,7 @@ def pressing(g: LONG, wall: int, t: LONG) -> list[LONG]:
 
 
 def hop(g: LONG, wall: int, t: LONG, u: LONG) -> tuple[LONG, LONG] | None:
-    """Duration of a hop that leaves a membrane with a speed, and the speed on landing; None of one that is not short."""
+    """Duration of a hop that leaves a membrane with a speed, and the speed on landing; None if it is long."""
     powers, orders = np.array(pressing(g, wall, t)), np.arange(1, TERMS + 1).astype(LONG)
     fall = powers / np.cumprod(orders)  # speed gained towards the membrane: sum of fall s^order
 

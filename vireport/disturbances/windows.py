@@ -41,8 +41,8 @@ DEEP = 1e-4
 
 INSIDE, NEAREST, ROUNDS = 64, 1e-8, 12
 """Values between an edge and the design point at which it is looked for a nearer one, spread evenly, and as many ever
-closer to the edge, down to this share of the way; and how often anew. What lies beside an edge at which others accumulate
-is the narrower the nearer it is, and the first samples pass it over: by as much as a hundred windows at s = 0.95 m."""
+closer to the edge, down to this share of the way; and how often anew. Where others accumulate at an edge they are the
+narrower the nearer they are, and the first samples pass them over: by as much as a hundred windows at s = 0.95 m."""
 
 ALONG = 201
 """Values along a sweep, between which edges are then located."""
