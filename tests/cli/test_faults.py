@@ -193,6 +193,7 @@ Path.write_bytes = write_bytes""",
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", first(3, MOMENTS))
 def test_an_interrupt_at_any_moment(moment: str, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
@@ -205,6 +206,7 @@ def test_an_interrupt_at_any_moment(moment: str, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "results.json").read_text() == "old"
 
 
+@pytest.mark.slow
 def test_an_interrupt_while_files_are_put_in_place(tmp_path: Path) -> None:
     code = "real = os.rename\ndef rename(*x):\n    interrupt()\n    real(*x)\nos.rename = rename"
     run = interrupted(code, "run", INCLINED, "-o", "out", "--format", "json,csv", cwd=tmp_path)
@@ -227,6 +229,7 @@ real, typer.BadParameter = typer.BadParameter, empty"""
     assert b"all was done" not in run.stderr
 
 
+@pytest.mark.slow
 def test_sigterm_ends_a_run_as_ctrl_c_does_and_leaves_no_folder(tmp_path: Path) -> None:
     """It comes when files are written, before they are put in place."""
     code = MOMENTS["between writing and renaming"].replace("interrupt()", "os.kill(os.getpid(), signal.SIGTERM)")
@@ -263,6 +266,7 @@ def test_the_exit_code_names_the_signal_wherever_it_comes(name: str, code: int, 
     assert run.returncode == code
 
 
+@pytest.mark.slow
 def test_an_interrupted_map_says_how_it_goes_on(tmp_path: Path) -> None:
     code = "import vireport.maps as s\ns.run_map = interrupt"
     run = interrupted(code, "sweep", "map.yaml", cwd=tmp_path)
@@ -288,6 +292,7 @@ def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_another_scenario_in_the_same_folder_leaves_nothing_of_the_first(tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
     assert main(["run", INCLINED, "-o", str(out), "--format", "json,csv"]) == 0
@@ -298,6 +303,7 @@ def test_another_scenario_in_the_same_folder_leaves_nothing_of_the_first(tmp_pat
     assert "of an earlier run, and left as they are: branches.csv" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_named_and_leaves_nothing(tmp_path: Path) -> None:
     resource = pytest.importorskip("resource")
     for arguments in (["run", INCLINED, "-o", "out", "--format", "json"], ["init"]):
@@ -313,6 +319,7 @@ def test_a_full_disk_is_named_and_leaves_nothing(tmp_path: Path) -> None:
         assert names(tmp_path) == set()
 
 
+@pytest.mark.slow
 def test_a_report_needs_no_temporary_folder(tmp_path: Path, monkeypatch) -> None:
     """With a full TMPDIR, or one that is not there: what Typst reads is passed in memory."""
 
@@ -325,6 +332,7 @@ def test_a_report_needs_no_temporary_folder(tmp_path: Path, monkeypatch) -> None
     assert {"report.html", "report.pdf", "figure-2.png"} <= names(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [
@@ -350,6 +358,7 @@ def test_the_current_folder_may_have_been_deleted(arguments: list[str], code: in
     assert b"Traceback" not in run.stderr
 
 
+@pytest.mark.slow
 def test_a_folder_may_have_a_name_that_is_not_utf_8(tmp_path: Path, monkeypatch) -> None:
     here = tmp_path / os.fsdecode(b"here\xff")
     here.mkdir()
@@ -386,6 +395,7 @@ def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path, monkeypa
         assert "cannot be written" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_comparison_does_not_overwrite_another(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
 
@@ -437,6 +447,7 @@ def test_an_empty_folder_name_is_refused(capsys) -> None:
 FORMATS = ["json,csv", pytest.param("html,pdf,png,json,csv", marks=pytest.mark.slow)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formats", FORMATS)
 def test_names_are_text_everywhere(formats: str, tmp_path: Path, capsys) -> None:
     """In messages, figures, tables and pages: no mathematics, command, formula or link comes of a name."""

@@ -132,7 +132,7 @@ def test_of_random_electrical_devices_none_is_accepted_above_what_impacts_lose(c
     assert count / 8 < above < count * 4 / 5
 
 
-@pytest.mark.parametrize(("objective", "vary"), [("efficiency", (BIAS,)), ("power_mw", (LENGTH, BALL))])
+@pytest.mark.parametrize(("objective", "vary"), first(1, [("efficiency", (BIAS,)), ("power_mw", (LENGTH, BALL))]))
 def test_a_search_does_not_end_beyond_what_is_possible(objective: str, vary: tuple[str, ...]) -> None:
     text = IMPOSSIBLE.replace("4.7", "1.5") if objective == "power_mw" else IMPOSSIBLE
     problem = problem_of(loads(searched(objective, *vary, text=text)))
@@ -223,7 +223,8 @@ def test_an_end_beyond_which_there_is_nothing_is_not_named() -> None:
     assert list(problem.at_limits(np.array([1.0]))) == [("inclination_deg", True)]
 
 
-@pytest.mark.parametrize("seed", first(1, range(3)))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
 def test_the_proved_power_is_at_most_what_the_impacts_may_lose(seed: int) -> None:
     """Even where the search has found nothing, no design has more power than its fastest impacts lose."""
     text = searched("power_mw", LENGTH, BALL, text=random_device(seed), required="efficiency_at_most_percent: 50")
