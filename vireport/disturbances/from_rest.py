@@ -88,10 +88,11 @@ LEAST_EXPONENT = 0.02
 
 LOST = 1e-3
 """What rounding may have become on the way [rad, y_c], up to which the outcome is that of the true motion. Beyond it
-the way is gone once more, a few roundings off, and must end alike."""
+the way is gone again, a few roundings off, and must end alike."""
 
 ROUNDINGS = 64 * 2.2e-16
-"""By how much the other way starts off, over the velocity of the first impact."""
+TWINS = ROUNDINGS, -ROUNDINGS, 3 * ROUNDINGS
+"""By how much the other ways start off, over the velocity of the first impact: one would end alike by chance."""
 
 PHASES = 32
 """Moments at which the force sets in, evenly over its period, where the outcome depends on that moment."""
@@ -299,10 +300,12 @@ def started(
         return FromRest(Destination.AT_REST if status[2] == REST else Destination.UNDECIDED)
     end, way = found or _elsewhere(groups, rows, targets, ratio, compiled)
     if again and end.destination is not Destination.CHAOTIC and _lost(model, way):
-        other = rows[1].copy()
-        other[VELOCITY] *= 1 + ROUNDINGS
-        twin = started(_last(other[None]), groups, targets, ratio, compiled, again=False)
-        return end if twin.kind == end.kind else FromRest(Destination.UNDECIDED)
+        for off in TWINS:
+            other = rows[1].copy()
+            other[VELOCITY] *= 1 + off
+            twin = started(_last(other[None]), groups, targets, ratio, compiled, again=False)
+            if twin.kind != end.kind:
+                return FromRest(Destination.UNDECIDED)
     return end
 
 

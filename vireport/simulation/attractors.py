@@ -90,7 +90,8 @@ class Attractor:
     outcome : Outcome
         Its kind.
     cycle : Cycle or None
-        One period, verified on the return map, if it is periodic.
+        One period, verified on the return map, if it is periodic; None of a motion with rest that is so long that
+        rounding does not tell it.
     lyapunov : float
         Largest Lyapunov exponent per forcing period: of the cycle, or of the last impacts of a motion that is
         not periodic. -inf where the ball comes to rest, nan where it meets no membrane again or is not resolved.
@@ -100,7 +101,7 @@ class Attractor:
     impacts : int
         Impacts simulated.
     last : array (n, 3)
-        Wall, phase [rad] and velocity [y_c] of the last ones of a motion that is not periodic, at most `LAST`.
+        Wall, phase [rad] and velocity [y_c] of the last ones of a motion without a cycle, at most `LAST`.
     """
 
     outcome: Outcome
@@ -224,7 +225,7 @@ def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
         drawn: set[int] = set()
         for end in ends:
             label, cycle = labels.setdefault(end.word or end.outcome, len(labels)), end.cycle
-            if cycle is None and end.outcome is Outcome.APERIODIC:
+            if cycle is None and end.outcome in (Outcome.APERIODIC, Outcome.STICKING):
                 parts.append((end.last[-DRAWN:], i, label))
             elif cycle is not None and id(cycle) not in drawn:
                 drawn.add(id(cycle))
@@ -256,13 +257,21 @@ def search(
     """
     used, block = int(summary[0]), BLOCK
     patience, budget = limits
+    before_this: set[float] = set()
     while summary[2] == RUNNING:
         if unresolved(rows):
             return Attractor(Outcome.UNRESOLVED, None, nan, inf, used, _last(rows)), rows
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
-        cycle = near[0] if near else cycles.sticking(model, rows, compiled) or cycles.approached(model, rows, compiled)
-        if cycle is not None and cycle.sticks:
+        laps = cycles.laps(rows)
+        if not near and (laps or before_this & cycles.released(rows[1:])):
+            told = (cycles.rest_cycle(model, lap, compiled) for lap in laps)
+            cycle = next((cycle for cycle in told if cycle is not None), None)
+            if cycle is None:
+                return Attractor(Outcome.STICKING, None, -inf, 0.0, used, _last(rows)), rows
             return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used), rows
+        cycle = near[0] if near else cycles.approached(model, rows, compiled)
+        if cycle is not None and cycle.sticks:
+            return Attractor(Outcome.STICKING, cycle, -inf, 0.0, used), rows
         if cycle is not None and cycle.growth >= 1:
             rows = rows.copy()
             rows[-1, VELOCITY] *= 1 + NUDGE  # on an orbit that repels: rounding alone might keep it there
@@ -279,6 +288,7 @@ def search(
                 return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used), rows
         if used >= min(patience, budget):
             return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used, _last(rows)), rows
+        before_this |= cycles.released(rows)
         rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT, compiled)
         used += int(summary[0])
         block *= 2

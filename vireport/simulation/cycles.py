@@ -243,18 +243,24 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cyc
     return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), float(model[2]) ** (2 * length)))
 
 
-def sticking(model: Array, rows: Array, compiled: bool = True) -> Cycle | None:
-    """Cycle between the last two rides on one membrane: released from it, the ball always moves alike.
+def laps(rows: Array) -> list[Array]:
+    """Impacts from a release to the next ride on the same membrane, the last ones on either; none if there are none.
 
-    In a chaotic motion that sticks now and then so much happens between two rides that rounding alone decides
-    when the next one comes; such a cycle is not one that can be computed, and None is returned.
+    Released from a membrane the ball always moves alike: one lap is enough to know that the motion is periodic. Where
+    so much happens in it that rounding alone decides when the next ride comes, only its cycle cannot be computed.
     """
-    rides = np.flatnonzero((rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING]))
-    for wall in (1, -1):
-        own = rides[rows[rides, WALL] == wall]
-        if len(own) > 1 and (cycle := rest_cycle(model, rows[own[-2] + 1 : own[-1] + 1], compiled)) is not None:
-            return cycle
-    return None
+    rides = _rides(rows)
+    ridden = (rides[rows[rides, WALL] == wall] for wall in (1, -1))
+    return [rows[own[-2] + 1 : own[-1] + 1] for own in ridden if len(own) > 1]
+
+
+def released(rows: Array) -> set[float]:
+    """The membranes that have released the ball after a ride."""
+    return set(rows[_rides(rows), WALL].tolist())
+
+
+def _rides(rows: Array) -> NDArray[np.intp]:
+    return np.flatnonzero((rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING]))
 
 
 def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
