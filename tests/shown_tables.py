@@ -947,6 +947,10 @@ def edges_of_outcome(x: Results) -> list[Row]:
     ]
 
 
+def _end_of(reason: str) -> str:
+    return "followed no farther" if reason in ("sweep_end", "not_followed") else reason.replace("_", " ")
+
+
 def motion_from_rest(x: Results) -> list[Row]:
     """The motion of another word, whose type follows from its trace and the restitution, Table 1 for more impacts."""
     of = x.data["disturbances"]["from_rest"]["motion"]
@@ -960,8 +964,8 @@ def motion_from_rest(x: Results) -> list[Row]:
             "Type": "stable focus" if focus else "stable node",
             f"Stable from {symbol}": Amount(stable["from"], unit, 6),
             "to": number(stable["to"], 6),
-            "Begins with": stable["from_reason"].replace("_", " "),
-            "Ends with": stable["to_reason"].replace("_", " "),
+            "Begins with": _end_of(stable["from_reason"]),
+            "Ends with": _end_of(stable["to_reason"]),
         }
     ]
 

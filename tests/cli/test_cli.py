@@ -192,6 +192,7 @@ def test_plan_says_what_runs_and_what_is_left_out(example, capfd) -> None:
     blocks = {
         "from-rest-windows": "disturbances",
         "shock": "disturbances",
+        "coexistence": "disturbances",
         "figure-shocks": "disturbances",
         "jitter": "disturbances",
         "accuracy": "accuracy",

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import solved
 
 from vireport.atlas import motion_of_cycle
+from vireport.design import followed_motion
 from vireport.disturbances import FromRest, disturbances_of
 from vireport.motions import Event
 from vireport.physics import Device
@@ -51,6 +54,23 @@ def simulated_word(device: Device, end: FromRest, length: float) -> str:
         if cycle is None:
             return ""
     return str(cycle.word)
+
+
+def test_a_motion_on_one_membrane_is_there_at_any_greater_length() -> None:
+    """It ends where the top comes so near that the ball grazes it, and is followed to ten times the length."""
+    over = {"device__length_m": 1.3838911, "excitation__amplitude_n": 2.83326937, "inclination_deg": 36.702719}
+    reached = disturbances_of(solved("design-point", **over, device__restitution=0.01), None).reached
+    assert set(reached.motion.word.letters) == {"B"}
+    assert (reached.below, reached.above) == (Event.GRAZING, Event.SWEEP_END)
+    assert reached.high == pytest.approx(13.838911)
+    assert reached.ends == ("grazing", "followed no farther")
+
+
+def test_a_ball_that_does_not_bounce_is_not_followed() -> None:
+    """Its impacts forget what was before, and no curve leads from one motion to the next."""
+    solution = solved("inclined", device__length_m=0.3)
+    motion = disturbances_of(solution, None).reached.motion
+    assert followed_motion(replace(solution.device, restitution=0.0), motion, DesignInput.LENGTH) is None
 
 
 def test_where_a_one_to_one_motion_is_stable_nothing_else_is_followed() -> None:

@@ -316,11 +316,10 @@ SAID = [
                 varied=DesignInput.LENGTH,
                 low=0.6543,
                 high=0.7654,
-                below=Event.GRAZING,
-                above=Event.PERIOD_DOUBLING,
+                ends=("grazing", "followed no farther"),
             ),
         },
-        ["By its equations it is a stable focus from s = 0.6543 m (grazing) to 0.7654 m (period doubling)."],
+        ["By its equations it is a stable focus from s = 0.6543 m (grazing) to 0.7654 m (followed no farther)."],
     ),
     (
         "VR003",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
 
@@ -10,6 +11,10 @@ from vireport.design.lines import LINES, LOSES_STABILITY, Line, along, extent, v
 from vireport.motions import STABILITIES, Curve, Event, Motion, PathPoint, Stability, classify, follow, multipliers
 from vireport.physics import FLOATS, Device
 from vireport.scenario import DesignInput, Parameter
+
+FARTHEST = log(10)
+"""Position along lines of lengths and forces up to which motions are followed: one that strikes the bottom alone is
+there at any greater length."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +33,7 @@ class FollowedMotion:
     low, high : float
         Values of the input between which it is there and stable, in its unit.
     below, above : Event
-        What ends it there; `SWEEP_END` where the input goes no farther, `LOST` where rounding does not resolve it.
+        What ends it there; `SWEEP_END` where it is followed no farther, `LOST` where rounding does not resolve it.
     """
 
     motion: Motion
@@ -49,6 +54,11 @@ class FollowedMotion:
     def stability(self) -> Stability:
         """Its type."""
         return STABILITIES[int(classify(self.trace, self.decay))]
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """What ends it below and above, in words."""
+        return _words(self.below), _words(self.above)
 
     @property
     def growth(self) -> float:
@@ -76,11 +86,16 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
     Returns
     -------
     FollowedMotion or None
-        None where the equations have no such motion, or it is not stable.
+        None where the equations have no such motion, or it is not stable; and of a ball that does not bounce, whose
+        impacts forget the velocity before: its motions are isolated, and no curve leads from one to the next.
     """
+    if device.restitution == 0:
+        return None
     line = next(line for line in LINES if varied in line.value)
     d, gbar, _ = map(float, device.groups(Parameter.LENGTH, device.length_m))
     least, most = extent(line, device, d, gbar)
+    if line in (Line.LENGTHS, Line.FORCES):
+        least, most = max(least, -FARTHEST), min(most, FARTHEST)
     curve = Curve(motion.word, along(line, device, FLOATS), least, most, 1.0)
     x = curve.at(curve.vector(replace(motion, coordinate=0.0)), 0.0)
     if x is None or not (curve.admits(x) and curve.stability(x).attracts):
@@ -96,3 +111,7 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
         ends.append((float(value), event))
     (low, below), (high, above) = ends
     return FollowedMotion(curve.motion(x), curve.trace(x), curve.decay(x), varied, low, high, below, above)
+
+
+def _words(end: Event) -> str:
+    return "followed no farther" if end in (Event.SWEEP_END, Event.LOST) else end.words

@@ -124,7 +124,7 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("from_rest", {"motion": results.from_rest.name, "block": _shown_by(results.from_rest)})
     if (found := results.reached) is not None:
         low, high = (found.varied.show(value, 4) for value in (found.low, found.high))
-        ends = {"below": found.below.words, "above": found.above.words}
+        ends = {"below": found.ends[0], "above": found.ends[1]}
         yield Sentence(
             "followed", {"type": found.stability, "symbol": found.varied.symbol, "low": low, "high": high} | ends
         )
