@@ -1081,6 +1081,9 @@ def sentences(x: Results) -> Iterator[Said]:
         cause, remedy = (" ".join(alert[key].replace("U_ave", "Uave").split()[:2]) for key in ("cause", "remedy"))
         yield Said(f"{mark} {alert['code']}: {alert['title'].replace('U_ave', 'Uave')}. {cause}")
         yield Said(f"Remedy. {remedy}")
+    if x.points and x.data["own_stiffness"] is None and x.contact_share:
+        neglected = percentage(x.contact_share)
+        yield Said("it does not include the contact time that the model neglects, {} of a period", neglected)
     if x.points and x.data["own_stiffness"] is not None:
         largest = max(point["error_bound"] for point in x.points)
         yield Said(
