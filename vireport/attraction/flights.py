@@ -8,15 +8,16 @@ proved, all roundings included.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import AFFINE, AFFINE_ROUNDING, Affine, Groups, between, flight
-from vireport.simulation import FLIGHT, TURN, WALL, check_model, follow_impacts
+from vireport.simulation import FLIGHT, TURN, VELOCITY, WALL, check_model, follow_impacts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -36,8 +37,9 @@ THINNEST = 1e-13
 PARTS, HALVINGS = 6, 5
 """Parts of a flight, and how often one is halved before it is left open whether the ball meets a membrane there."""
 
-BLOCK = 4096
-"""Sets followed at once: their numbers stay in the processor's cache."""
+SLOW, LONGEST_TOUCH, BESIDE = 0.3, 0.3, 1e-9
+"""Velocity [y_c] of an impact that others of a set may miss, time [t_c] until it would turn, and by how much of the
+half length it is then thought to have missed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +94,22 @@ class Impacts:
     time: Affine
     velocity: Affine
     duration: Affine
+
+    def __getitem__(self, rows: Any) -> Impacts:
+        return Impacts(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+def joined(parts: Sequence[Impacts]) -> Impacts:
+    """Sets of several, one after the other."""
+    columns = zip(*([getattr(part, field.name) for field in fields(Impacts)] for part in parts), strict=True)
+    return Impacts(*(_concatenated(list(column)) for column in columns))
+
+
+def _concatenated(parts: list[Any]) -> Any:
+    if not isinstance(parts[0], Affine):
+        return np.concatenate(parts)
+    linear = np.concatenate([part.linear for part in parts], axis=1)
+    return Affine(np.concatenate([x.centre for x in parts]), linear, np.concatenate([x.radius for x in parts]))
 
 
 def exact(value: Floats) -> Affine:
@@ -188,22 +206,66 @@ def next_impacts(groups: Groups[Any], sets: Sets, guesses: Floats) -> Impacts:
     groups : Groups of Affine
         Of the device, see `enclosed`.
     sets : Sets
-    guesses : ndarray (k, 2)
+    guesses : ndarray (k, 3)
         The membrane that the middle of each set meets, and how long after `since`, see `simulated`.
     """
-    with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
-        phase = AFFINE.pi * sets.time
-        way = _Flights(sets, groups, AFFINE.sin(phase), AFFINE.cos(phase))
-        wall = np.where(guesses[:, 0] > 0, 1, -1)
-        far = wall != sets.wall
-        duration, ends = _duration(way, far, sets.since.centre + guesses[:, 1])
-        ends &= guesses[:, 0] != 0
-        speed = _forgotten(way.speed(duration, way.waves(duration)[0]))
-        ends &= np.where(far, speed.lower > 0, speed.upper < 0)
-        rows = np.flatnonzero(ends)
-        if rows.size:
-            ends[rows] = _free(way[rows], far[rows], duration[rows])
-    return Impacts(ends, wall, sets.time + duration, speed * way.away, duration)
+    way, at = _ends(groups, sets, guesses)
+    rows = np.flatnonzero(at.proved)
+    if rows.size:
+        at.proved[rows] = _met(way[rows], at.wall[rows] != sets.wall[rows], at.duration[rows]).surely_free
+    return at
+
+
+@np.errstate(all="ignore")
+def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[Ints, Impacts, Impacts]:
+    """Follow sets some of whose states touch a membrane and others do not: both kinds on their own.
+
+    Parameters
+    ----------
+    groups : Groups of Affine
+    sets : Sets
+    guesses : ndarray (k, 3)
+        Of flights past the touch, as if it were none, see `simulated_past`.
+
+    Returns
+    -------
+    rows : ndarray of int
+        The sets of which that is proved.
+    past, touching : Impacts
+        Of these: the next impacts of the states that do not touch, and the touches themselves, as early and late, as
+        slow and fast as they can be.
+    """
+    way, past = _ends(groups, sets, guesses)
+    rows = np.flatnonzero(past.proved)
+    if not rows.size:
+        return rows, past[rows], past[rows]
+    met = _met(way[rows], past.wall[rows] != sets.wall[rows], past.duration[rows])
+    once = (met.near != met.far) & (met.first > 0) & (met.last < 1) & ~met.beyond
+    rows, met = rows[once], _Met(*(column[once] for column in met))
+    own, since = way[rows], sets.since[rows]
+    passed = since + (past.duration[rows] - since) * between(met.first, met.last, TIME, SYMBOLS)
+    speed = own.speed(passed, own.waves(passed)[0])
+    # Not slower than at rest, and not faster than anything in that time.
+    fastest = np.maximum(np.where(met.far, speed.upper, -speed.lower), 0.0)
+    wall = np.where(met.far, -sets.wall[rows], sets.wall[rows])
+    linear, size = np.zeros((SYMBOLS, len(rows))), fastest / 2
+    struck = Affine(wall * size, linear, size * (1 + AFFINE_ROUNDING))
+    proved = np.ones(len(rows), dtype=bool)
+    return rows, past[rows], Impacts(proved, wall, _forgotten(sets.time[rows] + passed), struck, _forgotten(passed))
+
+
+@np.errstate(all="ignore")  # what is not defined is not finite, and proves nothing
+def _ends(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[_Flights, Impacts]:
+    """The flights of some sets, and their ends, whatever there is on the way."""
+    phase = AFFINE.pi * sets.time
+    way = _Flights(sets, groups, AFFINE.sin(phase), AFFINE.cos(phase))
+    wall = np.where(guesses[:, 0] > 0, 1, -1)
+    far = wall != sets.wall
+    duration, ends = _duration(way, far, sets.since.centre + guesses[:, 1])
+    ends &= guesses[:, 0] != 0
+    speed = _forgotten(way.speed(duration, way.waves(duration)[0]))
+    ends &= np.where(far, speed.lower > 0, speed.upper < 0)
+    return way, Impacts(ends, wall, sets.time + duration, speed * way.away, duration)
 
 
 def _duration(way: _Flights, far: Mask, guess: Floats) -> tuple[Affine, Mask]:
@@ -233,40 +295,70 @@ def _forgotten(x: Affine) -> Affine:
     return Affine(x.centre, linear, x.radius + rest)
 
 
-def _free(way: _Flights, far: Mask, duration: Affine) -> Mask:
-    """Whether the ball surely meets no membrane before the end of its flight.
+class _Met(NamedTuple):
+    """Where flights may meet a membrane before their ends, as shares of their time, arrays (k,).
+
+    Attributes
+    ----------
+    near, far : ndarray of bool
+        Whether it may be the membrane that was left, and the other one.
+    beyond : ndarray of bool
+        Whether all of a set is beyond a membrane at some time.
+    first, last : ndarray
+        Between which shares of the flight.
+    """
+
+    near: Mask
+    far: Mask
+    beyond: Mask
+    first: Floats
+    last: Floats
+
+    @property
+    def surely_free(self) -> Mask:
+        """Which flights surely meet none."""
+        return ~(self.near | self.far | self.beyond)
+
+
+@np.errstate(all="ignore")
+def _met(way: _Flights, far: Mask, duration: Affine) -> _Met:
+    """Where the ball may meet a membrane before the end of its flight.
 
     The flight is cut into parts, and those are halved that are open. Next to a membrane, where the distance is zero at
     one end, the sign of the velocity settles it, or that of the acceleration: what is convex is above its tangent.
     """
-    count, parts = len(far), 1
-    free, since = np.ones(count, dtype=bool), way.sets.since
-    leaves = way.speed(since, way.waves(since)[0]).lower > 0
+    count, parts, since = len(far), 1, way.sets.since
+    near, far_one, beyond = np.zeros((3, count), dtype=bool)
+    found = _Met(near, far_one, beyond, np.full(count, np.inf), np.full(count, -np.inf))
+    # From a membrane the ball leaves with no velocity at least; a shock may have any.
+    leaves = (since.reach == 0) | (way.speed(since, way.waves(since)[0]).lower > 0)
     row, place = np.arange(count), np.zeros(count, dtype=np.intp)
     # The whole first: just before its end a shock leaves the ball next to the membrane that it is about to meet.
-    for into in (PARTS, *(2,) * HALVINGS):
+    for into in (PARTS, *(2,) * HALVINGS, 0):
         part, since = way[row], way.sets.since[row]
         time = since + (duration[row] - since) * between(place / parts, (place + 1) / parts, TIME, SYMBOLS)
         sine, cosine = part.waves(time)
-        covered, speed, bend = part.covered(time, cosine), part.speed(time, sine), part.groups.pull(cosine) * part.away
-        left = -covered + part.groups.d
+        covered, speed = part.covered(time, cosine), part.speed(time, sine)
+        left, bend = -covered + part.groups.d, part.groups.pull(cosine) * part.away
         first, last, across = place == 0, place == parts - 1, far[row]
         rising, falling = speed.lower > 0, speed.upper < 0
         clear = (covered.lower > 0) | (first & (rising | (leaves[row] & (bend.lower > 0))))
         clear |= last & ~across & (falling | (bend.lower > 0))
-        beyond = (left.lower > 0) | (first & falling) | (last & across & (rising | (bend.upper < 0)))
-        free[row[(covered.upper < 0) | (left.upper < 0)]] = False
-        still = ~(clear & beyond) & free[row]
+        short = (left.lower > 0) | (first & falling) | (last & across & (rising | (bend.upper < 0)))
+        found.beyond[row[(covered.upper < 0) | (left.upper < 0)]] = True
+        still = ~(clear & short) & ~found.beyond[row]
+        if not into or not still.any():
+            break
         row, place = np.repeat(row[still], into), (into * place[still, None] + np.arange(into)).ravel()
         parts *= into
-        if not row.size:
-            return free
-    free[row] = False
-    return free
+    found.near[row[still & ~clear]] = found.far[row[still & ~short]] = True
+    np.minimum.at(found.first, row[still], place[still] / parts)
+    np.maximum.at(found.last, row[still], (place[still] + 1) / parts)
+    return found
 
 
 def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
-    """Where flights end by the simulation: the membrane met, 0 for none, and the time until then, (k, 2).
+    """Where flights end by the simulation: membrane, 0 for none, time until then, and velocity before, (k, 3).
 
     Parameters
     ----------
@@ -278,7 +370,22 @@ def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
     """
     found, summary = follow_impacts(np.repeat(check_model(groups), len(rows), axis=0), rows, 1, 1, compiled=compiled)
     last = found[:, -1]
-    return np.stack([np.where(summary[:, 0] == 1, last[:, WALL], 0.0), last[:, FLIGHT]], axis=1)
+    return np.stack([np.where(summary[:, 0] == 1, last[:, WALL], 0.0), last[:, FLIGHT], last[:, VELOCITY]], axis=1)
+
+
+def simulated_past(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> Floats:
+    """The same, but where the middle of a set strikes a membrane slowly, as if it had just missed it."""
+    wall, time, velocity = guesses.T
+    phase = pi * (sets.time.centre + sets.since.centre + time)
+    turn = np.abs(velocity) / np.abs(groups.pull(np.cos(phase)))
+    slow = np.flatnonzero((wall != 0) & (np.abs(velocity) < SLOW) & (turn < LONGEST_TOUCH))
+    rows = np.zeros((len(slow), 4))
+    rows[:, 1] = wall[slow] * groups.d / 2 * (1 - BESIDE)
+    rows[:, 3] = np.mod(phase[slow] + pi * turn[slow], TURN) % TURN
+    past = guesses.copy()
+    past[slow] = simulated(groups, rows, compiled)
+    past[slow, 1] += time[slow] + turn[slow]
+    return past
 
 
 def middles(groups: Groups[float], sets: Sets) -> Floats:

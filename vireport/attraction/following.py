@@ -13,9 +13,12 @@ from vireport.attraction.flights import (
     Sets,
     after_impact,
     enclosed,
+    impacts_past_a_touch,
+    joined,
     middles,
     next_impacts,
     simulated,
+    simulated_past,
 )
 from vireport.attraction.trap import Trap
 from vireport.physics import Affine, Groups
@@ -29,6 +32,10 @@ LARGEST = 0.25
 
 LAPS, MOST_LAPS = 12, 400
 """Periods that sets are followed: so many and those in which deviations fade to the size of the region; and at most."""
+
+
+MOST_BRANCHES = 4
+"""Sets that one becomes on average, by touches, before all are given up."""
 
 
 def patience(trap: Trap) -> int:
@@ -47,27 +54,36 @@ def come_in(
     ----------
     sets : Sets
         That begin flights.
-    guesses : ndarray (k, 2)
+    guesses : ndarray (k, 3)
         Where these end, see `next_impacts`.
     impacts : int
         After which sets that are not in it are given up.
     """
     exactly, flights = enclosed(groups), 0
-    came, halved = np.zeros(len(sets), dtype=bool), _longer(sets.time, sets.after)
+    lost, halved = np.zeros(len(sets), dtype=bool), _longer(sets.time, sets.after)
     rows = np.arange(len(sets))
     for _ in range(impacts):
         flights += len(rows)
         at = next_impacts(exactly, sets, guesses)
+        failing = np.flatnonzero(~at.proved)
+        if failing.size:
+            guesses = simulated_past(groups, sets[failing], guesses[failing], compiled)
+            touch, past, touching = impacts_past_a_touch(exactly, sets[failing], guesses)
+            lost[rows[np.delete(failing, touch)]] = True
+            both = rows[failing[touch]]
+            at, rows = joined([at, past, touching]), np.concatenate([rows, both, both])
         inside = at.proved & trap.holds(at.wall, at.time, at.velocity)
-        came[rows[inside]] = True
         halved[rows[at.proved]] = _longer(at.time, at.velocity)[at.proved]
         small = (at.time.reach < LARGEST) & (at.velocity.reach < LARGEST)
-        goes_on = np.flatnonzero(at.proved & ~inside & small)
-        if not goes_on.size:
+        lost[rows[at.proved & ~small]] = True
+        goes_on = np.flatnonzero(at.proved & ~inside & ~lost[rows])
+        rows = rows[goes_on]
+        if not rows.size or len(rows) > MOST_BRANCHES * len(lost):
             break
-        rows, sets = rows[goes_on], after_impact(exactly, at, goes_on)
+        sets = after_impact(exactly, at, goes_on)
         guesses = simulated(groups, middles(groups, sets), compiled)
-    return came, halved, flights
+    lost[rows] = True
+    return ~lost, halved, flights
 
 
 def _longer(time: Affine, velocity: Affine) -> Ints:

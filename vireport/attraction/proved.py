@@ -17,7 +17,10 @@ from vireport.disturbances import Destination, Disturbances, FromRest
 from vireport.motions import Motion, motion_at
 from vireport.physics import Device, Groups
 from vireport.scenario import Parameter
-from vireport.shocks import Withstood
+from vireport.shocks import Withstood, on_shocks, stable_manifold
+
+BEYOND = 1.03
+"""How far cells of shocks reach, over the least on the sampled stable manifold of an unstable motion."""
 
 DIGITS = 4
 """Significant digits of a proved bound, which is rounded down to them."""
@@ -143,22 +146,44 @@ def proved_of(
     refused = _refused(device, groups)
     if refused is not None:
         return Proved(unit, Arrival(reason=refused), unproved=refused)
-    rows = np.flatnonzero(design.motions.stable)
-    motions = [motion_at(design.motions, int(row), device.period_ratio) for row in rows]
+    here = design.motions
+    motions, companions = (
+        [motion_at(here, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
+        for rows in (here.stable, here.admissible & ~here.stable)
+    )
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)
     say("proving that the motion is reached from rest")
     arrival = _arrival(device, groups, found, [trap for trap in traps if trap is not None], compiled)
     if not motions or None in traps:
         return Proved(unit, arrival, unproved=Unproved.NO_REGION if motions else Unproved.NO_MOTION)
-    least = withstood.shock if withstood is not None else None
-    farthest = max(float(np.abs(motion.velocity).max()) for motion in motions)
-    if least is not None:
-        farthest = least.searched_to if least.jump is None else least.jump
     say("proving which shocks the motion survives")
-    return Proved(
-        unit, arrival, tuple(survived(groups, trap, farthest, compiled) for trap in traps if trap is not None)
+    farthest = _farthest(groups, motions, companions, withstood, compiled)
+    shocks = (survived(groups, trap, farthest, compiled) for trap in traps if trap is not None)
+    return Proved(unit, arrival, tuple(shocks))
+
+
+def _farthest(
+    groups: Groups[float], motions: list[Motion], companions: list[Motion], withstood: Withstood | None, compiled: bool
+) -> float:
+    """A size of shocks about up to which a bound is possible [y_c], so that no effort goes into larger ones.
+
+    A shock on the stable manifold of an unstable motion leads to that, even where those on both sides of it return.
+    """
+    least = withstood.shock if withstood is not None else None
+    if least is not None and least.jump is not None:
+        return least.jump
+    fastest = max(float(np.abs(motion.velocity).max()) for motion in motions)
+    if not compiled:  # the manifold takes a hundred thousand flights
+        return fastest
+    on = (
+        float(np.abs(line.jump).min())
+        for companion in companions
+        for piece in stable_manifold(groups, companion, 2 * fastest)
+        for motion in motions
+        for line in on_shocks(groups, motion, piece)
     )
+    return min([fastest, *(BEYOND * jump for jump in on)])
 
 
 def _refused(device: Device, groups: Groups[float]) -> Unproved | None:

@@ -42,7 +42,7 @@ AT_ONCE = 2048
 MOST_FLIGHTS = 250_000
 """Flights of sets followed before the rest is left open: some ten seconds."""
 
-FINEST = 2.0**-12
+FINEST = 2.0**-16
 """Width in moment and in size, over the whole, down to which cells are halved."""
 
 PROVED, OPEN = -1, -2

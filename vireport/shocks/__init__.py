@@ -3,7 +3,7 @@
 from vireport.shocks.attracting import AttractingMotion, AttractingMotions, attracting_motions
 from vireport.shocks.deviations import flight_matrices, flight_times, stationary
 from vireport.shocks.jitter import Jitter, NoJitter, Unsettled
-from vireport.shocks.manifold import ShockLine
+from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
 from vireport.shocks.plane import OutcomePlane
 from vireport.shocks.shock import SCAN, LeastShock, shocked
 from vireport.shocks.withstood import Withstood, least_of, shocks_around, withstood_by
@@ -23,8 +23,10 @@ __all__ = [
     "flight_matrices",
     "flight_times",
     "least_of",
+    "on_shocks",
     "shocked",
     "shocks_around",
+    "stable_manifold",
     "stationary",
     "withstood_by",
 ]
