@@ -12,12 +12,25 @@ import pytest
 
 from vireport import analyse, loads, recheck_disturbances
 from vireport.attraction import Trap
-from vireport.attraction.flights import FIRST, SECOND, SYMBOLS, after_impact, enclosed, middles, next_impacts, simulated
+from vireport.attraction.flights import (
+    FIRST,
+    SECOND,
+    SYMBOLS,
+    Impacts,
+    Sets,
+    after_impact,
+    enclosed,
+    impacts_past_a_touch,
+    middles,
+    next_impacts,
+    simulated,
+    simulated_past,
+)
 from vireport.attraction.following import come_in, patience
 from vireport.attraction.proved import rounded_down
 from vireport.attraction.release import PRECISIONS, reaches
 from vireport.attraction.survived import survived, survived_again
-from vireport.attraction.trap import Impacts, proved_trap, trap_of
+from vireport.attraction.trap import proved_trap, trap_of
 from vireport.base import UsageError
 from vireport.checks.enclosures import UnprovedError
 from vireport.design import motions_at
@@ -104,28 +117,58 @@ def test_no_region_about_an_unstable_motion_contracts() -> None:
                 assert proved_trap(groups, motion, metric, radius, True) is None
 
 
-def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
-    """Every state of a set, wherever its flight ends: same membrane, time and velocity within the enclosure."""
-    groups, random, count = Groups(0.415, 0.24, 0.5), np.random.default_rng(2), 400
-    wall, time, velocity = random.choice([1, -1], count), 2 * random.random(count), 0.05 + random.random(count)
-    widths = 10 ** random.uniform(-4, -1.3, (2, count))
+def sets_of(groups: Groups, wall, time, velocity, widths) -> Sets:
+    """Rectangles of time and velocity before impacts, as the sets that begin the next flights."""
+    count = len(time)
     linear = np.zeros((2, SYMBOLS, count))
     linear[0, FIRST], linear[1, SECOND] = widths
-    at = Affine(time, linear[0], np.zeros(count)), Affine(wall * velocity, linear[1], np.zeros(count))
-    start = Impacts(np.ones(count, dtype=bool), wall, *at, at[0])
-    sets = after_impact(enclosed(groups), start, slice(None))
-    ends = next_impacts(enclosed(groups), sets, simulated(groups, middles(groups, sets), True))
+    at = Affine(time, linear[0], np.zeros(count)), Affine(velocity, linear[1], np.zeros(count))
+    return after_impact(enclosed(groups), Impacts(np.ones(count, dtype=bool), wall, *at, at[0]), slice(None))
+
+
+def encloses(found: Affine, corner: tuple[float, float], value: np.ndarray) -> np.ndarray:
+    """Whether a value is what a number can be where its first two symbols are given."""
+    known = found.centre + corner[0] * found.linear[FIRST] + corner[1] * found.linear[SECOND]
+    return np.abs(value - known) <= np.abs(found.linear[2:]).sum(axis=0) + found.radius + 1e-12
+
+
+CORNERS = [*np.random.default_rng(4).uniform(-1, 1, (20, 2)), (1, 1), (-1, 1), (1, -1), (-1, -1)]
+
+
+def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
+    """Every state of a set, wherever its flight ends: same membrane, time and velocity within the enclosure.
+
+    Where some states of a set touch a membrane, each is in one of the two enclosures.
+    """
+    groups, random, count = Groups(0.415, 0.24, 0.5), np.random.default_rng(2), 1500
+    wall, time = random.choice([1, -1], count), 2 * random.random(count)
+    velocity, widths = wall * (0.05 + random.random(count)), 10 ** random.uniform(-4, -1.3, (2, count))
+    sets = sets_of(groups, wall, time, velocity, widths)
+    guesses = simulated(groups, middles(groups, sets), True)
+    ends = next_impacts(enclosed(groups), sets, guesses)
+    failing = np.flatnonzero(~ends.proved)
+    past = simulated_past(groups, sets[failing], guesses[failing], True)
+    touch, beyond, touching = impacts_past_a_touch(enclosed(groups), sets[failing], past)
     assert ends.proved.mean() > 0.5
-    for corner in [*random.uniform(-1, 1, (20, 2)), (1, 1), (-1, 1), (1, -1), (-1, -1)]:
-        for side in (1, -1):
-            own = np.flatnonzero(ends.proved & (wall == side))
-            here = time[own] + corner[0] * widths[0, own], (wall * velocity)[own] + corner[1] * widths[1, own]
-            last = followed(groups, side, *here, 1)[:, -1]
-            assert (last[:, WALL] == ends.wall[own]).all()
-            for found, value in ((ends.duration, last[:, FLIGHT]), (ends.velocity, last[:, VELOCITY])):
-                x = found[own]
-                known = x.centre + corner[0] * x.linear[FIRST] + corner[1] * x.linear[SECOND]
-                assert (np.abs(value - known) <= np.abs(x.linear[2:]).sum(axis=0) + x.radius + 1e-12).all()
+    assert len(touch) > 20
+    told = [0, 0]
+    for corner in CORNERS:
+        rows = [
+            followed(groups, side, time + corner[0] * widths[0], velocity + corner[1] * widths[1], 1)[:, -1]
+            for side in (1, -1)
+        ]
+        last = np.where(wall[:, None] > 0, *rows)
+        own = np.flatnonzero(ends.proved)
+        assert (last[own, WALL] == ends.wall[own]).all()
+        assert encloses(ends.duration[own], corner, last[own, FLIGHT]).all()
+        assert encloses(ends.velocity[own], corner, last[own, VELOCITY]).all()
+        last, holds = last[failing[touch]], []
+        for k, kind in enumerate((beyond, touching)):
+            holds.append((last[:, WALL] == kind.wall) & encloses(kind.duration, corner, last[:, FLIGHT]))
+            holds[-1] &= encloses(kind.velocity, corner, last[:, VELOCITY])
+            told[k] += int(holds[-1].sum())
+        assert (holds[0] | holds[1]).all()
+    assert min(told) > 50
 
 
 def attack(groups: Groups, trap: Trap, jump: float, count: int) -> None:
@@ -152,12 +195,7 @@ def test_small_shocks_are_all_proved_and_cells_on_the_edge_never() -> None:
     # Sets on the section just after it that hold the edge of the basin, the narrowest ones too.
     starts = shocked(groups, motion, 0, np.zeros(1), np.array([0.16939719992646393]))[0]
     for width in (1e-2, 1e-4, 1e-6, 1e-9):
-        linear = np.zeros((2, SYMBOLS, 1))
-        linear[1, SECOND] = width
-        time = Affine(starts[[3]] / pi, linear[0], np.zeros(1))
-        velocity = Affine(starts[[2]], linear[1], np.zeros(1))
-        at = Impacts(np.ones(1, dtype=bool), np.array([1]), time, velocity, time)
-        sets = after_impact(enclosed(groups), at, slice(None))
+        sets = sets_of(groups, np.array([1]), starts[[3]] / pi, starts[[2]], np.array([[0.0], [width]]))
         came, _, _ = come_in(groups, trap, sets, simulated(groups, middles(groups, sets), True), patience(trap), True)
         assert not came.any()
 
