@@ -79,7 +79,7 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
         None where the equations have no such motion, or it is not stable.
     """
     line = next(line for line in LINES if varied in line.value)
-    d, gbar, _ = map(float, device.groups(Parameter.LENGTH, device.length_m))
+    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     least, most = extent(line, device, d, gbar)
     curve = Curve(motion.word, along(line, device, FLOATS), least, most, 1.0)
     x = curve.at(curve.vector(replace(motion, coordinate=0.0)), 0.0)
