@@ -35,7 +35,7 @@
   const relative = (t) => {
     const up = 2 * data.n * value("q"), d = value("d");
     const [name, start, wall] = t < up ? ["bottom", 0, d / 2] : ["top", up, -d / 2];
-    const e = t - start, phase = value(`phi_${name}_rad`), after = -data.r * value(`velocity_${name}`);
+    const e = t - start, phase = value(`phi_${name}_rad`), after = -(data.r[name] ?? data.r) * value(`velocity_${name}`);
     const z = wall + (after + (value("gbar") * e) / 2 - Math.sin(phase) / Math.PI) * e
       - (Math.cos(Math.PI * e + phase) - Math.cos(phase)) / Math.PI ** 2;
     return Math.max(-d / 2, Math.min(d / 2, z));

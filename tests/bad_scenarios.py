@@ -457,6 +457,33 @@ def off(keys: str, key: str, fragment: str, text: str = GOOD) -> Bad:
     return bad(f"off {keys}", f"{text}tolerances: {{{keys}}}\n", (line, path, fragment))
 
 
+_EITHER = "(either restitution, of both membranes, or restitution_bottom and restitution_top)"
+RESTITUTIONS = (
+    bad(
+        "a restitution of both beside that of one",
+        good_but(6, "  restitution: 0.5\n  restitution_bottom: 0.4"),
+        (7, "device.restitution_bottom", f"restitution is given as well {_EITHER}"),
+    ),
+    bad(
+        "a restitution of one membrane only",
+        good_but(6, "  restitution_top: 0.4"),
+        (6, "device.restitution_top", f"restitution_bottom is not given {_EITHER}"),
+    ),
+    bad(
+        "restitutions that differ by rounding",
+        good_but(6, "  restitution_bottom: 0.4\n  restitution_top: 0.4000000001"),
+        (
+            7,
+            "device.restitution_top",
+            "which is 0.4 at the bottom but for rounding (equal ones, or 1e-09 apart at least)",
+        ),
+    ),
+    bad(
+        "a restitution above 1",
+        good_but(6, "  restitution_bottom: 1.2\n  restitution_top: 0.4"),
+        (6, "device.restitution_bottom", "got 1.2"),
+    ),
+)
 TOLERANCES = (
     off("samples: 64", "", "there is none in it (give one, such as length_percent, or delete it)"),
     off("length_m: null", "", "there is none in it"),
@@ -648,6 +675,6 @@ inclination_deg: 30
 )
 
 BAD_SCENARIOS = (
-    *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *LEFT_OUT, *UNKNOWN),
+    *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *RESTITUTIONS, *LEFT_OUT, *UNKNOWN),
     *(*REQUIREMENTS, *TOLERANCES, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

@@ -22,8 +22,12 @@ SYMBOLS = {
     "frequency_hz": ("frequency", "f", "Hz"),
     "inclination_deg": ("inclination", "β", "°"),
     "restitution": ("restitution", "r", ""),
+    "restitution_bottom": ("restitution at the bottom", "rbottom", ""),
+    "restitution_top": ("restitution at the top", "rtop", ""),
 }
-"""Quantity, symbol and unit of what a sweep or a margin can be in."""
+"""Quantity, symbol and unit of what a sweep or a margin can be in; pages are read without their subscripts."""
+
+SWEPT = "length_m", "amplitude_n", "frequency_hz", "inclination_deg"
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class Device:
     """The inputs of a scenario."""
 
     capsule_mass_kg: float
-    restitution: float
+    restitution: float  # the mean of both
     amplitude_n: float | None
     frequency_hz: float | None
     length_m: float | None
@@ -40,6 +44,8 @@ class Device:
     period_ratio: int
     ball_mass_kg: float | None
     membrane: dict[str, Any]
+    restitution_bottom: float
+    restitution_top: float
 
     def at(self, parameter: str, value: float) -> Device:
         """The device with another value of an input."""
@@ -97,9 +103,15 @@ class Device:
         capacitance = VACUUM_PERMITTIVITY * of["relative_permittivity"] * area / of["thickness_m"]
         return float(capacitance * (gain + bias) * gain / 2)
 
-    def lost(self, speed: float) -> float:
-        """Kinetic energy that an impact loses."""
-        return self.ball_mass_kg * (1 - self.restitution**2) * speed**2 / 2
+    def lost(self, bottom: float, top: float) -> float:
+        """Kinetic energy that impacts at the bottom and at the top lose."""
+        shares = (1 - self.restitution_bottom**2) * bottom**2 + (1 - self.restitution_top**2) * top**2
+        return self.ball_mass_kg * shares / 2
+
+    @property
+    def determinant(self) -> float:
+        """Of the Jacobian of a 1:1 motion: each impact takes its restitution twice, from a velocity and a time."""
+        return (self.restitution_bottom * self.restitution_top) ** 2
 
 
 @cache
@@ -128,11 +140,12 @@ def contact_time(exponent: float, restitution: float) -> float:
 
 def device_of(scenario: dict[str, Any]) -> Device:
     """The device of the scenario in results.json."""
-    given, force = scenario["device"], scenario["excitation"]
+    given, force, both = scenario["device"], scenario["excitation"], scenario["device"]["restitution"]
+    bottom, top = (both if both is not None else given[f"restitution_{end}"] for end in ("bottom", "top"))
     return Device(
-        given["capsule_mass_kg"], given["restitution"], force["amplitude_n"], force["frequency_hz"],
+        given["capsule_mass_kg"], (bottom + top) / 2, force["amplitude_n"], force["frequency_hz"],
         given["length_m"], scenario["inclination_deg"], scenario["gravity_m_s2"], scenario["period_ratio"],
-        given["ball_mass_kg"], given["membrane"],
+        given["ball_mass_kg"], given["membrane"], bottom, top,
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ from vireport.motions import (
     touches,
 )
 from vireport.motions.stability import flight_jacobians
-from vireport.physics import Membrane, Word
+from vireport.physics import Membrane, Word, each
 from vireport.scenario import Parameter
 
 STEP = mpf(10) ** -25
@@ -46,7 +46,7 @@ def residuals(sweep: Sweep, x: Sequence[Any]) -> list[Any]:
     """Of the two maps closed after n periods: zero for a motion."""
     d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
     state = (x[0], x[1], x[2])
-    return reference.periodicity(state, d, gbar, mpf(sweep.device.restitution), sweep.device.period_ratio)
+    return reference.periodicity(state, d, gbar, each(sweep.device.restitution, mpf), sweep.device.period_ratio)
 
 
 def _scale(x: Any) -> Any:
@@ -65,7 +65,7 @@ def motion_near(sweep: Sweep, x: Sequence[Any], *more: reference.Equations) -> l
 
 def quantities(sweep: Sweep, x: Sequence[Any]) -> dict[str, Any]:
     """The numbers of a motion, by the names of `Motions`."""
-    r, n = mpf(sweep.device.restitution), sweep.device.period_ratio
+    r, n = each(sweep.device.restitution, mpf), sweep.device.period_ratio
     d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
     state = (x[0], x[1], x[2])
     return {

@@ -117,7 +117,7 @@ def motion_faults(x: Results, figure: Figure) -> Iterator[str]:
 
 def stability_faults(x: Results, figure: Figure) -> Iterator[str]:
     """Figure 4: the discriminant and the eigenvalues where they are shown, and the borders of stability."""
-    looks, determinant = legend_of(figure), x.device.restitution**4
+    looks, determinant = legend_of(figure), x.device.determinant
     names = {words: look for words, look in looks.items() if words.startswith("branch")}
     wide = looks.get("Re λ")
     for stability in ("stable", "unstable"):
@@ -163,7 +163,7 @@ def path_faults(x: Results, figure: Figure) -> Iterator[str]:
     for words, points in meets.items():
         yield from curve_faults(words, marked(axes, looks[words]), points)
         yield from curve_faults("ball", ball, points)
-    phase, velocity = design["phi_bottom_rad"][k], -x.device.restitution * design["velocity_bottom"][k]
+    phase, velocity = design["phi_bottom_rad"][k], -x.device.restitution_bottom * design["velocity_bottom"][k]
     for time, distance in ball[(ball[:, 0] > 0) & (ball[:, 0] < ratio * design["q"][k])]:
         t = 2 * time  # in units of t_c, half a forcing period
         z = d / 2 + t * (velocity + gbar * t / 2 - sin(phase) / pi) + (cos(phase) - cos(pi * t + phase)) / pi**2
@@ -244,7 +244,7 @@ def captions(x: Results) -> Iterator[tuple[str, Said]]:
     """What captions and alternative texts of simulated figures and of those of families say, by the figure."""
     if x.sweep:
         traces = [branch["trace"][k] for branch in x.data["branches"] for k in admissible(branch)]
-        roots = [(abs(trace), trace**2 - 4 * x.device.restitution**4) for trace in traces]
+        roots = [(abs(trace), trace**2 - 4 * x.device.determinant) for trace in traces]
         largest = max((size + sqrt(max(root, 0.0))) / 2 for size, root in roots)
         told = Said("|λ| reaches {}", number(largest, 3)) if largest < 1e4 else Said("|λ| exceeds 10000")
         yield "figure-4", told if largest > 1.6 else Said("where Δ < 0.")
@@ -295,7 +295,7 @@ def _portraits(x: Results) -> Iterator[tuple[str, Said]]:
         if k is None or asked[key] != [getattr(x.device, x.parameter)]:
             continue
         of, trace = x.design, x.design["trace"][k]
-        root = sqrt(trace**2 - 4 * x.device.restitution**4)
+        root = sqrt(trace**2 - 4 * x.device.determinant)
         at = in_input(x.parameter, getattr(x.device, x.parameter))
         speeds_of = number(of["velocity_bottom"][k], 5), number(-of["velocity_top"][k], 5)
         said = f"{x.symbol} = {{}}, d = {{}}, ḡ = {{}}: BT, every forcing period, |Ż| = {{}}, {{}}, φ = {{}} rad, "

@@ -12,7 +12,7 @@ from functools import cached_property
 from math import ceil, floor, log, log10, pi, sqrt
 from typing import Any
 
-from definitions import STANDARD_GRAVITY, SYMBOLS, Device, contact_time, device_of, mean
+from definitions import STANDARD_GRAVITY, SWEPT, SYMBOLS, Device, contact_time, device_of, mean
 from shown import ANYTHING, Amount, Below, Bound, Rounded, Row, Said
 
 WORDS_OF = {
@@ -73,12 +73,16 @@ class Results:
             if branch["admissible"][k] and branch["stability"][k].startswith("stable")
         ]
         h, stiffness = device.membrane["exponent"], device.membrane["stiffness"]
-        unit = contact_time(h, device.restitution) * (device.ball_mass_kg / stiffness) ** (1 / (h + 1))
+        unit, ends = (
+            (device.ball_mass_kg / stiffness) ** (1 / (h + 1)),
+            (device.restitution_bottom, device.restitution_top),
+        )
         return max(
             (
-                unit * min(speeds) ** ((1 - h) / (1 + h)) * device.at(self.parameter, value).frequency_hz
+                unit * contact_time(h, r) * speed ** ((1 - h) / (1 + h)) * device.at(self.parameter, value).frequency_hz
                 for value, speeds in rows
-                if min(speeds) > 0
+                for r, speed in zip(ends, speeds, strict=True)
+                if speed > 0
             ),
             default=0.0,
         )
@@ -200,7 +204,7 @@ def breakdown(x: Results, *speeds: float) -> float:
 
 def efficiency(x: Results, *speeds: float) -> float:
     """Energy gained over energy lost at the impacts."""
-    return sum(map(x.device.energy, speeds)) / sum(map(x.device.lost, speeds))
+    return sum(map(x.device.energy, speeds)) / x.device.lost(*speeds)
 
 
 REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
@@ -416,7 +420,7 @@ def motions_at_design(x: Results) -> list[Row]:
             "Type": of["stability"][k],
             "Admissible": "yes" if of["admissible"][k] else "no",
             **{title: number(of[key][k], motion_digits(x, 6)) for title, key in columns.items()},
-            "Δ": number(of["trace"][k] ** 2 - 4 * x.device.restitution**4, 4),
+            "Δ": number(of["trace"][k] ** 2 - 4 * x.device.determinant, 4),
         }
         for k in range(len(of["q"]))
     ]
@@ -472,7 +476,7 @@ def energy(x: Results) -> list[Row]:
                 "bottom": Amount(x.device.energy(bottom), "J", digits),
                 "top": Amount(x.device.energy(top), "J", digits),
                 "mean power at most": Amount(gained / x.device.period_s, "W", digits),
-                "efficiency": percentage(gained / (x.device.lost(bottom) + x.device.lost(top)), digits),
+                "efficiency": percentage(gained / x.device.lost(bottom, top), digits),
                 "field over breakdown": percentage(breakdown(x, bottom, top), digits),
             }
         )
@@ -614,6 +618,7 @@ UNITS = {
 
 SYMBOLS_OF_KEYS = {
     "device.capsule_mass_kg": "M", "device.ball_mass_kg": "m", "device.restitution": "r", "device.length_m": "s",
+    "device.restitution_bottom": "rbottom", "device.restitution_top": "rtop",
     "excitation.amplitude_n": "F", "inclination_deg": "β", "gravity_m_s2": "g", "period_ratio": "n",
 }  # fmt: skip
 
@@ -817,7 +822,7 @@ def simulated(x: Results) -> list[Row]:
 def in_detail(x: Results) -> list[Row]:
     """The motion that is simulated at the design point: the stable one of the solution, to less than the tolerance."""
     of, (k,) = x.design, x.stable
-    root = sqrt(of["trace"][k] ** 2 - 4 * x.device.restitution**4)
+    root = sqrt(of["trace"][k] ** 2 - 4 * x.device.determinant)
     return [
         {
             "Motion": Said(f"{x.symbol} = {{}}", swept(x, of["sweep_value"][k])),
@@ -1155,11 +1160,12 @@ def _met(x: Results) -> Iterator[Said]:
 
 
 def _of_design(x: Results) -> Iterator[Said]:
-    values = [(name, getattr(x.device, name)) for name in SYMBOLS if name not in ("capsule_mass_kg", "restitution")]
+    values = [(name, getattr(x.device, name)) for name in SWEPT]
     if x.design["q"]:
         at = ", ".join(f"{SYMBOLS[name][1]} = {{}}" for name, _ in values)
         yield Said(f"At {at}:", *(in_input(name, value, 8) for name, value in values))
-        yield Said("Det = r⁴ = {} for all", number(x.device.restitution**4, 6))
+        alike = x.device.restitution_bottom == x.device.restitution_top
+        yield Said(f"Det = {'r⁴' if alike else '(rbottom rtop)²'} = {{}} for all", number(x.device.determinant, 6))
 
 
 def _of_stable(x: Results) -> Iterator[Said]:
@@ -1378,7 +1384,7 @@ FROM_REST = "Is it reached from rest?"
 
 def recovery(x: Results) -> float:
     """Forcing periods until 1 % of a disturbance of the slowest stable motion is left, by the root of its matrix."""
-    determinant = x.device.restitution**4
+    determinant = x.device.determinant
     stable = [k for k, word in enumerate(x.design["stability"]) if x.design["admissible"][k] and "unstable" not in word]
     halves = [abs(x.design["trace"][k]) / 2 for k in stable]
     sizes = [half + sqrt(half**2 - determinant) if half**2 > determinant else sqrt(determinant) for half in halves]
@@ -1611,12 +1617,14 @@ def compared(named: dict[str, Results]) -> Iterator[Said]:
 
 def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
     """What the captions and the alternative texts of figures 2, 4 and 7 say, by the figure."""
-    others = [key for key in SYMBOLS if key not in (x.parameter, "capsule_mass_kg", "restitution")]
+    others = [key for key in SWEPT if key != x.parameter]
     held = ", ".join(f"{SYMBOLS[key][1]} = {{}}" for key in others)
     amounts = [in_input(key, getattr(x.device, key), 8) for key in others]
-    amounts += [Amount(x.device.capsule_mass_kg, "kg", 8), number(x.device.restitution, 8)]
+    names = [key for key in ("restitution", "restitution_bottom", "restitution_top") if x.scenario["device"][key]]
+    amounts += [Amount(x.device.capsule_mass_kg, "kg", 8), *(number(getattr(x.device, key), 8) for key in names)]
+    restitutions = ", ".join(f"{SYMBOLS[key][1]} = {{}}" for key in names)
     ends = [swept(x, x.sweep[end]) for end in ("from", "to")]
-    conditions = Said(f"{held}, M = {{}}, r = {{}}; {x.symbol} from {{}} to {{}}", *amounts, *ends)
+    conditions = Said(f"{held}, M = {{}}, {restitutions}; {x.symbol} from {{}} to {{}}", *amounts, *ends)
     for figure in ("figure-2", "figure-4", "figure-7"):
         yield figure, conditions
         places = [f"{point['label']} {{}}" for point in x.points]

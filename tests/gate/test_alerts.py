@@ -67,6 +67,15 @@ def test_an_unknown_code_is_refused_with_the_known_ones() -> None:
             [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e8, bias_voltage_v: 6000}}"],
             [f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e8, bias_voltage_v: 5000}}"],
         ),
+        (
+            "VR017",
+            "inclined",
+            [
+                f"device.membrane={{{DIELECTRIC}, breakdown_field_v_m: 2e8, bias_voltage_v: 6000}}",
+                *("device.restitution=", "device.restitution_bottom=0.5", "device.restitution_top=0.49"),
+            ],
+            ["device.restitution=", "device.restitution_bottom=0.5", "device.restitution_top=0.49"],
+        ),
         ("VR011", "inclined", [], ["device.membrane.stiffness=1e12"]),
         ("VR012", "inclined", [], ["device.membrane.exponent=12"]),
         ("VR022", "inclined", ["excitation.amplitude_n=0.85", "sweep.from=0.2"], []),
@@ -256,7 +265,10 @@ def given(**values: object) -> SimpleNamespace:
     """A device with some values, and others that can be meant."""
     usual = {"length_m": 0.7, "amplitude_n": 3.0, "frequency_hz": 2.0, "inclination_deg": 45.0}
     usual |= {"capsule_mass_kg": 0.1245, "restitution": 0.5, "gravity_m_s2": 9.8}
-    return SimpleNamespace(**{"groups": lambda *_: (0.5, 1.25)} | usual | values)
+    device = SimpleNamespace(**{"groups": lambda *_: (0.5, 1.25)} | usual | values)
+    device.inputs = tuple(DesignInput(key) for key in usual if key != "gravity_m_s2")
+    device.value_of = lambda varied: getattr(device, varied)
+    return device
 
 
 LEFT = "listed in the results as not admissible, and neither drawn nor counted."

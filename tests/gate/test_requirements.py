@@ -124,8 +124,15 @@ def test_no_sweep_hides_a_margin(key: str) -> None:
         assert criterion.outcome.value == only("inclined", {key: limit}).outcome.value
 
 
-def test_no_grazing_point_ends_stability() -> None:
+def test_only_another_restitution_of_the_top_would_have_the_motion_graze() -> None:
     criterion = only("inclined", {"margin_grazing_percent": 5})
+    assert criterion.passed
+    assert criterion.outcome.value == pytest.approx(95.701178, abs=1e-5)
+    assert "restitution_top = 0.02149" in criterion.outcome.why
+
+
+def test_no_grazing_point_ends_stability() -> None:
+    criterion = only("inclined", {"margin_grazing_percent": 5}, device__restitution=0.3)
     assert criterion.passed
     assert (criterion.outcome.value, criterion.outcome.margin, criterion.outcome.text) == (
         None,

@@ -209,6 +209,8 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
             "capsule_mass_kg": 0.1,
             "ball_mass_kg": None,
             "restitution": 0.5,
+            "restitution_bottom": None,
+            "restitution_top": None,
             "length_m": 1.0,
             "membrane": None,
         },

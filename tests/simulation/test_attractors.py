@@ -112,7 +112,7 @@ def test_an_unstable_orbit_is_not_an_attractor() -> None:
 
 def test_twice_round_is_not_twice_the_period() -> None:
     model = check_model(Groups(0.4604, INCLINED, 0.5))[0]
-    rows = trajectory(model, Impact(BOTTOM, 1.0, 0.5), 400)
+    rows = trajectory((0.4604, INCLINED, 0.5), Impact(BOTTOM, 1.0, 0.5), 400)
     cycle = refine(model, rows, 6)
     assert cycle is not None
     assert (cycle.word, cycle.period) == ("BT", 1)

@@ -15,6 +15,7 @@ from vireport.simulation import (
     BOTTOM,
     Impact,
     Outcome,
+    check_model,
     events,
     find_attractor,
     follow_impacts,
@@ -30,10 +31,9 @@ def without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def random_models(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Devices and starts of all sizes, at rest, in flight, chattering and grazing."""
-    model = np.column_stack(
-        [10 ** rng.uniform(-3, 3, count), rng.choice([0, 1e-9, 0.3, 1, 1.5], count), rng.choice([0, 0.5, 1], count)]
-    )
+    """Devices and starts of all sizes, with membranes alike or not, at rest, in flight, chattering and grazing."""
+    restitutions = rng.choice([0, 0.5, 1], (2, count))
+    model = np.column_stack([10 ** rng.uniform(-3, 3, count), rng.choice([0, 1e-9, 0.3, 1, 1.5], count), *restitutions])
     wall = rng.choice([1.0, -1.0, 0.0], count)
     velocity = np.where(wall == 0, rng.choice([-1, 1], count), wall) * 10 ** rng.uniform(-9, 3, count)
     velocity[::7] = 0.0
@@ -61,7 +61,7 @@ def test_an_orbit_is_found_without_the_compiler() -> None:
 
 @pytest.mark.usefixtures("without_numba")
 def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    model, starts = np.array([CHAOS] * 2), np.array([[1.0, 0.0, 0.7, 0.2]] * 2)
+    model, starts = check_model(Groups(*np.array([CHAOS] * 2).T)), np.array([[1.0, 0.0, 0.7, 0.2]] * 2)
     with caplog.at_level(logging.WARNING):
         follow_impacts(model, starts, 10)
         assert not caplog.records
@@ -72,7 +72,7 @@ def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, ca
 
 
 @pytest.mark.parametrize(
-    "impacts", ["", "follow_one(np.array([0.5, 0.3, 0.5]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]
+    "impacts", ["", "follow_one(np.array([0.5, 0.3, 0.5, 0.5]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]
 )
 def test_the_compiler_is_not_paid_for_unless_it_is_asked_for(impacts: str) -> None:
     code = f"import sys, numpy as np; from vireport.simulation import *\n{impacts}\nsys.exit('numba' in sys.modules)"

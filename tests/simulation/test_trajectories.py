@@ -88,7 +88,7 @@ def test_put_down_at_rest(g: float) -> None:
     assert find_attractor(Groups(0.5, g, 0.5), Impact(BOTTOM, 0.0, 2.0)).outcome is Outcome.REST
     assert sticking(rows).tolist() == [0]
     assert len(rows) == 1
-    assert all(len(part) == 0 for part in path(np.array([0.5, g, 0.5]), rows))
+    assert all(len(part) == 0 for part in path(np.array([0.5, g, 0.5, 0.5]), rows))
 
 
 @pytest.mark.parametrize(("wall", "phase", "release"), [(BOTTOM, 6.0, 1.0), (TOP, 3.0, -1.0)])
@@ -148,7 +148,7 @@ def test_no_drift_no_impact() -> None:
 
 def test_times_and_path_agree_with_the_impacts() -> None:
     model = check_model(Groups(0.06, gbar(3.0), 0.5))[0]
-    rows = simulate(*model, Impact(BOTTOM, 0.4, 1.0), 60)
+    rows = simulate(*model[:3], Impact(BOTTOM, 0.4, 1.0), 60)
     impacts, held = rows[1:], rows[:-1, SETTLING] + rows[:-1, RIDING]
     assert held.any()
     time, position, velocity = path(model, rows, 30)

@@ -123,7 +123,7 @@ def _one_to_one(search: _Search) -> Iterator[Family]:
 
 def _starts(search: _Search) -> Iterator[Motion]:
     """Motions with one impact, one of each family; then what is found."""
-    if not search.model.horizontal:
+    if not search.model.level.horizontal:
         for k in range(1, search.limits.periods + 1):
             single = one_impact(search.model, search.low, search.high, k)
             yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
@@ -195,7 +195,7 @@ class _Search:
         Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
         motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
         """
-        most = 0 if self.model.horizontal else min(LOOKED_FOR, self.limits.impacts)
+        most = 0 if self.model.level.horizontal else min(LOOKED_FOR, self.limits.impacts)
         return [Word(impacts * (1,), periods) for impacts in range(2, most + 1)]
 
     def representative(self, word: Word) -> Word:
@@ -378,11 +378,12 @@ class _Search:
 
     def _completeness(self) -> Iterator[Completeness]:
         """What is claimed of the words that are looked for."""
-        horizontal = self.model.horizontal
+        horizontal, numbers = self.model.level.horizontal, range(1, self.limits.impacts + 1)
         closed = [] if horizontal else ["B"]
         closed += ["BT"] if self.limits.impacts > 1 else []
-        # Of these there are none, see `on_bottom`.
-        closed += [impacts * ("B" if horizontal else "T") for impacts in range(1, self.limits.impacts + 1)]
+        # Of these there are none, see `on_bottom`; where motions have mirror images, the bottom stands for both ends.
+        closed += [impacts * "B" for impacts in numbers if horizontal]
+        closed += [impacts * "T" for impacts in numbers if not self.model.horizontal]
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
         for word in self.excluded(self.limits.periods):
             cells = [cells for cells in self.undecided if cells.word.letters == word.letters]

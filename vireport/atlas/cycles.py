@@ -18,6 +18,7 @@ from vireport.simulation import (
     Cycle,
     Outcome,
     Portrait,
+    check_model,
     path,
 )
 
@@ -37,7 +38,8 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     wall = np.array(word.walls, dtype=np.int8)
     flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * word.periods)
     at_rest = not motion.velocity.all()  # where the trace has a pole
-    pair = multipliers(np.array([nan if at_rest else trace(word, x, model)]), model.r ** (2 * count))[0]
+    groups = model.groups(motion.coordinate).as_floats()
+    pair = multipliers(np.array([nan if at_rest else trace(word, x, model)]), model.determinant(word.walls))[0]
     cycle = Cycle(
         word=word.canonical().letters,
         period=word.periods,
@@ -48,14 +50,12 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
         residual=max(map(abs, residuals(word, x, model))),
         multipliers=(complex(pair[0]), complex(pair[1])),
     )
-    d, gbar, _ = (float(group) for group in model.groups(motion.coordinate))
+    d, gbar, _ = groups
     rows = np.zeros((count + 1, RIDING + 1))
     for column, values in ((WALL, wall), (PHASE, motion.phase), (FLIGHT, flight), (VELOCITY, motion.velocity)):
         rows[:, column] = np.append(values, values[0])
     attractor = Attractor(Outcome.PERIODIC, cycle, nan if at_rest else cycle.lyapunov, 0.0, count)
-    return Portrait(
-        label, d, gbar, model.r, attractor, float(motion.phase[0]), *path(np.array([d, gbar, model.r]), rows)
-    )
+    return Portrait(label, d, gbar, model.r, attractor, float(motion.phase[0]), *path(check_model(groups)[0], rows))
 
 
 def motion_of_cycle(cycle: Cycle, coordinate: float) -> Motion:

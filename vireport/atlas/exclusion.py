@@ -30,8 +30,10 @@ from vireport.motions import Held, Model
 from vireport.physics import (
     AFFINE,
     Affine,
+    Restitutions,
     Word,
     between,
+    by_wall,
     flight,
 )
 
@@ -142,14 +144,16 @@ class Exclusion:
     def shortest(self, period: float) -> float:
         """Time below which no flight of a motion can cross [t_c].
 
-        No impact is faster than by (2.11) with the decay r, and no flight gains more than 1 + gbar in a unit of time.
+        No impact is faster than by (2.11) with the decay r, the larger one of both membranes, and no flight gains more
+        than 1 + gbar in a unit of time.
         """
         d, gbar = self.model.groups(max(self.low, 0.0))[0], self.model.groups(self.high)[1]
         # Let v be the fastest impact. By (2.11) it is at most r v and what a flight gains, period gbar + 2/pi; and what
         # starts with r v and gains at most 1 + gbar a time covers d in t with r v t + (1 + gbar) t^2/2 = d, solved for
         # t so that nothing cancels.
-        speed = (period * gbar + 2 / np.pi) / (1 - self.model.r)
-        start = self.model.r * speed
+        r = max(by_wall(self.model.r))
+        speed = (period * gbar + 2 / np.pi) / (1 - r)
+        start = r * speed
         return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
 
     def cells(self) -> list[Cells]:
@@ -295,6 +299,8 @@ class Exclusion:
         duration, time, velocity = (_chosen(after, numbers) for numbers in (durations, x.time, x.velocity))
         flown = duration * (elapsed[turning] / duration.centre)
         start, turn = (_phase(x.sine, x.cosine, t) for t in (time, time + flown))
+        if isinstance(r, Restitutions):
+            r = np.where(walls[after] > 0, r.bottom, r.top)
         covered = flight.displacement(flown, flight.reflect(velocity, r), start[0], start[1], turn[1], x.gbar)
         wall, d, factor = walls[after], self._d(x), x.positive
         beyond = np.zeros(len(period), dtype=bool)

@@ -24,7 +24,7 @@ from vireport.atlas.surface import (
     within,
 )
 from vireport.motions import Held, Model
-from vireport.physics import Word
+from vireport.physics import Restitutions, Word
 
 Floats = NDArray[np.float64]
 
@@ -68,9 +68,12 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
     word : Word
         Four impacts, on both membranes.
     """
-    side, own, starts = side_of(word), word.canonical(mirror=True), [np.empty((3, 0))]
+    # Of membranes that are alike the solutions of a sequence are those of its mirror image, too.
+    alike = not isinstance(model.r, Restitutions)
+    side, own, starts = side_of(word), word.canonical(mirror=alike), [np.empty((3, 0))]
     # Each image that is the sequence, and the impact from which it is.
-    images = [(image, i) for image in (own, own.mirrored()) for i in range(4) if image.rotated(i) == word]
+    both = (own, own.mirrored()) if alike else (own,)
+    images = [(image, i) for image in both for i in range(4) if image.rotated(i) == word]
     if model.level.horizontal or own.rotated(2) == own:
         del images[1:]  # whose motions are the same
     for i, x, velocity in _layers(own, model.r):
@@ -92,7 +95,7 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
 
 
 @lru_cache(maxsize=8)
-def _layers(word: Word, r: float) -> list[tuple[int, HomogeneousSolution, list[Any]]]:
+def _layers(word: Word, r: Any) -> list[tuple[int, HomogeneousSolution, list[Any]]]:
     """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
 
     In layers, each with the number of its first one and its velocities; few digits are enough.
@@ -101,7 +104,7 @@ def _layers(word: Word, r: float) -> list[tuple[int, HomogeneousSolution, list[A
     count, layers = round(2 * word.periods / side), []
     grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)
     # Counted from the third impact, the motions or their mirror images are then the same once more.
-    twice = word.rotated(2) in (word, word.mirrored())
+    twice = word.rotated(2) in ((word,) if isinstance(r, Restitutions) else (word, word.mirrored()))
     for i in range(0, (count + 1) // 2 if twice else count, LAYERS):
         j = min(i + LAYERS, count)
         second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vireport.atlas.surface import Candidates, room, search_end, within
 from vireport.motions import Held, Model
-from vireport.physics import Word
+from vireport.physics import Word, by_wall
 
 Floats = NDArray[np.float64]
 
@@ -38,11 +38,12 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Candidate
     """
     word = Word((1,), periods)
     high = search_end(model, word, low, high)
-    level, a = model.level, pi * periods * (1 - model.r) / (1 + model.r)
+    r, _ = by_wall(model.r)
+    level, a = model.level, pi * periods * (1 - r) / (1 + r)
 
     def above(phase: Floats) -> Candidates:
         gbar = np.sin(phase) / a
-        velocity, d = 2 * periods * gbar / (1 + model.r), room(level, high, gbar) + 0 * gbar
+        velocity, d = 2 * periods * gbar / (1 + r), room(level, high, gbar) + 0 * gbar
         excess = np.empty((0, len(d)))
         return Candidates(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
 

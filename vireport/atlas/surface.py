@@ -12,13 +12,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions import SMALLEST_STEP, Held, Level, Model, Motion, Turns, trace, turning_points
-from vireport.physics import ARRAYS, Flight, Word, flight
+from vireport.physics import ARRAYS, Flight, Restitutions, Word, by_wall, flight
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -82,7 +83,7 @@ class HomogeneousSolution(NamedTuple):
 def solution(
     word: Word,
     flights: Sequence[Any],
-    r: float,
+    r: Any,
     ops: Any = ARRAYS,
     period: Any = None,
     time: list[Any] | None = None,
@@ -94,7 +95,7 @@ def solution(
     word : Word
     flights : sequence
         All flight times but the last [t_c].
-    r : float
+    r : float or Restitutions
         Restitution coefficient.
     ops
         Of the kind of number of `flights`.
@@ -108,7 +109,8 @@ def solution(
     """
     count, walls = len(word), word.walls
     if word.one_sided:
-        return _on_one_membrane(flights, 2.0 * word.periods if period is None else period, r, ops)
+        own = by_wall(r)[0 if walls[0] > 0 else 1]
+        return _on_one_membrane(flights, 2.0 * word.periods if period is None else period, own, ops)
     if time is None:
         time = list(accumulate(flights, initial=flights[0] * 0.0))
     durations = [*flights, (2.0 * word.periods if period is None else period) - time[-1]]
@@ -118,14 +120,20 @@ def solution(
         swings.append((ops.cos(angle) * (1 / np.pi), ops.sin(angle) * (1 / np.pi)))
     gains = [(b[0] - a[0], b[1] - a[1], t) for (a, b), t in zip(pairwise([*swings, swings[0]]), durations, strict=True)]
     # Each impact begins with -r times its velocity: v_(i+1) = gain_i - r v_i, which after a whole period is v_0 again
-    # where v_0 = sum_i gain_i (-r)^(N-1-i)/[1 - (-r)^N].
-    decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
+    # where v_0 = sum_i gain_i (-r)^(N-1-i)/[1 - (-r)^N], with the products of all r for the powers.
+    bottom, top = by_wall(r)
+    of_impact = [bottom if wall > 0 else top for wall in walls]
+    if isinstance(r, Restitutions):
+        kept = [prod(-own for own in of_impact[i:]) for i in range(count + 1)]
+        decays = [after / (1 - kept[0]) for after in kept[1:]]
+    else:
+        decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
     velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
-    for gain in gains[:-1]:
-        velocities.append([g - v * r for g, v in zip(gain, velocities[-1], strict=True)])
+    for gain, own in zip(gains[:-1], of_impact[:-1], strict=True):
+        velocities.append([g - v * own for g, v in zip(gain, velocities[-1], strict=True)])
     rows, across = [], []
-    for i, (t, v, swing) in enumerate(zip(durations, velocities, swings, strict=True)):
-        drift = [v[0] * -r - swing[0], v[1] * -r - swing[1], t * 0.5 - v[2] * r]
+    for i, (t, v, swing, own) in enumerate(zip(durations, velocities, swings, of_impact, strict=True)):
+        drift = [v[0] * -own - swing[0], v[1] * -own - swing[1], t * 0.5 - v[2] * own]
         if walls[i] == walls[(i + 1) % count]:  # divided by the flight time, with which it vanishes
             middle, chord = ops.pi * (time[i] + t * 0.5), ops.sinc(t * 0.5) * (1 / np.pi)
             rows.append([drift[0] + chord * ops.cos(middle), drift[1] + chord * ops.sin(middle), drift[2]])
@@ -208,7 +216,7 @@ class Candidates:
         The groups at which the motion occurs; d is nan where only one membrane is struck, until one is chosen.
     excess : ndarray (m, n)
         See `HomogeneousSolution`.
-    r : float
+    r : float or Restitutions
         Restitution coefficient.
     """
 
@@ -218,7 +226,7 @@ class Candidates:
     gbar: Floats
     d: Floats
     excess: Floats
-    r: float
+    r: Any
 
     def __getitem__(self, index: Any) -> Candidates:
         """The candidates picked by an index or mask."""
@@ -252,7 +260,7 @@ class Candidates:
         walls, whole = self.word.walls, 2.0 * self.word.periods if period is None else period
         ends = [*self.time[1:], self.time[0] + whole]
         for i, (wall, start, end) in enumerate(zip(walls, self.time, ends, strict=True)):
-            phase, velocity = np.pi * start, flight.reflect(self.velocity[i], self.r)
+            phase, velocity = np.pi * start, flight.reflect(self.velocity[i], by_wall(self.r)[0 if wall > 0 else 1])
             way = Flight(-wall, velocity, np.sin(phase), np.cos(phase), end - start, self.gbar, self.d)
             for part in turning_points(way, phase, wall == walls[(i + 1) % len(walls)], settled=settled):
                 yield i, part
@@ -276,7 +284,7 @@ class Candidates:
         return np.asarray(self.gap > 0)
 
 
-def candidates_above(word: Word, flights: Floats, r: float, period: Floats | None = None) -> Candidates:
+def candidates_above(word: Word, flights: Floats, r: Any, period: Floats | None = None) -> Candidates:
     """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
 
     Parameters
@@ -285,7 +293,7 @@ def candidates_above(word: Word, flights: Floats, r: float, period: Floats | Non
         Or with two to four, on the bottom only.
     flights : ndarray (N - 1, n)
         All flight times but the last [t_c].
-    r : float
+    r : float or Restitutions
         Restitution coefficient.
     period : ndarray (n,), optional
         Of each motion [t_c], where it is not that of the word.
@@ -337,7 +345,7 @@ def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[
 
 
 def onto_sweep(
-    word: Word, flights: Floats, r: float, level: Level, farthest: float, coordinate: Floats | None = None
+    word: Word, flights: Floats, r: Any, level: Level, farthest: float, coordinate: Floats | None = None
 ) -> tuple[Candidates, Floats]:
     """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
@@ -346,7 +354,7 @@ def onto_sweep(
     word : Word
     flights : ndarray (N - 1, n)
         All flight times but the last, from which it starts [t_c].
-    r : float
+    r : float or Restitutions
         Restitution coefficient.
     level : Level
         What the sweep holds.

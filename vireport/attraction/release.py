@@ -54,7 +54,7 @@ def reaches(device: Device, traps: Sequence[Trap], bits: Sequence[int] = PRECISI
 def _followed(device: Device, traps: Sequence[Trap]) -> tuple[Trap, int]:
     ops, at = BallOps(), (Parameter.LENGTH, device.length_m)
     groups, doubles = device.groups(*at, ops), device.groups(*at).as_floats()
-    for exactly, double in zip(groups, doubles, strict=True):
+    for exactly, double in zip(groups.numbers, doubles.numbers, strict=True):
         if not abs(exactly - ball(double)) <= ball(AFFINE_ROUNDING) * abs(double):
             raise UnprovedError("rounding has moved the device by more than its regions allow for")
     wall, time, after = BOTTOM, (-groups.gbar).acos() / ops.pi, 0 * groups.gbar

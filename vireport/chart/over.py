@@ -9,9 +9,9 @@ import numpy as np
 from vireport.base import Progress, UsageError
 from vireport.chart.chart import Chart, chart
 from vireport.chart.plane import Plane
-from vireport.design import HIGHEST_RESTITUTION
+from vireport.design import HIGHEST_RESTITUTION, reach
 from vireport.motions import Limits
-from vireport.physics import Device
+from vireport.physics import RESTITUTIONS, Device
 from vireport.scenario import DesignInput, Loaded, Scenario
 
 LIMITS = Limits(4, 2)
@@ -44,13 +44,18 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     inputs, ranges = zip(*(_axis(scenario, part) for part in parts), strict=True)
     if inputs[0] is inputs[1]:
         raise UsageError(f"--over: {inputs[0]} is named twice ({FORM})")
+    if inputs[0] in RESTITUTIONS and inputs[1] in RESTITUTIONS:
+        # Curves are found from sweeps across the plane, and there is none along a restitution.
+        raise UsageError(f"--over: {inputs[0]} and {inputs[1]} are both restitutions (allowed: at most one of the two)")
     low, high = np.array(ranges, dtype=float).T
     device = Device.of(scenario).with_values(dict(zip(inputs, low.tolist(), strict=True)))
     highest = DesignInput.RESTITUTION.limits[1]
-    if DesignInput.RESTITUTION not in inputs and not 0 < device.restitution <= highest:
-        allowed = f"above 0 and up to {highest:g}, or as one of the inputs"  # at 0, grazing is not followed
-        raise UsageError(f"--over: device.restitution is {device.restitution:g} (allowed: {allowed})")
-    absent = [varied.path for varied in DesignInput if getattr(device, varied) is None]
+    for varied in (varied for varied in device.inputs if varied in RESTITUTIONS and varied not in inputs):
+        value = float(device.value_of(varied))
+        if not 0 < value <= highest:
+            allowed = f"above 0 and up to {highest:g}, or as one of the inputs"  # at 0, grazing is not followed
+            raise UsageError(f"--over: {varied.path} is {value:g} (allowed: {allowed})")
+    absent = [varied.path for varied in DesignInput if device.value_of(varied) is None]
     if absent:
         raise UsageError(f"--over: {absent[0]} has no value (give it one in the scenario, or name it in --over)")
     for corner in (device, device.with_values(dict(zip(inputs, high.tolist(), strict=True)))):
@@ -64,7 +69,9 @@ def _axis(scenario: Scenario, part: str) -> tuple[DesignInput, tuple[float, floa
     varied = next((known for known in DesignInput if name in (known.value, known.path)), None)
     if varied is None:
         raise UsageError(f"--over: unknown input {name!r} (allowed: {', '.join(DesignInput)})")
-    least, most = varied.limits
+    # Both restitutions together are their mean, and keep their difference.
+    least, most = reach(Device.of(scenario), varied) if varied is DesignInput.RESTITUTION else varied.limits
+    most = max(most, varied.limits[1]) if scenario.device.alike else most
     low, high = _range(varied, text) if given else _usual_range(scenario, varied)
     if not least <= low < high <= most:
         allowed = f"ascending, from {least:g} to {most:g}"
@@ -89,8 +96,8 @@ def _usual_range(scenario: Scenario, varied: DesignInput) -> tuple[float, float]
         return min(sweep.from_, sweep.to), max(sweep.from_, sweep.to)
     if varied is DesignInput.INCLINATION:
         return varied.limits
-    value = getattr(Device.of(scenario), varied)
+    value = Device.of(scenario).value_of(varied)
     if value is None:
         raise UsageError(f"--over: {varied} has no value to vary around (give its range: {varied}=from..to)")
     high = (1 + ASIDE) * value
-    return (1 - ASIDE) * value, min(high, HIGHEST_RESTITUTION) if varied is DesignInput.RESTITUTION else high
+    return (1 - ASIDE) * value, min(high, HIGHEST_RESTITUTION) if varied in RESTITUTIONS else high

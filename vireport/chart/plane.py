@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions import Sweep
-from vireport.physics import ARRAYS, Device, Groups
+from vireport.physics import ARRAYS, RESTITUTIONS, Device, Groups
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Here:
-    """The groups at a point of a plane, with their derivatives by the inputs, (3, 2)."""
+    """The groups at a point of a plane, with their derivatives by the inputs, (4, 2)."""
 
     groups: Groups[Any]
     gradients: Floats
@@ -28,7 +28,7 @@ class Here:
         return self.groups
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives of d, gbar and r by the inputs, shape (3, 2)."""
+        """The derivatives of `Groups.numbers` by the inputs, shape (4, 2)."""
         return self.gradients
 
 
@@ -75,7 +75,7 @@ class Plane:
     def device_at(self, varied: Sequence[Any]) -> Device:
         """The device with these values of the inputs."""
         changed: dict[str, Any] = dict(zip(self.inputs, varied, strict=True))
-        return replace(self.device, **changed)
+        return self.device.with_values(changed)
 
     @property
     def widths(self) -> Floats:
@@ -88,8 +88,10 @@ class Plane:
 
     @property
     def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule, in all of the plane."""
-        return DesignInput.INCLINATION not in self.inputs and bool(self.device.inclination_deg == 0)
+        """Whether motions have mirror images in all of the plane: no gravity along the capsule, and equal ends."""
+        breaking = DesignInput.INCLINATION, *RESTITUTIONS[1:]
+        symmetric = self.device.alike and bool(self.device.inclination_deg == 0)
+        return symmetric and not any(varied in breaking for varied in self.inputs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,9 +140,9 @@ class StraightSweep:
 
 
 def straight_sweeps(plane: Plane, count: int) -> Iterator[StraightSweep]:
-    """Sweeps across a plane, as many along each input, at equal distances; none is along the restitution."""
+    """Sweeps across a plane, as many along each input, at equal distances; none is along a restitution."""
     for k in (1, 0):
-        if plane.inputs[k] is not DesignInput.RESTITUTION:
+        if plane.inputs[k] not in RESTITUTIONS:
             for share in (np.arange(count) + 0.5) / count:
                 yield StraightSweep(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
 

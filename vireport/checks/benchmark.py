@@ -94,7 +94,7 @@ class Target:
     @property
     def r(self) -> float:
         """Restitution."""
-        return self.sweep.device.restitution
+        return float(self.sweep.device.restitution)
 
     @property
     def n(self) -> int:

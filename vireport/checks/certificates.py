@@ -36,11 +36,13 @@ from vireport.motions import (
     Point,
     Sweep,
     Symmetry,
+    lap_decay,
     level_residual,
     orbits,
     return_trace,
     touches,
 )
+from vireport.physics import NO_GRAVITY, by_wall, each
 from vireport.scenario import Parameter
 
 PRECISIONS = (192, 384, 768)
@@ -216,8 +218,8 @@ Equations = Callable[[list[Any]], list[Any]]
 
 def _orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: Any) -> Orbits:
     """The motion of some unknowns: q - 1/2 and phase, or the phase alone of a symmetric motion; others may follow."""
-    r, n = ops.exact(sweep.device.restitution), sweep.device.period_ratio
-    return orbits(0 * r, x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
+    r, n = each(sweep.device.restitution, ops.exact), sweep.device.period_ratio
+    return orbits(0 * by_wall(r)[0], x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
 
 
 def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) -> Equations:
@@ -225,7 +227,7 @@ def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) ->
 
     Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
     """
-    r, level, own = ops.exact(sweep.device.restitution), sweep.level_in(ops), 1 if symmetric else 2
+    r, level, own = each(sweep.device.restitution, ops.exact), sweep.level_in(ops), 1 if symmetric else 2
 
     def residuals(x: list[Any]) -> list[Any]:
         orbit = _orbit_at(sweep, x, symmetric, ops)
@@ -241,7 +243,7 @@ def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any,
     if touch is None:
         if candidate.rest is not None:
             return [orbit.velocity_top if candidate.rest else orbit.velocity_bottom]
-        return [candidate.condition.excess(return_trace(orbit, r), r * r)]
+        return [candidate.condition.excess(return_trace(orbit, r), lap_decay(r))]
     way = orbit.flights(r)[0 if touch.upward else 1]
     if not more:
         return [-way.pressing(way.cosine)]
@@ -269,14 +271,14 @@ def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candida
             yield from (Candidate(Condition(event), touch) for touch in _touching(orbit, r))
 
 
-def _touching(orbit: Orbits, r: float) -> Iterator[Touching]:
+def _touching(orbit: Orbits, r: Any) -> Iterator[Touching]:
     """Turning points near a wall, the nearest first, then touches shortly after an impact."""
     flights = orbit.flights(r)
     for _, time, upward, at_start in touches(orbit, flights)[:FIRST_TRIES]:
         yield Touching(upward, at_start, time)
-    for upward, way in zip((True, False), flights, strict=True):
+    for upward, way, left in zip((True, False), flights, by_wall(r), strict=True):
         acceleration, jerk = float(way.pressing(way.cosine)[0]), float(way.jerk(way.sine)[0])
-        if r == 0:
+        if left == 0:
             # The ball leaves at rest, and touches where the membrane begins to hold it.
             yield Touching(upward, True, None)
         elif acceleration * jerk < 0:
@@ -313,7 +315,7 @@ class ProvedPoint:
 
 def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> ProvedPoint:
     """Prove a point, or say by an `UnprovedError` why not."""
-    ops, r, n = BallOps(), ball(sweep.device.restitution), sweep.device.period_ratio
+    ops, r, n = BallOps(), each(sweep.device.restitution, ball), sweep.device.period_ratio
     root = _root(sweep, point, symmetric, candidate)
     (time,) = root.box[1 if symmetric else 2 :] or [None]
     # Where a condition fixes a number, its enclosure by the formulae still has a width about it: a velocity of zero
@@ -332,7 +334,7 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
         raise UnprovedError("the enclosure of the swept value stays wide")
     event = candidate.condition.event
     grazing = event in (Event.GRAZING, Event.ZERO_VELOCITY)
-    blurred = event is Event.NODE_FOCUS and not r * r > SHORTEST_FOCUS
+    blurred = event is Event.NODE_FOCUS and not lap_decay(r) > SHORTEST_FOCUS
     return ProvedPoint(
         orbit=orbit,
         value=value,
@@ -345,7 +347,11 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
 
 def _root(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> Root:
     """The one solution near a point of the candidate's condition and the level; its unknowns are q, phase, and more."""
-    unknowns = [("q", point.u, abs(point.u) or 1.0), ("phase", point.phi_bottom, 1.0)][1 if symmetric else 0 :]
+    # Of a motion that is symmetric though its device is not, q - 1/2 is what the decimals leave of zero, and no scale.
+    unknowns = [
+        ("q", point.u, abs(point.u) if abs(point.u) > NO_GRAVITY**2 else 1.0),
+        ("phase", point.phi_bottom, 1.0),
+    ][1 if symmetric else 0 :]
     start, scale = [x for _, x, _ in unknowns], [size for _, _, size in unknowns]
     system = _equations(sweep, candidate, symmetric, BallOps())
     more = [] if candidate.touch is None or candidate.touch.time is None else [candidate.touch.time]
@@ -357,15 +363,19 @@ def _root(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) 
     return root
 
 
-def _simplified(orbit: Orbits, level: Level, rest: int | None, r: Ball, n: int) -> Orbits:
+def _simplified(orbit: Orbits, level: Level, rest: int | None, r: Any, n: int) -> Orbits:
     """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
     gbar = level.value if level.held is Held.GBAR else orbit.gbar
     d = level.value if level.held is Held.D else orbit.d
-    both = 2 * n * gbar / (1 + r)
-    bottom = orbit.velocity_bottom
+    at_bottom, at_top = by_wall(r)
+    bottom, nothing = orbit.velocity_bottom, 0 * gbar
     if rest is not None:
-        bottom = 0 * r if rest == 0 else both
-    top = 0 * r if rest == 1 else both - bottom
+        bottom = nothing if rest == 0 else 2 * n * gbar / (1 + at_bottom)
+    if at_bottom is at_top:
+        top = 2 * n * gbar / (1 + at_top) - bottom
+    else:
+        top = (2 * n * gbar - (1 + at_bottom) * bottom) / (1 + at_top)
+    top = nothing if rest == 1 else top
     return replace(orbit, gbar=gbar, d=d, velocity_bottom=bottom, velocity_top=top)
 
 
@@ -380,7 +390,7 @@ def _check_signs(orbit: Orbits, rest: int | None) -> None:
         raise UnprovedError("the length or a flight time is not positive")
 
 
-def _admissible(orbit: Orbits, r: Ball, touch: Touching | None, time: Ball | None, symmetric: bool) -> bool | None:
+def _admissible(orbit: Orbits, r: Any, touch: Touching | None, time: Ball | None, symmetric: bool) -> bool | None:
     """Whether the ball is proved to stay between the membranes, but for a touch; None where it is undecided."""
     inside = []
     for upward, way in zip((True, False), orbit.flights(r), strict=True):
@@ -391,7 +401,7 @@ def _admissible(orbit: Orbits, r: Ball, touch: Touching | None, time: Ball | Non
 
 def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
     """Sign of d trace/d swept value along the curve; 0 where it is not proved, as at a fold."""
-    ops, r = BallOps(), ball(sweep.device.restitution)
+    ops, r = BallOps(), each(sweep.device.restitution, ball)
     level = sweep.level_in(ops)
 
     def functions(x: list[Any]) -> list[Any]:
@@ -450,7 +460,8 @@ def _holds(point: Point, name: str, proved: Ball) -> bool:
 def _side(kind: Event, slope: int, negative: bool) -> str:
     """What lies on which side, where the sign of the trace's slope is known.
 
-    Stable is what has a trace between -(1 + r^4) and 1 + r^4, a focus between -2 r^2 and 2 r^2.
+    Stable is what has a trace between -(1 + r^4) and 1 + r^4, a focus between -2 r^2 and 2 r^2, with r_b r_t for r^2
+    where the membranes are not alike.
     """
     if not slope or kind in (Event.FOLD, Event.GRAZING):
         return ""

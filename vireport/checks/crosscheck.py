@@ -243,12 +243,12 @@ def crosscheck(
 
 def _of_each(groups: Groups[Any], count: int) -> Groups[Any]:
     """Groups as arrays with a number for each of many values."""
-    return Groups(*(np.asarray(group) * np.ones(count) for group in groups))
+    return groups.each(lambda group: np.asarray(group) * np.ones(count))
 
 
 def _row(groups: Groups[Floats], index: int) -> Groups[float]:
     """The groups at one of many values."""
-    return Groups(*(float(group[index]) for group in groups))
+    return groups.each(lambda group: float(group[index]))
 
 
 def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Motions | None]]:

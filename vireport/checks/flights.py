@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.physics import flight
+from vireport.physics import Groups, flight
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -22,6 +22,7 @@ from vireport.simulation import (
     SETTLING,
     VELOCITY,
     WALL,
+    check_model,
     follow_one,
 )
 
@@ -106,7 +107,7 @@ def simulated(stop: float) -> FlightMethod:
     """The flight of the event-driven simulation, which cannot miss an impact."""
 
     def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
-        parameters = np.array([model.d, model.gbar, model.r])
+        parameters = check_model(Groups(model.d, model.gbar, model.r))[0]
         rows, summary = follow_one(parameters, (float(wall), 0.0, velocity, phase % (2 * pi)), 1)
         budget.spend(int(summary[1]))
         if len(rows) < 2 or rows[0, RIDING] + rows[0, SETTLING] > 0 or rows[1, WALL] != -wall:

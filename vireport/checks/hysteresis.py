@@ -51,7 +51,7 @@ class Hysteresis:
     resolution : float
         Width of the interval that a jump is located in, over that of the sweep.
     mirror : bool
-        Whether the mirror image of a motion counts as the same: that the capsule is horizontal.
+        Whether the mirror image of a motion counts as the same: that the capsule is horizontal and its ends alike.
     """
 
     courses: dict[Direction, Course]
@@ -81,7 +81,7 @@ def follow_sweep(sweep: Sweep, values: list[float], asked: SimulationBlock) -> H
     if asked.follow is not Direction.UP:
         start = courses[Direction.UP].stages[-1] if courses else None
         courses[Direction.DOWN] = course(ascending[::-1], at, start, asked.impacts)
-    return Hysteresis(courses, sweep.level.horizontal)
+    return Hysteresis(courses, sweep.level.horizontal and sweep.device.alike)
 
 
 def _loops(up: Course, down: Course, mirror: bool) -> Iterator[Loop]:

@@ -45,7 +45,7 @@ from vireport.motions import (
     return_trace,
     solve,
 )
-from vireport.physics import wrapped
+from vireport.physics import Groups, wrapped
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -55,6 +55,7 @@ from vireport.simulation import (
     TOP,
     VELOCITY,
     WALL,
+    check_model,
     follow_one,
 )
 
@@ -376,7 +377,7 @@ def settle(target: Target, tolerance: float, budget: Budget) -> SolvedMotion:
         If it ends on something else, or not within `MOST_IMPACTS`.
     """
     model = target.model(target.guess.value)
-    parameters = np.array([model.d, model.gbar, model.r])
+    parameters = check_model(Groups(model.d, model.gbar, model.r))[0]
     start = float(BOTTOM), 0.0, target.guess.velocity, target.guess.phase % (2 * pi)
     for _ in range(MOST_IMPACTS // BLOCK):
         rows, summary = follow_one(parameters, start, BLOCK)

@@ -27,7 +27,6 @@ from vireport.motions import (
     orbits,
     place_at,
 )
-from vireport.physics import Groups
 from vireport.scenario import Parameter
 
 PAPER = (
@@ -363,8 +362,8 @@ def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours
 
 def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
     """U and phase of the first stable motion at a value of the swept parameter."""
-    d, gbar, r = (np.array([group], dtype=float) for group in sweep.device.groups(sweep.parameter, value))
-    motions = motions_of(sweep, sweep.level, find_motions(Groups(d, gbar, r), 1).orbit)
+    groups = sweep.device.groups(sweep.parameter, value).each(lambda group: np.array([group], dtype=float))
+    motions = motions_of(sweep, sweep.level, find_motions(groups, 1).orbit)
     stable = np.flatnonzero(motions.stable)
     return (float(motions.q[stable[0]]) - 0.5, float(motions.phi_bottom[stable[0]])) if stable.size else None
 

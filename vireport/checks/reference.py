@@ -19,7 +19,7 @@ from mpmath import mpf as mpf
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Membrane, Restitutions, by_wall, each
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -109,7 +109,7 @@ def reference_orbit(
     """
     n = device.period_ratio
     with precise():
-        r, (velocity, phase, q, value) = mpf(device.restitution), map(mpf, guess)
+        r, (velocity, phase, q, value) = each(device.restitution, mpf), map(mpf, guess)
         start = [velocity, phase, q - mpf(1) / 2]
         try:
             if kind is None:
@@ -176,30 +176,33 @@ def periodicity(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[Any]:
     """Residuals of the maps (3.3)-(3.6) closed by (3.1): where and how fast the flight up and the flight down end."""
     velocity, phase, u = state
     up = 2 * n * (mpf(1) / 2 + u)
-    top, speed = flight(up, d / 2, -r * velocity, phase, gbar)
-    bottom, back = flight(2 * n - up, -d / 2, -r * speed, phase + mp.pi * up, gbar)
+    at_bottom, at_top = by_wall(r)
+    top, speed = flight(up, d / 2, -at_bottom * velocity, phase, gbar)
+    bottom, back = flight(2 * n - up, -d / 2, -at_top * speed, phase + mp.pi * up, gbar)
     return [top + d / 2, bottom - d / 2, back - velocity]
 
 
 def velocity_top(state: State, gbar: Any, r: Any, n: int) -> Any:
-    """Velocity before the top impact, Eq. (3.8)."""
-    return gbar * 2 * n / (1 + r) - state[0]
+    """Velocity before the top impact, Eq. (3.8), by the momentum over a period where the membranes are not alike."""
+    bottom, top = by_wall(r)
+    return (gbar * 2 * n - (1 + bottom) * state[0]) / (1 + top)
 
 
 def trace(state: State, gbar: Any, r: Any, n: int, ops: Any = mp) -> Any:
-    """Tr(DP) by Eq. (A.4); with numpy for `ops`, of arrays."""
+    """Tr(DP) by Eq. (A.4), each flight with the r of its impact; with numpy for `ops`, of arrays."""
+    bottom, top = by_wall(r)
     velocity, phase, u = state
     period = 2 * n
     up = period * (0.5 + u)
     down = period - up
     f0, f1, f2 = ops.cos(phase), ops.cos(phase + ops.pi * up), ops.cos(phase + ops.pi * period)
-    s3 = velocity - gbar * period / (r + 1)
-    s1 = up * f0 - r * velocity + gbar * up
-    s2 = down * f1 + r * s3 + gbar * down
+    s3 = -velocity_top(state, gbar, r, n)
+    s1 = up * f0 - bottom * velocity + gbar * up
+    s2 = down * f1 + top * s3 + gbar * down
     return (
-        (r + r * up * (gbar + f1) / s3) * (r - r * down * (gbar + f2) / velocity)
-        + r * up * (gbar + f1 - (gbar + f2) * s2 / velocity) / s3
-        - r * down * (gbar + f0 + (gbar + f1) * s1 / s3) / velocity
+        (bottom + bottom * up * (gbar + f1) / s3) * (top - top * down * (gbar + f2) / velocity)
+        + bottom * up * (gbar + f1 - (gbar + f2) * s2 / velocity) / s3
+        - top * down * (gbar + f0 + (gbar + f1) * s1 / s3) / velocity
         - s2 * s1 / (velocity * s3)
     )
 
@@ -250,7 +253,7 @@ def special_motion(
 
     A symmetric one is looked for among the symmetric motions alone, whose velocity and q are known.
     """
-    r, n = mpf(device.restitution), device.period_ratio
+    r, n = each(device.restitution, mpf), device.period_ratio
 
     def equations(x: list[Any]) -> list[Any]:
         state = (symmetric_velocity(x[1], r), x[1], mpf(0)) if symmetric else (x[0], x[1], x[2])
@@ -267,15 +270,16 @@ def with_trace(device: Device, parameter: Parameter, kind: str, guess: list[Any]
     """The motion of a sweep whose trace is that of a kind of critical point: state and swept value.
 
     The trace is -(1 + r^4) at a period doubling, 2 r^2 or -2 r^2, whichever is nearer, at a change between node and
-    focus, and 1 + r^4 at a fold or pitchfork.
+    focus, and 1 + r^4 at a fold or pitchfork; with r_b r_t for r^2 where the membranes are not alike.
     """
-    r, n = mpf(device.restitution), device.period_ratio
-    target = 1 + r**4  # written out, not read from the package: this is what its table is checked by
+    r, n = each(device.restitution, mpf), device.period_ratio
+    bottom, top = by_wall(r)
+    target = 1 + (bottom * top) ** 2  # written out, not read from the package: this is what its table is checked by
     if kind == "period_doubling":
         target = -target
     elif kind == "node_focus":
         near = trace((guess[0], guess[1], guess[2]), groups(device, parameter, guess[3])[1], r, n)
-        target = 2 * r * r if near >= 0 else -2 * r * r
+        target = 2 * bottom * top if near >= 0 else -2 * bottom * top
     return special_motion(device, parameter, lambda x, d, gbar: [trace(x, gbar, r, n) - target], guess, symmetric)
 
 
@@ -295,8 +299,9 @@ def flights(state: State, d: Any, gbar: Any, r: Any, n: int) -> Iterator[tuple[A
     """Start, speed, phase and duration of the flight up and of the flight down."""
     velocity, phase, u = state
     up = 2 * n * (mpf(1) / 2 + u)
-    yield d / 2, -r * velocity, phase, up
-    yield -d / 2, -r * velocity_top(state, gbar, r, n), phase + mp.pi * up, 2 * n - up
+    bottom, top = by_wall(r)
+    yield d / 2, -bottom * velocity, phase, up
+    yield -d / 2, -top * velocity_top(state, gbar, r, n), phase + mp.pi * up, 2 * n - up
 
 
 def symmetric_motions(d: Any, r: Any, n: int) -> Iterator[State]:
@@ -371,7 +376,7 @@ def short_touch(state: State, gbar: Any, r: Any, n: int, which: int) -> tuple[An
     velocity, phase, u = state
     later = mp.pi * 2 * n * (mpf(1) / 2 + u) if which else 0
     jerk = (1 if which else -1) * mp.pi * mp.sin(phase + later)
-    speed = r * abs(velocity_top(state, gbar, r, n) if which else velocity)
+    speed = by_wall(r)[1 if which else 0] * abs(velocity_top(state, gbar, r, n) if which else velocity)
     press = mp.sqrt(max(-8 * jerk * speed / 3, 0))
     return press, -3 * press / (2 * jerk)
 
@@ -388,8 +393,9 @@ def all_motions(d: Any, gbar: Any, r: Any, n: int) -> list[State]:
     sin^2 + cos^2 = 1. That is sampled in doubles, in every decade next to q = 0, 1/2 and 1; the zeros are then taken
     to 40 digits. Two solutions that nearly meet (a fold) may fall between two samples.
     """
-    states = [*symmetric_motions(d, r, n)] if gbar == 0 and n % 2 else []
-    for guess in _crossings(float(d), float(gbar), float(r), n):
+    alike = not isinstance(r, Restitutions)
+    states = [*symmetric_motions(d, r, n)] if alike and gbar == 0 and n % 2 else []
+    for guess in _crossings(float(d), float(gbar), each(r, float), n):
         try:
             states.append(motion(guess, d, gbar, r, n))
         except ArithmeticError:
@@ -397,7 +403,7 @@ def all_motions(d: Any, gbar: Any, r: Any, n: int) -> list[State]:
     return [state for state in states if state[0] > 0 > velocity_top(state, gbar, r, n)]
 
 
-def _crossings(d: float, gbar: float, r: float, n: int) -> Iterator[list[float]]:
+def _crossings(d: float, gbar: float, r: Any, n: int) -> Iterator[list[float]]:
     """Guesses of (velocity, phase, u), in doubles, where sin^2 + cos^2 - 1 changes its sign along q."""
     smallest = max(gbar * 1e-3, 1e-13) if gbar else 1e-7
     decades = np.geomspace(smallest, 1e-3, 400)
@@ -415,20 +421,22 @@ def _crossings(d: float, gbar: float, r: float, n: int) -> Iterator[list[float]]
         yield [float(velocity), float(np.arctan2(sine, cosine)), float(x)]
 
 
-def _linear(u: Floats, d: float, gbar: float, r: float, n: int) -> tuple[Floats, Floats]:
+def _linear(u: Floats, d: float, gbar: float, r: Any, n: int) -> tuple[Floats, Floats]:
     """sin^2 + cos^2 - 1, and (velocity, sin, cos), from (3.9)-(3.11) at each u, in doubles."""
     if not u.size:
         return u, np.empty((0, 3))
     period, pi, ones = 2 * n, np.pi, np.ones_like(u)
     up, down, a = n + period * u, n - period * u, pi * (n + period * u)
     reach = up * down / (2 * period)
+    r, top = by_wall(r)
+    share = (1 + r) / (1 + top)
     matrix = np.array(
         [
-            [(r - 1) * ones, -(np.cos(a) - 1) / pi, -np.sin(a) / pi],
+            [(r - share) * ones, -(np.cos(a) - 1) / pi, -np.sin(a) / pi],
             [r * up - down, period / pi * ones, 0 * ones],
             [2 * (1 + r) * reach, -np.sin(a) / pi**2, (np.cos(a) - 1) / pi**2],
         ]
     ).transpose(2, 0, 1)
-    right = np.array([-gbar * (period / (1 + r) - up), period / 2 * (up - down) * gbar, d + reach * gbar * period]).T
+    right = np.array([-gbar * (period / (1 + top) - up), period / 2 * (up - down) * gbar, d + reach * gbar * period]).T
     solution = np.linalg.solve(matrix, right[..., None])[..., 0]
     return np.sum(solution[:, 1:] ** 2, axis=1) - 1, solution

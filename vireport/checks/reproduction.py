@@ -8,7 +8,7 @@ from math import ceil, log
 import numpy as np
 
 from vireport.design import Solution, stable_motion
-from vireport.motions import eigenvalues
+from vireport.motions import eigenvalues, lap_decay
 from vireport.physics import Groups, wrapped
 from vireport.simulation import (
     BOTTOM,
@@ -81,7 +81,7 @@ def reproduce(solution: Solution) -> Reproduction | None:
         return None
     design, row = chosen
     motions, r = design.motions, solution.device.restitution
-    needed = _periods_to_die_out(float(motions.trace[row]), float(motions.discriminant[row]), r)
+    needed = _periods_to_die_out(float(motions.trace[row]), float(motions.discriminant[row]), lap_decay(r))
     periods = min(needed, MOST_PERIODS)
     velocity, phase = float(motions.velocity_bottom[row]), float(motions.phi_bottom[row])
     model = check_model(Groups(motions.d[row], motions.gbar[row], r))[0]
@@ -96,7 +96,7 @@ def reproduce(solution: Solution) -> Reproduction | None:
     )
 
 
-def _periods_to_die_out(trace: float, discriminant: float, r: float) -> int:
+def _periods_to_die_out(trace: float, discriminant: float, decay: float) -> int:
     """Periods in which the larger multiplier takes the distance from the motion to a small share of `REPRODUCED`."""
-    largest = r * r if discriminant < 0 else max(map(abs, eigenvalues(trace, r * r)))
+    largest = decay if discriminant < 0 else max(map(abs, eigenvalues(trace, decay)))
     return 2 + ceil(log(SMALL * REPRODUCED / ASIDE) / log(max(largest, SMALL)))

@@ -285,7 +285,9 @@ def accuracy(
     """Measure error against run time of every method. Holds the compliant membrane beside the rigid one."""
     loaded = _loaded(scenario, set_)
     from vireport.cli import accuracy_outputs
+    from vireport.study import refuse_unlike
 
+    refuse_unlike(loaded.scenario, "vireport accuracy")
     if output is not None:
         require_writable(output, accuracy_outputs.NAMES)
     with progress(quiet) as say:
@@ -395,10 +397,13 @@ def extremes(
         table_data,
         table_text,
     )
+    from vireport.study import refuse_unlike
 
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
     loaded = None if scenario is None else _loaded(scenario, set_)
+    if loaded is not None:
+        refuse_unlike(loaded.scenario, "vireport extremes")
     with progress(quiet) as say:
         outcomes = run_catalogue(loaded, say)
     printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)

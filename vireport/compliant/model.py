@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import pi
+from typing import Any
 
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.physics import Device, Membrane, contacts
+from vireport.physics import Device, Groups, Membrane, contacts
 from vireport.scenario import Parameter
-from vireport.simulation import FLIGHT, VELOCITY, WALL, follow_one
+from vireport.simulation import FLIGHT, VELOCITY, WALL, check_model, follow_one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,8 +30,8 @@ class CompliantModel:
         As in `Device.groups`.
     membrane : Membrane
         Its stiffness is k, so that with mass 1 `contacts` works in dimensionless numbers; the rest is as it was.
-    restitution : float
-        r of a contact alone.
+    restitution : float or Restitutions
+        r of a contact alone, on both membranes or on each.
     period : float
         2n, the time after which the motion repeats [t_c].
     length_unit, velocity_unit : float
@@ -40,10 +41,14 @@ class CompliantModel:
     d: float
     gbar: float
     membrane: Membrane
-    restitution: float
+    restitution: Any
     period: float
     length_unit: float
     velocity_unit: float
+
+    def restitution_at(self, wall: int) -> float:
+        """R of a contact alone with a membrane."""
+        return float(Groups(self.d, self.gbar, self.restitution).restitution_at(wall))
 
 
 def compliant_model(
@@ -51,13 +56,13 @@ def compliant_model(
 ) -> CompliantModel:
     """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
     at = device.at(parameter, float(value))
-    d, gbar, _ = device.groups(parameter, float(value))
+    d, gbar, restitution = device.groups(parameter, float(value)).as_floats()
     speed = float(device.velocity_unit(parameter, float(value)))
     length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
     # Force K delta^h over the ball's mass m, in units of F/M: x_c^h K M/(m F).
     per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
     scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
-    return CompliantModel(float(d), float(gbar), scaled, device.restitution, 2.0 * device.period_ratio, length, speed)
+    return CompliantModel(d, gbar, scaled, restitution, 2.0 * device.period_ratio, length, speed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +93,7 @@ class ContactUnits:
 
 def contact_units(model: CompliantModel, wall: int, velocity: float) -> ContactUnits:
     """The units of a contact at a wall that is struck with a velocity Z'."""
-    alone = contacts(np.array(velocity), model.membrane, model.restitution)
+    alone = contacts(np.array(velocity), model.membrane, model.restitution_at(wall))
     time, depth = float(alone.duration), float(alone.deflection)
     # By logarithms: the depth to the power h - 1 may vanish where its product with K does not.
     stiffness = float(np.exp(np.log(model.membrane.stiffness) + (model.membrane.exponent - 1) * np.log(depth)))
@@ -124,7 +129,7 @@ def free_flight(model: CompliantModel, wall: int, leaving: float, phase: float) 
     """
     start = float(wall), 0.0, -leaving, phase % (2 * pi)
     # With restitution 1 the search lets the ball leave with just the velocity it has been given.
-    rows, _ = follow_one(np.array([model.d, model.gbar, 1.0]), start, 1, compiled=False)
+    rows, _ = follow_one(check_model(Groups(model.d, model.gbar, 1.0))[0], start, 1, compiled=False)
     if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
         raise NumericalError("no membrane is touched within two periods")
     return float(rows[1, FLIGHT]), int(rows[1, WALL]), float(rows[1, VELOCITY])

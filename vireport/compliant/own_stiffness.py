@@ -22,7 +22,7 @@ from vireport.compliant.model import CompliantModel, compliant_model, free_fligh
 from vireport.compliant.return_map import SUBSTEPS, ReturnTrip, return_trip
 from vireport.design import Solution
 from vireport.motions import Event, Point
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Membrane, by_wall
 from vireport.scenario import Parameter, ScalarInput
 from vireport.simulation import BOTTOM, TOP
 
@@ -230,7 +230,7 @@ def own_stiffness(solution: Solution) -> OwnStiffness | None:
     ends = tuple(
         _end(device, membrane, varied, point, at_design, swept) for varied, point, swept in _rigid_ends(solution)
     )
-    if device.restitution < LEAST_RESTITUTION:
+    if min(by_wall(device.restitution)) < LEAST_RESTITUTION:
         return OwnStiffness(rigid, at_design, None, TOO_LOSSY, ends)
     try:
         followed = _Followed(device, membrane, rigid.parameter, None, rigid.time_up)
@@ -368,8 +368,8 @@ def _end(
     device: Device, membrane: Membrane, varied: ScalarInput, point: Point, at_design: bool, swept: bool
 ) -> StabilityEnd:
     """Follow an end of stable motion from rigid membranes to the scenario's own."""
-    closed, design_value = point.closed, float(getattr(device, varied)) if at_design else None
-    absence = TOO_LOSSY if device.restitution < LEAST_RESTITUTION else None
+    closed, design_value = point.closed, float(device.value_of(varied)) if at_design else None
+    absence = TOO_LOSSY if min(by_wall(device.restitution)) < LEAST_RESTITUTION else None
     if point.event not in MULTIPLIER:
         absence = Absence(Missing.NOT_FOLLOWED, f"a {point.event.words} is not followed")
     if absence is not None:

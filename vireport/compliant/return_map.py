@@ -173,7 +173,7 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     turned = span * turning
     # The damping, D -> 1/r, brings the ball to a velocity of its own in ever shorter a time: unsplit, this leg is wrong
     # by 2e-7 for r = 0.5, by 6 % for r = 0.2.
-    parts = ceil(1 / model.restitution)
+    parts = ceil(1 / model.restitution_at(wall))
     end, v, d_end, d_v = _integrated(turning_back, (deepest, 0.0, d_deepest, 0j), columns, parts)
 
     def unloading(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:

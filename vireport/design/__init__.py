@@ -3,7 +3,7 @@
 from vireport.design import margins
 from vireport.design.devices import FACTOR_OF, devices_off, region_of
 from vireport.design.followed import FollowedMotion, followed_motion
-from vireport.design.lines import HIGHEST_RESTITUTION, mirrored
+from vireport.design.lines import HIGHEST_RESTITUTION, mirrored, reach
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
 from vireport.design.proof import prove_again
@@ -34,6 +34,7 @@ __all__ = [
     "mirrored",
     "motions_at",
     "prove_again",
+    "reach",
     "region_of",
     "restitution_effect",
     "sample_steps",

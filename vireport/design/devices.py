@@ -1,9 +1,9 @@
-"""The devices that tolerances allow, counted by how far four factors of the motion are between their ends."""
+"""The devices that tolerances allow, counted by how far a few factors of the motion are between their ends."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,13 @@ from vireport.motions import Orbits, find_motions
 from vireport.physics import (
     AFFINE,
     ARRAYS,
+    RESTITUTIONS,
     Affine,
     Device,
+    Restitutions,
     between,
+    by_wall,
+    each,
     magnitude,
 )
 from vireport.scenario import DesignInput, Parameter
@@ -24,11 +28,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-FACTORS = 4
-"""M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third."""
+FACTORS = 6
+"""M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third. What r of
+either membrane has of its own are the last two."""
 
-SYMBOLS = 8
-"""Symbols of the affine numbers: those of the four factors, three of the motion, and that of time."""
+SYMBOLS = FACTORS + 4
+"""Symbols of the affine numbers: those of the factors, three of the motion, and that of time."""
 
 FACTOR_OF = {
     DesignInput.CAPSULE_MASS: 0,
@@ -37,6 +42,8 @@ FACTOR_OF = {
     DesignInput.FREQUENCY: 1,
     DesignInput.INCLINATION: 2,
     DesignInput.RESTITUTION: 3,
+    DesignInput.RESTITUTION_BOTTOM: 4,
+    DesignInput.RESTITUTION_TOP: 5,
 }
 """Which factor an input is part of. No two factors share one, so that a box of inputs is a box of factors."""
 
@@ -45,8 +52,9 @@ FACTOR_OF = {
 class Region:
     """Every device between two.
 
-    A device of the region is counted by four shares, between 0 and 1: how far the inputs of each factor are from their
-    `start` to their `end`, all of a factor alike. As each factor grows with its share, none of its values is missed.
+    A device of the region is counted by a share of each factor, between 0 and 1: how far the inputs of a factor are
+    from their `start` to their `end`, all of them alike. As each factor grows with its share, none of its values is
+    missed.
 
     Attributes
     ----------
@@ -67,22 +75,42 @@ class Region:
 
     @property
     def design_shares(self) -> Floats:
-        """Where the design is, shape (4, 1)."""
+        """Where the design is, shape (factors, 1)."""
         shares = np.full((FACTORS, 1), 0.5)
         low, high = (ends[DesignInput.INCLINATION] for ends in (self.start, self.end))
         shares[FACTOR_OF[DesignInput.INCLINATION]] = (self.design.inclination_deg - low) / (high - low or 1.0)
         return shares
 
+    @property
+    def parts_membranes(self) -> bool:
+        """Whether a membrane has a tolerance of its own."""
+        return any(self.start[varied] != self.end[varied] for varied in RESTITUTIONS[1:])
+
+    @property
+    def corners(self) -> Floats:
+        """Where all factors are at an end, shape (factors, k)."""
+        own = FACTORS if self.parts_membranes else FACTOR_OF[DesignInput.RESTITUTION] + 1
+        ends = [[0.0, 1.0] if factor < own else [0.0] for factor in range(FACTORS)]
+        return np.stack(np.meshgrid(*ends, indexing="ij")).reshape(FACTORS, -1)
+
     def devices(self, shares: Floats) -> Device:
-        """Devices at shares, shape (4, k), with an array for each input."""
+        """Devices at shares, shape (factors, k), with an array for each input."""
         values = {}
         for varied, factor in FACTOR_OF.items():
             first, last, share = self.start[varied], self.end[varied], shares[factor]
             values[varied] = np.where(share == 1, last, first + share * (last - first))
-        return self.design.with_values(values)
+        restitution = self._restitution(*(values.pop(varied) for varied in RESTITUTIONS))
+        return replace(self.design.with_values(values), restitution=restitution)
 
-    def groups(self, low: Floats, high: Floats) -> tuple[Affine, Affine, Affine]:
-        """(d, gbar, r) of all devices in boxes of shares, ends of shape (4, k), Eqs. (2.5), (2.6)."""
+    def _restitution(self, both: Any, bottom: Any, top: Any) -> Any:
+        """The restitution of devices, by that of both membranes together and that of each."""
+        if self.design.alike and not self.parts_membranes:
+            return both
+        moved = both - self.design.value_of(DesignInput.RESTITUTION)
+        return Restitutions(bottom + moved, top + moved)
+
+    def groups(self, low: Floats, high: Floats) -> tuple[Affine, Affine, Any]:
+        """(d, gbar, r) of all devices in boxes of shares, ends of shape (factors, k), Eqs. (2.5), (2.6)."""
         x: dict[DesignInput, Affine] = {}
         for varied, factor in FACTOR_OF.items():
             first, width = self.start[varied], self.end[varied] - self.start[varied]
@@ -90,11 +118,12 @@ class Region:
         frequency, sine = x[DesignInput.FREQUENCY], AFFINE.sin(AFFINE.pi * x[DesignInput.INCLINATION] / 180)
         mass_over_force = x[DesignInput.CAPSULE_MASS] / x[DesignInput.AMPLITUDE]
         d = 4 * mass_over_force * (x[DesignInput.LENGTH] * frequency * frequency)
-        return d, self.design.gravity_m_s2 * mass_over_force * sine, x[DesignInput.RESTITUTION]
+        restitution = self._restitution(*(x[varied] for varied in RESTITUTIONS))
+        return d, self.design.gravity_m_s2 * mass_over_force * sine, restitution
 
     @property
     def faces(self) -> tuple[Floats, Floats, Floats]:
-        """Boxes that have all of the region's (d, gbar, r): ends as shares, (4, k), and their parts of the whole, (k,).
+        """Boxes that have all of the region's (d, gbar, r): ends as shares, (factors, k), and parts of the whole, (k,).
 
         M/F scaled up and s f^2 and sin(beta) scaled down alike leave d and gbar as they are, until one of the three is
         at that end of its range. So the three faces on which one of them is have all there is, and one dimension less;
@@ -133,7 +162,7 @@ def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Regio
     """
     start, end = {}, {}
     for varied in DesignInput:
-        value, off = float(getattr(device, varied)), half_widths.get(varied, 0.0)
+        value, off = float(device.value_of(varied)), half_widths.get(varied, 0.0)
         low, high = value - off, value + off
         if varied is DesignInput.INCLINATION:
             low, high = max(low, 0.0), min(high, 90.0)
@@ -145,7 +174,7 @@ def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     """All stable admissible motions of devices (arrays), and those that lack up to `slack`: of which, and which."""
     groups = devices.groups(Parameter.LENGTH, devices.length_m)
     found = find_motions(groups, devices.period_ratio)
-    stable = found.stable(np.asarray(groups.restitution), slack)
+    stable = found.stable(each(groups.restitution, np.asarray), slack)
     return found.cell[stable], found.orbit.select(stable)
 
 
@@ -154,9 +183,24 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
 
     The inputs of the device, and the tolerances, may be arrays (k,).
     """
-    changed = {varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in DesignInput}
+    own = (varied for varied in DesignInput if varied not in RESTITUTIONS)
+    changed = {varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in own}
+    restitution = each(device.restitution, lambda r: np.broadcast_to(r, steps.shape[1]))
     for (varied, width), step in zip(half_widths.items(), steps, strict=True):
-        changed[varied] = changed[varied] + width * step
+        if varied in changed:
+            changed[varied] = changed[varied] + width * step
+        else:
+            restitution = _moved(restitution, varied, width * step)
     inclination = magnitude(changed[DesignInput.INCLINATION])
     changed[DesignInput.INCLINATION] = np.minimum(inclination, 180 - inclination)
-    return device.with_values(changed)
+    return replace(device.with_values(changed), restitution=restitution)
+
+
+def _moved(restitution: Any, varied: DesignInput, off: Any) -> Any:
+    """The restitution where that of both membranes, or of one, is off."""
+    if varied is DesignInput.RESTITUTION:
+        return each(restitution, lambda r: r + off)
+    bottom, top = by_wall(restitution)
+    if varied is DesignInput.RESTITUTION_BOTTOM:
+        return Restitutions(bottom + off, top)
+    return Restitutions(bottom, top + off)

@@ -1,7 +1,7 @@
-"""The lines in (d, gbar, r) on which inputs move a device, and the ends of the stable motions that are followed there.
+"""The lines in (d, gbar, r_b, r_t) on which inputs move a device, and where the motions that are followed there end.
 
 Length and frequency move a device along a line of constant gbar, the force and the capsule's mass along a ray from the
-origin, inclination and restitution along gbar and r.
+origin, inclination and restitution along gbar and r: that of both membranes together, or of one alone.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions import Curve, Event, Limits, Motions, PathPoint, follow, motion_at, neighbours, off
-from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, Device, Groups
+from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, RESTITUTIONS, Device, Groups, by_wall, each
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -32,16 +32,23 @@ HANDOVERS = 4
 
 
 class Line(Enum):
-    """A line through a design point in (d, gbar, r); the value is the inputs that move a device along it.
+    """A line through a design point in (d, gbar, r_b, r_t); the value is the inputs that move a device along it.
 
     The position on it is 0 at the design point. Along the first two it is the logarithm of the factor of d, along the
-    others the change of gbar and of r.
+    others the change of gbar and of r: of both restitutions alike, or of one.
     """
 
     LENGTHS = DesignInput.LENGTH, DesignInput.FREQUENCY
     FORCES = DesignInput.AMPLITUDE, DesignInput.CAPSULE_MASS
     GRAVITY = (DesignInput.INCLINATION,)
     RESTITUTION = (DesignInput.RESTITUTION,)
+    RESTITUTION_BOTTOM = (DesignInput.RESTITUTION_BOTTOM,)
+    RESTITUTION_TOP = (DesignInput.RESTITUTION_TOP,)
+
+    @property
+    def keeps_symmetry(self) -> bool:
+        """Whether a device that is its own mirror image stays so along it."""
+        return self not in (Line.GRAVITY, Line.RESTITUTION_BOTTOM, Line.RESTITUTION_TOP)
 
     @staticmethod
     def sense(varied: DesignInput) -> float:
@@ -71,8 +78,8 @@ class AlongLine:
 
     @property
     def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule anywhere on the line."""
-        return bool(self.origin.gbar == 0) and self.line is not Line.GRAVITY
+        """Whether motions have mirror images everywhere on the line: no gravity along the capsule, and equal ends."""
+        return bool(self.origin.gbar == 0) and self.origin.alike and self.line.keeps_symmetry
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
@@ -86,20 +93,28 @@ class AlongLine:
             case Line.GRAVITY:
                 return Groups(d, gbar + position, r)
             case Line.RESTITUTION:
-                return Groups(d, gbar, r + position)
+                return Groups(d, gbar, each(r, lambda own: own + position))
+        bottom, top = by_wall(r)
+        if self.line is Line.RESTITUTION_BOTTOM:
+            return Groups.of(d, gbar, bottom + position, top)
+        return Groups.of(d, gbar, bottom, top + position)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives of d, gbar and r by the position, shape (3, 1)."""
+        """The derivatives of `Groups.numbers` by the position, shape (4, 1)."""
         d, gbar, _ = self.at(varied)
         match self.line:
             case Line.LENGTHS:
-                return np.array([[d], [0.0], [0.0]])
+                return np.array([[d], [0.0], [0.0], [0.0]])
             case Line.FORCES:
-                return np.array([[d], [gbar], [0.0]])
+                return np.array([[d], [gbar], [0.0], [0.0]])
             case Line.GRAVITY:
-                return np.array([[0.0], [1.0], [0.0]])
+                return np.array([[0.0], [1.0], [0.0], [0.0]])
             case Line.RESTITUTION:
-                return np.array([[0.0], [0.0], [1.0]])
+                return np.array([[0.0], [0.0], [1.0], [1.0]])
+            case Line.RESTITUTION_BOTTOM:
+                return np.array([[0.0], [0.0], [1.0], [0.0]])
+            case Line.RESTITUTION_TOP:
+                return np.array([[0.0], [0.0], [0.0], [1.0]])
 
 
 def along(line: Line, device: Device, ops: Any) -> AlongLine:
@@ -110,7 +125,7 @@ def along(line: Line, device: Device, ops: Any) -> AlongLine:
 
 def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:
     """The value of an input that moves a device to a position on the input's line, where it has some groups."""
-    value = ops.exact(getattr(device, varied))
+    value = ops.exact(device.value_of(varied))
     match varied:
         # d grows with s f^2: along one line, the frequency changes by half as much in the logarithm as the length.
         case DesignInput.FREQUENCY:
@@ -119,7 +134,7 @@ def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[
             return value * ops.exp(-position)
         case DesignInput.INCLINATION:
             return device.value(Parameter.INCLINATION, groups[0], groups[1], ops)
-        case DesignInput.RESTITUTION:
+        case DesignInput.RESTITUTION | DesignInput.RESTITUTION_BOTTOM | DesignInput.RESTITUTION_TOP:
             return value + position
         case _:
             return value * ops.exp(position)
@@ -128,9 +143,14 @@ def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[
 def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
     """The values of an input between which ends of stable motion are looked for."""
     low, high = varied.limits
-    if varied is DesignInput.RESTITUTION:
+    if varied in RESTITUTIONS:
         # A device with a restitution beyond the usual limit is still looked at up to half the way to 1.
-        high = max(HIGHEST_RESTITUTION, (1 + device.restitution) / 2)
+        value, bottom, top = device.value_of(varied), *by_wall(device.restitution)
+        high = max(HIGHEST_RESTITUTION, (1 + value) / 2)
+        if varied is DesignInput.RESTITUTION and not device.alike:
+            # Both move alike, until the one is at its end.
+            high = max(HIGHEST_RESTITUTION, (1 + max(bottom, top)) / 2) - abs(bottom - top) / 2
+            low += abs(bottom - top) / 2
     return low, high
 
 
@@ -141,9 +161,10 @@ def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, fl
         # Beyond 0 and 90 degrees the same capsules come again, mirrored. Without gravity the inclination moves
         # nothing.
         return (-gbar, upright - gbar if device.inclination_deg != 90 else 0.0) if upright > NO_GRAVITY else (0.0, 0.0)
-    if line is Line.RESTITUTION:
-        least, most = reach(device, DesignInput.RESTITUTION)
-        return least - device.restitution, most - device.restitution
+    (varied, *_) = line.value
+    if varied in RESTITUTIONS:
+        (least, most), value = reach(device, varied), device.value_of(varied)
+        return least - value, most - value
     return log(device.finest(FINEST_D) / d), inf
 
 
@@ -173,7 +194,7 @@ class Ending:
 
 def mirrored(device: Device) -> bool:
     """Whether the motions have mirror images."""
-    return bool(device.inclination_deg == 0 and device.period_ratio % 2 == 1)
+    return bool(device.inclination_deg == 0 and device.period_ratio % 2 == 1 and device.alike)
 
 
 def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequence[float]) -> Iterator[Ending]:
@@ -192,12 +213,13 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     signs : sequence of float
         Directions of the position on them.
     """
-    d, gbar, _ = map(float, device.groups(Parameter.LENGTH, device.length_m))
+    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for row in np.flatnonzero(motions.stable):
         for line in lines:
             low, high = extent(line, device, d, gbar)
-            # Gravity breaks the symmetry: along that line a motion and its mirror image part, and both are followed.
-            flat = mirrored(device) and line is not Line.GRAVITY
+            # Gravity breaks the symmetry, and so does the restitution of one membrane: along such a line a motion and
+            # its mirror image part, and both are followed.
+            flat = mirrored(device) and line.keeps_symmetry
             if flat and motions.u[row] < 0:
                 continue  # the mirror image of another
             motion = motion_at(motions, int(row), device.period_ratio)

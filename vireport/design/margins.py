@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf, pi
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ from vireport.motions import (
     point_of,
     solve_one_to_one,
 )
-from vireport.physics import FLOATS, Device, Groups
+from vireport.physics import FLOATS, RESTITUTIONS, Device, Groups
 from vireport.scenario import DesignInput
 
 Floats = NDArray[np.float64]
@@ -133,7 +133,7 @@ def margin_at(
     taken_over: bool = False,
 ) -> Margin:
     """Measure how far a critical point of one input is from a device's value of it."""
-    value = cast(float, getattr(device, parameter))
+    value = float(device.value_of(parameter))
     distance = point.sweep_value - value
     relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
     # The difference of two doubles of different size is rounded once more.
@@ -202,9 +202,11 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
             value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
             point = point_of(solved, event, value, rests, touches)
             derivatives = _derivatives(device, varied, point, normal)
-            if mirrored(device) and end.line is not Line.GRAVITY:
+            if mirrored(device) and end.line.keeps_symmetry:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
                 derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
+                if not (end.symmetric and event is Event.FOLD):
+                    derivatives |= {DesignInput.RESTITUTION_BOTTOM: None, DesignInput.RESTITUTION_TOP: None}
             margins.append(margin_at(device, varied, point, not end.taken_over, derivatives, end.taken_over))
         return margins
 
@@ -260,19 +262,19 @@ class _Groups:
 
     @staticmethod
     def at(varied: Sequence[Any]) -> Groups[Any]:
-        return Groups(*varied)
+        return Groups.of(*varied)
 
     @staticmethod
     def slopes(varied: Sequence[Any]) -> Floats:
-        return np.eye(3)
+        return np.eye(4)
 
 
 def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
-    """Normal, in (d, gbar, r), of the surface on which motions end in this way; NaN where it has none.
+    """Normal, in (d, gbar, r_b, r_t), of the surface on which motions end in this way; NaN where it has none.
 
-    The conditions R(y; d, gbar, r) = 0 of such a motion, y its velocities and times, are one more than the unknowns.
-    The vector w that w R_y = 0 gives w R_(d, gbar, r), which is orthogonal to every change that leaves the conditions
-    fulfilled: the implicit function theorem.
+    The conditions R(y; d, gbar, r_b, r_t) = 0 of such a motion, y its velocities and times, are one more than the
+    unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, r_b, r_t), which is orthogonal to every change that leaves
+    the conditions fulfilled: the implicit function theorem.
     """
     if end.event is Event.PITCHFORK:
         return _pitchfork_normal(solved.word.periods, float(solved.groups.restitution), float(solved.groups.d))
@@ -281,15 +283,15 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
     motion = Motion(solved.word, velocity, time, 0.0).without_impacts(rests[1:] if len(solved.word) > 2 else ())
     groups = solved.groups.as_floats()
-    x = np.concatenate([motion.velocity, motion.time, groups])
+    x = np.concatenate([motion.velocity, motion.time, groups.numbers])
     condition = Condition(end.event, rests[:1])
     if end.event is Event.GRAZING and not rests:
         pressed = np.abs(groups.pull(np.cos(np.pi * motion.time)))
         condition = Condition(end.event, held=int(np.argmin(pressed)))
-    _, gradient = condition.linearised(motion.word, x, groups, np.eye(3))
+    _, gradient = condition.linearised(motion.word, x, groups, np.eye(4))
     gradients = np.vstack([linearised(motion.word, x, _Groups())[1], gradient])
     if not np.isfinite(gradients).all():
-        return np.full(3, np.nan)
+        return np.full(4, np.nan)
     own = 2 * len(motion.word)
     # Rows are scaled before the null vector is taken: conditions in times and in velocities differ by orders of
     # magnitude, and the smallest singular value would be that of the units.
@@ -301,18 +303,20 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
 
 
 def _pitchfork_normal(n: int, r: float, d: float) -> Floats:
-    """Normal, in (d, gbar, r), of the curve on which symmetric motions of a horizontal capsule have a pitchfork.
+    """Normal, in (d, gbar, r, 0), of the curve on which symmetric motions of a horizontal capsule have a pitchfork.
 
     Notes
     -----
     Half a period is a map of itself, followed by its mirror image. With velocity v = 2 sin(phi)/[pi (1 - r)] at the
     impacts its trace is 2 r - (1 + r) n cos(phi)/v and its determinant r^2. An asymmetric change of the motion is kept
     where a multiplier of it is -1: v = n cos(phi)/(1 + r), and so tan(phi) = pi n (1 - r)/[2 (1 + r)] and d = cos(phi)
-    (n^2/2 - 2/pi^2), of which the derivative by r is taken. The border has a cusp in gbar, which stays zero.
+    (n^2/2 - 2/pi^2), of which the derivative by r, that of both membranes, is taken. The border has a cusp in
+    gbar and in the difference of both restitutions, which stay zero.
     """
     tangent = pi * n * (1 - r) / (2 * (1 + r))
     double_sine = 2 * tangent / (1 + tangent * tangent)
-    return np.array([1.0, 0.0, -d * pi * n * double_sine / (2 * (1 + r) ** 2)])
+    by_restitution = -d * pi * n * double_sine / (2 * (1 + r) ** 2)
+    return np.array([1.0, 0.0, by_restitution, 0.0])
 
 
 def _no_derivatives(varied: DesignInput) -> dict[DesignInput, float | None]:
@@ -325,4 +329,10 @@ def _derivatives(device: Device, varied: DesignInput, point: Point, normal: Floa
     slopes = {name: float(normal @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
     derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}
+    if varied in RESTITUTIONS:
+        # Inputs that overlap move the value itself as well: both restitutions together that of each, each their mean.
+        carried = 0.5 if varied is DesignInput.RESTITUTION else 1.0
+        for name in RESTITUTIONS:
+            if DesignInput.RESTITUTION in (varied, name) and name is not varied:
+                derivatives[name] += carried
     return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}

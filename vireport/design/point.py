@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,7 +148,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
         Of a sweep through it, whose critical points get their margins too.
     """
     chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
-    value = cast(float, getattr(device, chosen))
+    value = float(device.value_of(chosen))
     motions, families, errors = motions_at(device, chosen)
     ends = margins_of(device, motions)
     margins = list(ends.found) if diagram is not None else _labelled(ends.found)
@@ -228,7 +227,7 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
     rows = []
     for k, gap in enumerate(guesses.wall_gap):
         orbit = guesses.orbit.select([k])
-        symmetric = level.horizontal and n % 2 == 1 and bool(orbit.u[0] == 0)
+        symmetric = mirrored(device) and bool(orbit.u[0] == 0)
         try:
             u, phi = place_at(sweep, device.length_m, orbit, symmetric, FARTHEST)
         except NumericalError:

@@ -1,13 +1,13 @@
 """Whether every device within a box of tolerances has a stable 1:1 motion: proved, refuted, or left open.
 
-The inputs act through four factors alone: M/F and s f^2, of which d is the product, sin(beta), which gives gbar with
-the first, and r. No two of them share an input, so that a box of inputs is a box of factors, and nothing is lost. A box
-of factors is halved until each part is proved:
+The inputs act through a few factors alone: M/F and s f^2, of which d is the product, sin(beta), which gives gbar with
+the first, and r, with what r of either membrane has of its own. No two of them share an input, so that a box of inputs
+is a box of factors, and nothing is lost. A box of factors is halved until each part is proved:
 
 - Krawczyk's operator maps a tube about a linear prediction of the motion's (q, phase) into itself, for every device in
   the part: by Brouwer's theorem each has a motion in the tube;
 - its impact velocities have the right signs, its trace is between -(1 + r^4) and 1 + r^4 (Jury's conditions, with the
-  determinant r^4 < 1), and the ball is between the membranes at every time of both flights.
+  determinant r^4 < 1, or (r_b r_t)^2), and the ball is between the membranes at every time of both flights.
 
 All parts of one generation are evaluated at once in affine arithmetic. Between parts, the motion proved need not be the
 same one: what is proved is that every device has some stable motion.
@@ -17,6 +17,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from operator import itemgetter
+from typing import Any
 
 import numpy as np
 
@@ -29,13 +31,15 @@ from vireport.design.devices import (
     Region,
     stable_motions,
 )
-from vireport.motions import TRACE_LEVELS, Event, Orbits, return_trace
+from vireport.motions import TRACE_LEVELS, Event, Orbits, lap_decay, return_trace
 from vireport.physics import (
     AFFINE,
     AFFINE_ROUNDING,
     Affine,
     Flight,
     between,
+    by_wall,
+    each,
 )
 
 TIME = SYMBOLS - 1
@@ -75,7 +79,7 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
     Parameters
     ----------
     region : Region
-    low, high : ndarray, shape (4, k)
+    low, high : ndarray, shape (factors, k)
         Ends of the boxes, as shares of the region.
     guess : ndarray, shape (3, k)
         q - 1/2, phase and velocity at the bottom of a motion at the middle of each.
@@ -83,24 +87,25 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
     Returns
     -------
     proved : ndarray of bool, shape (k,)
-    moved : ndarray, shape (4, k)
+    moved : ndarray, shape (factors, k)
         By how much each factor moves the motion, from the middle of a box to its end.
     """
     n = region.design.period_ratio
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
         d, gbar, r = region.groups(low, high)
         mapped, orbit, moved = _tube(d, gbar, r, n, guess)
-        trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](r * r)
-        proved = mapped & (r.upper < 1) & ((border - trace).lower > 0) & ((border + trace).lower > 0)
+        trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](lap_decay(r))
+        lossy = np.logical_and.reduce([of_wall.upper < 1 for of_wall in by_wall(r)])
+        proved = mapped & lossy & ((border - trace).lower > 0) & ((border + trace).lower > 0)
         proved &= (orbit.velocity_bottom.lower > 0) & (orbit.velocity_top.upper < 0)
         rows = np.flatnonzero(proved)
         if rows.size:
-            for way in orbit.select(rows).flights(r[rows]):
+            for way in orbit.select(rows).flights(each(r, itemgetter(rows))):
                 proved[rows] &= _stays_between(way, n, len(rows))
     return proved, moved
 
 
-def _tube(d: Affine, gbar: Affine, r: Affine, n: int, guess: Floats) -> tuple[Mask, Orbits, Floats]:
+def _tube(d: Affine, gbar: Affine, r: Any, n: int, guess: Floats) -> tuple[Mask, Orbits, Floats]:
     """A tube that holds a motion of every device, by Krawczyk's operator, where it succeeds; and the motion in it.
 
     Its axis is linear in the shares, by the implicit function theorem.
@@ -137,7 +142,7 @@ def _applied(matrix: Floats, vectors: list[Floats]) -> Floats:
 
 
 def _residual(
-    guess: Floats, along: Floats, width: Floats, d: Affine, gbar: Affine, r: Affine, n: int
+    guess: Floats, along: Floats, width: Floats, d: Affine, gbar: Affine, r: Any, n: int
 ) -> tuple[Orbits, tuple[Affine, Affine, Affine]]:
     """The motions in a tube of (q - 1/2, phase, velocity), and by how much they miss Eqs. (3.9), (3.10) and (3.11).
 
@@ -152,14 +157,19 @@ def _residual(
     top = phi + ops.pi * period * u  # less n half turns, which are a sign
     sin_phi, cos_phi, sin_top, cos_top = ops.sin(phi), ops.cos(phi), (-1) ** n * ops.sin(top), (-1) ** n * ops.cos(top)
     up, down = n + period * u, n - period * u
+    bottom, at_top = by_wall(r)
+    # Of membranes that are not alike, an impact at the bottom takes as much momentum as one at the top that is faster
+    # by this factor.
+    share: Any = 1 if bottom is at_top else (1 + bottom) / (1 + at_top)
     orbit = Orbits(
         *(u, phi, sin_phi, cos_phi, sin_top, cos_top, up, down, velocity),
-        velocity_top=period * gbar / (1 + r) - velocity,
+        velocity_top=period * gbar / (1 + at_top) - (velocity if bottom is at_top else share * velocity),
         gbar=gbar,
         d=d,
     )
+    r = bottom
     return orbit, (
-        (r - 1) * velocity - (sin_top - sin_phi) / ops.pi + gbar * (period / (1 + r) - up),
+        (r - share) * velocity - (sin_top - sin_phi) / ops.pi + gbar * (period / (1 + at_top) - up),
         (r * up - down) * velocity + period * sin_phi / ops.pi - 2 * n * period * u * gbar,
         (cos_top - cos_phi) / (ops.pi * ops.pi)
         + up * down * (2 * (1 + r) * velocity - period * gbar) / (2 * period)
@@ -218,7 +228,7 @@ class Proof:
         q - 1/2, phase and velocity at the bottom of a motion in the middle of each that is proved, in the same order.
     open_share : float
         Share of the region's volume in (d, gbar, r) that is not proved.
-    failing : ndarray or None, shape (4,)
+    failing : ndarray or None, shape (factors,)
         Shares of the region's factors at which a device has no stable motion; nothing was sought any further.
     """
 

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import UNSTABLE, Motions, classify, find_motions, orbits
+from vireport.motions import UNSTABLE, Motions, classify, find_motions, lap_decay, orbits
 from vireport.physics import (
     SMALLEST_RESTITUTION,
     Device,
     Groups,
     Membrane,
+    by_wall,
     contacts,
+    each,
     voltages,
 )
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 
@@ -37,7 +40,7 @@ class RestitutionEffect:
     Attributes
     ----------
     lost_at : float or None
-        Restitution at which a stable motion is lost.
+        Restitution, of both membranes together, at which a stable motion is lost.
     elasticity : float
         Largest relative change of an impact velocity over that of the restitution, where none is lost.
     """
@@ -61,18 +64,22 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     RestitutionEffect or None
         None where there is no stable motion, or no restitution to change.
     """
-    r = device.restitution
+    r = device.value_of(DesignInput.RESTITUTION)
     rows = np.flatnonzero(motions.stable)
     if not rows.size or r == 0:
         return None
     # The closed form needs a restitution below 1: upwards it is at most halfway there.
-    changed = np.array([r * (1 - UNSURE), min(r * (1 + UNSURE), (1 + r) / 2)])
-    d, gbar, _ = (np.full(2, group) for group in device.groups(Parameter.LENGTH, device.length_m))
-    others = find_motions(Groups(d, gbar, changed), device.period_ratio)
+    least, largest = min(by_wall(device.restitution)), max(by_wall(device.restitution))
+    highest = (1 + largest) / 2 - (largest - r)
+    changed = np.array([max(r * (1 - UNSURE), r - least), min(r * (1 + UNSURE), highest)])
+    moved = device.with_values({DesignInput.RESTITUTION: changed}).restitution
+    d, gbar = (np.full(2, group) for group in device.groups(Parameter.LENGTH, device.length_m)[:2])
+    others = find_motions(Groups(d, gbar, moved), device.period_ratio)
     elasticity = 0.0
     for k, other in enumerate(changed):
         own = others.cell == k
-        stable = classify(others.trace[own], float(other) ** 2) != UNSTABLE
+        decay = lap_decay(each(moved, itemgetter(k)))
+        stable = classify(others.trace[own], float(decay)) != UNSTABLE
         velocities = others.orbit.velocity_bottom[own][stable & others.admissible[own]]
         if velocities.size < rows.size:
             return RestitutionEffect(float(other), 0.0)
@@ -89,7 +96,8 @@ def input_error(device: Device, motions: Motions) -> Floats:
     By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
     """
     r, n, u, phi = device.restitution, device.period_ratio, motions.u, motions.phi_bottom
-    step = SMALL * (1 - r) / (1 + r)
+    largest = max(by_wall(r))
+    step = SMALL * (1 - largest) / (1 + largest)
 
     def slopes(du: float, dphi: float) -> tuple[Floats, Floats]:
         ahead, behind = orbits(u + du, phi + dphi, r, n), orbits(u - du, phi - dphi, r, n)

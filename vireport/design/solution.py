@@ -31,6 +31,7 @@ from vireport.motions import (
     table,
 )
 from vireport.physics import (
+    RESTITUTIONS,
     Device,
     Fitting,
     Membrane,
@@ -177,12 +178,13 @@ def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, 
     NumericalError
         If the scenario is outside the theory (restitution 1), or double precision does not resolve it.
     """
-    if 1 - device.restitution < SMALLEST_LOSS:
-        raise NumericalError(
-            f"device.restitution: {device.restitution!r} means impacts with hardly any loss; for 1 periodic motions "
-            "come in continua and none is asymptotically stable, so that the criteria of Table 1 do not apply "
-            f"(allowed here: at most 1 - {SMALLEST_LOSS:g})"
-        )
+    for varied in device.inputs:
+        if varied in RESTITUTIONS and 1 - device.value_of(varied) < SMALLEST_LOSS:
+            raise NumericalError(
+                f"{varied.path}: {device.value_of(varied)!r} means impacts with hardly any loss; for 1 periodic "
+                "motions come in continua and none is asymptotically stable, so that the criteria of Table 1 do not "
+                f"apply (allowed here: at most 1 - {SMALLEST_LOSS:g})"
+            )
     if unresolved := sweep.unresolved if sweep is not None else device.unresolved:
         raise NumericalError(unresolved)
     diagram = solve(sweep) if sweep is not None else None

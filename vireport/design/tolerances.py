@@ -10,7 +10,6 @@ import numpy as np
 
 from vireport.base import share_interval
 from vireport.design.devices import (
-    FACTORS,
     Floats,
     Mask,
     Region,
@@ -129,9 +128,8 @@ def assess_tolerances(
         Devices for the yield, a power of two.
     """
     region = region_of(device, half_widths)
-    corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * FACTORS, indexing="ij")).reshape(FACTORS, -1)
     # The design and the corners are tried first: where one fails there is nothing to prove.
-    worst, proof = _worst(region, np.hstack([region.design_shares, corners])), None
+    worst, proof = _worst(region, np.hstack([region.design_shares, region.corners])), None
     if worst is None:
         proof = prove_region(region)
         # A failing device that the proof came upon is no corner; on the way to it from the design, stable motion ends
@@ -162,7 +160,7 @@ def _worst(region: Region, shares: Floats) -> Failure | None:
         low, high = np.where(works, middle, low), np.where(works, high, middle)
     nearest = int(high.argmin())
     device = region.devices(shares[:, [nearest]])
-    values = {varied: float(getattr(device, varied)[0]) for varied in DesignInput}
+    values = {varied: float(device.value_of(varied)[0]) for varied in device.inputs}
     return Failure(values, float(low[nearest]))
 
 

@@ -152,7 +152,7 @@ def _window(solution: Solution, compiled: bool) -> Window | None:
     if sweep is None and not ends:
         return None
     varied = sweep.parameter if sweep is not None else ends[0].parameter
-    value = float(getattr(solution.device, varied))
+    value = float(solution.device.value_of(varied))
     low, high = sorted((sweep.start, sweep.end)) if sweep is not None else (value, value)
     if not low < value < high:
         low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])

@@ -9,13 +9,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import sqrt
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.disturbances.from_rest import FromRest, from_rest, targets_of
-from vireport.motions import PointwiseMotions, find_motions
-from vireport.physics import Device, Groups
+from vireport.motions import PointwiseMotions, find_motions, lap_decay
+from vireport.physics import Device, Groups, each
 from vireport.scenario import Parameter, ScalarInput
 from vireport.simulation import TURN
 
@@ -113,7 +114,7 @@ def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: b
     """What a device comes to from rest at each of some values of an input."""
     several = device.with_values({varied: values})
     known = several.groups(Parameter.LENGTH, several.length_m)
-    groups = Groups(*(np.broadcast_to(np.asarray(group, dtype=float), values.shape) for group in known))
+    groups = known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
     return outcomes_of(groups, find_motions(groups, device.period_ratio), device.period_ratio, compiled)
 
 
@@ -131,14 +132,15 @@ def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, c
     compiled : bool
         Whether to compile the simulation, where numba is there.
     """
-    d, gbar, r = groups
-    stable = motions.stable(r)
+    stable = motions.stable(groups.restitution)
     orbit, cell, trace = motions.orbit.select(stable), motions.cell[stable], motions.trace[stable]
-    phase, decay = np.mod(orbit.phi, TURN), r[cell] ** 2
+    phase, decay = np.mod(orbit.phi, TURN), lap_decay(each(groups.restitution, itemgetter(cell)))
     targets = targets_of(phase, orbit.velocity_bottom, trace, motions.wall_gap[stable], decay)
     return [
-        from_rest(Groups(*map(float, own)), [targets[k] for k in np.flatnonzero(cell == i)], ratio, compiled)
-        for i, own in enumerate(zip(d, gbar, r, strict=True))
+        from_rest(
+            groups.each(itemgetter(i)).as_floats(), [targets[k] for k in np.flatnonzero(cell == i)], ratio, compiled
+        )
+        for i in range(len(groups.d))
     ]
 
 

@@ -23,8 +23,8 @@ from vireport.figures.curves import (
 )
 from vireport.figures.style import Picture
 from vireport.motions import eigenvalues
-from vireport.physics import Device
-from vireport.scenario import Parameter
+from vireport.physics import RESTITUTIONS, Device
+from vireport.scenario import DesignInput, Parameter
 from vireport.study import Study, Task
 from vireport.text import AlertCode, exact
 from vireport.wording import Words
@@ -114,8 +114,18 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
         if name not in varied and (value := getattr(device, name)) is not None
     ]
     parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
-    parameters += [f"r = {exact(device.restitution)}"] if "restitution" not in varied else []
+    parameters += [text for name, text in _restitutions(device) if name not in varied]
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
+
+
+def restitutions_of(device: Device) -> list[str]:
+    """The restitution of both membranes, or of each, as text."""
+    return [text for _, text in _restitutions(device)]
+
+
+def _restitutions(device: Device) -> list[tuple[DesignInput, str]]:
+    given = [name for name in device.inputs if name in RESTITUTIONS]
+    return [(name, f"{name.symbol} = {exact(device.value_of(name))}") for name in given]
 
 
 def swept_range(study: Study) -> str:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
-from vireport.figures.captions import INPUT_DIGITS, held, pictured
+from vireport.figures.captions import INPUT_DIGITS, held, pictured, restitutions_of
 from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
@@ -39,7 +39,7 @@ from vireport.figures.style import (
     style,
 )
 from vireport.motions import Model, Motions
-from vireport.physics import flight
+from vireport.physics import by_wall, flight
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import exact, scaled
@@ -117,9 +117,9 @@ def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:
     d, gbar, q = (float(x[row]) for x in (motions.d, motions.gbar, motions.q))
     impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
     times, distances, start = [], [], 0.0
-    for (phi, velocity, share), wall in zip(impacts, (d / 2, -d / 2), strict=True):
+    for (phi, velocity, share), wall, r in zip(impacts, (d / 2, -d / 2), by_wall(motions.restitution), strict=True):
         elapsed = np.linspace(0.0, 2 * period_ratio * share, SAMPLES)
-        phase, after = float(phi[row]), flight.reflect(float(velocity[row]), motions.restitution)
+        phase, after = float(phi[row]), flight.reflect(float(velocity[row]), r)
         z = wall + flight.displacement(
             elapsed, after, np.sin(phase), np.cos(phase), np.cos(np.pi * elapsed + phase), gbar
         )
@@ -132,7 +132,7 @@ def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:
 def _masses(study: Study) -> list[str]:
     device, membrane = study.solution.device, study.solution.membrane
     ball = [f"m = {scaled(membrane.ball_mass_kg, 3)} g"] if membrane is not None else []
-    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, f"r = {exact(device.restitution)}"]
+    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, *restitutions_of(device)]
 
 
 def _value(study: Study, parameter: Parameter) -> str:

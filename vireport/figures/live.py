@@ -14,7 +14,7 @@ from vireport.figures.curves import Floats
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import HEIGHTS, Drawing, drawing_of, panel_curves
 from vireport.motions import Branch, eigenvalues
-from vireport.physics import Device
+from vireport.physics import Device, by_wall
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import MINUS
@@ -55,6 +55,7 @@ def live_data(study: Study, pictures: Sequence[Picture]) -> str:
     if not shown or not (drawing := drawing_of(study)).parts:
         return ""
     device, swept = study.solution.device, study.solution.parameter
+    apart = dict(zip(("bottom", "top"), by_wall(device.restitution), strict=True))
     ordered = sorted(drawing.parts, key=lambda part: (not part.stable, part.branch.number))
     branches = [_branch(branch, drawing, shown) for branch in dict.fromkeys(part.branch for part in ordered)]
     known = branches[0]["columns"]
@@ -62,7 +63,7 @@ def live_data(study: Study, pictures: Sequence[Picture]) -> str:
         "swept": swept.symbol,
         "unit": swept.unit,
         "angle": None if swept is Parameter.INCLINATION else device.inclination_deg,
-        "r": device.restitution,
+        "r": device.restitution if device.alike else apart,
         "n": device.period_ratio,
         "readings": [("sweep_value", swept.symbol, swept.unit), *(x for x in READINGS if x[0] in known)],
         "figures": {picture.name: _extent(picture) for picture in shown},

@@ -50,7 +50,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
 def _shifts(study: Study, end: Margin) -> list[tuple[DesignInput, float]]:
     """Relative change of the value at which motion ends over that of each other input, largest first."""
     shifts = [
-        (name, derivative * float(getattr(study.solution.device, name)) / end.sweep_value)
+        (name, derivative * float(study.solution.device.value_of(name)) / end.sweep_value)
         for name, derivative in end.derivatives.items()
         if derivative
     ]

@@ -51,7 +51,7 @@ from vireport.figures.style import (
     Look,
     style,
 )
-from vireport.motions import Branch, Event, eigenvalues
+from vireport.motions import Branch, Event, determinant_of, eigenvalues
 from vireport.physics import Voltages
 from vireport.study import Study, Task
 from vireport.text import MINUS, PREFIXES, capital
@@ -466,9 +466,10 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
     sizes = [part.branch.motions.discriminant[part.rows] for drawing in drawings for part in drawing.parts]
     least = min((float(size.min()) for size in sizes), default=0.0)
-    # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ = r⁴: its axis ends where that of the eigenvalues does.
+    # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ the determinant: its axis ends where that of the eigenvalues does.
     highest = max(
-        (LAMBDA_LIMIT - drawing.study.solution.device.restitution**4 / LAMBDA_LIMIT) ** 2 for drawing in drawings
+        (LAMBDA_LIMIT - determinant_of(drawing.study.solution.device.restitution) / LAMBDA_LIMIT) ** 2
+        for drawing in drawings
     )
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:

@@ -19,8 +19,8 @@ from vireport.design import (
 )
 from vireport.gate.evidence import Evidence
 from vireport.motions import Symmetry, undecided
-from vireport.physics import Fitting
-from vireport.scenario import DesignInput, Parameter
+from vireport.physics import Fitting, by_wall
+from vireport.scenario import Parameter
 from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity, percent
 
 if TYPE_CHECKING:
@@ -249,7 +249,11 @@ def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
     if efficiency > 1:
         gained = float(converted.energy_bottom_j[worst] + converted.energy_top_j[worst])
         numbers = {"gained_mj": 1e3 * gained, "lost_mj": 1e3 * gained / efficiency, "percent": 100 * efficiency}
-        yield Sentence("gains", {**numbers, "restitution": float(device.restitution)})
+        if device.alike:
+            yield Sentence("gains", {**numbers, "restitution": float(device.restitution)})
+        else:
+            bottom, top = by_wall(device.restitution)
+            yield Sentence("gains_apart", {**numbers, "bottom": bottom, "top": top})
 
 
 def _long_contact(results: Evidence) -> Iterator[Sentence]:
@@ -336,7 +340,7 @@ def _implausible(results: Evidence) -> Iterator[Sentence]:
     sweep, device = solution.sweep, solution.device
     values = {f"device.{name}": getattr(solution.membrane, name, None) for name in ("ball_mass_kg",)}
     values |= {f"device.membrane.{name}": getattr(solution.membrane, name, None) for name in MEMBRANE_LENGTHS}
-    values |= {varied.path: getattr(device, varied) for varied in DesignInput} | {"gravity_m_s2": device.gravity_m_s2}
+    values |= {varied.path: device.value_of(varied) for varied in device.inputs} | {"gravity_m_s2": device.gravity_m_s2}
     asked = [(path, value) for path, value in values.items() if value is not None]
     if sweep is not None:
         asked += [(f"sweep.{end}", value) for end, value in (("from", sweep.start), ("to", sweep.end))]

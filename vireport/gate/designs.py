@@ -13,7 +13,18 @@ from numpy.typing import NDArray
 from vireport.design import HIGHEST_RESTITUTION
 from vireport.gate.impacts import Impacts, generated, impacts_of
 from vireport.motions import PointwiseMotions, differentiated_motions, find_motions
-from vireport.physics import Conversion, Device, Dielectric, Groups, Membrane, Voltages
+from vireport.physics import (
+    RESTITUTIONS,
+    Conversion,
+    Device,
+    Dielectric,
+    Groups,
+    Membrane,
+    Restitutions,
+    Voltages,
+    by_wall,
+    each,
+)
 from vireport.scenario import DesignInput, Parameter, Scenario
 
 Floats = NDArray[np.float64]
@@ -26,7 +37,7 @@ RINGS = 1.0, 0.5
 DISPLACED = (
     *((DesignInput.FREQUENCY, sign) for sign in (-1, 1)),
     *((varied, -1) for varied in (DesignInput.AMPLITUDE, DesignInput.CAPSULE_MASS)),
-    *((varied, sign) for varied in (DesignInput.INCLINATION, DesignInput.RESTITUTION) for sign in (-1, 1)),
+    *((varied, sign) for varied in (DesignInput.INCLINATION, *RESTITUTIONS) for sign in (-1, 1)),
 )
 """Inputs that are moved, and whither. By d = 4 M s f^2/F and gbar = M g sin(beta)/F all others lie between these."""
 
@@ -68,21 +79,21 @@ class Designs:
         return replace(self, device=self.device.with_values(values))
 
     @cached_property
-    def restitution(self) -> Floats:
+    def restitution(self) -> Any:
         """Of each design."""
-        return np.asarray(self._groups.restitution)
+        return each(self._groups.restitution, np.asarray)
 
     @cached_property
     def _groups(self) -> Groups[Any]:
         groups = self.device.groups(Parameter.LENGTH, self.device.length_m)
-        kind = np.result_type(*groups, float)
-        return Groups(*(np.array(np.broadcast_to(group, self.count), dtype=kind) for group in groups))
+        kind = np.result_type(*groups.numbers, float)
+        return groups.each(lambda group: np.array(np.broadcast_to(group, self.count), dtype=kind))
 
     @cached_property
     def motions(self) -> PointwiseMotions:
         """All motions, stable or not; with derivatives where an input is complex."""
         groups = self._groups
-        shared = np.ndim(self.device.restitution) == 0
+        shared = max(map(np.ndim, by_wall(self.device.restitution))) == 0
         with np.errstate(all="ignore"):
             if np.iscomplexobj(groups.d):
                 return differentiated_motions(groups, self.device.period_ratio)
@@ -116,7 +127,7 @@ class Designs:
         asked = self.scenario.tolerances
         parts = {} if asked is None else {varied: asked.off(varied) for varied in DesignInput}
         return {
-            varied: np.maximum(fixed, getattr(self.device, varied) * percent / 100)
+            varied: np.maximum(fixed, self.device.value_of(varied) * percent / 100)
             for varied, (fixed, percent) in parts.items()
             if fixed or percent
         }
@@ -136,7 +147,7 @@ class Designs:
     @cached_property
     def generated(self) -> tuple[Voltages | None, Conversion | None]:
         """What the impacts of stable motions generate."""
-        return generated(self.speeds, self._membranes, self.of_cell(self.device.restitution), self.period_s)
+        return generated(self.speeds, self._membranes, each(self.device.restitution, self.of_cell), self.period_s)
 
     @cached_property
     def _membranes(self) -> Membrane | None:
@@ -164,7 +175,7 @@ def _of_rows(record: Any, rows: Ints) -> Any:
     """A device or membrane with some elements of its arrays."""
     parts = {part.name: getattr(record, part.name) for part in fields(record)}
     picked = {name: x[rows] for name, x in parts.items() if np.ndim(x)}
-    picked |= {name: _of_rows(x, rows) for name, x in parts.items() if isinstance(x, Dielectric)}
+    picked |= {name: _of_rows(x, rows) for name, x in parts.items() if isinstance(x, (Dielectric, Restitutions))}
     return replace(record, **picked)
 
 
@@ -187,8 +198,8 @@ def keeps_motion(designs: Designs, share: float | Floats) -> Mask:
         for varied, sign in DISPLACED:
             rows = np.flatnonzero(kept)
             part = designs.select(rows)
-            value = np.broadcast_to(getattr(part.device, varied) * (1 + sign * ring * share[rows]), len(rows))
-            high = HIGHEST_RESTITUTION if varied is DesignInput.RESTITUTION else varied.limits[1]
+            value = np.broadcast_to(part.device.value_of(varied) * (1 + sign * ring * share[rows]), len(rows))
+            high = HIGHEST_RESTITUTION if varied in RESTITUTIONS else varied.limits[1]
             moved = np.flatnonzero(value <= high)  # beyond it no margin is looked for
             kept[rows[moved]] = part.select(moved).varied({varied: value[moved]}).has_motion()
     return kept

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution, contact_share
 from vireport.motions import impact_velocities
-from vireport.physics import Word
+from vireport.physics import Word, by_wall
 from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
@@ -291,7 +291,12 @@ class Evidence:
             bottom, top, frequency = Evidence(replace(self.solution, design=None)).impacts
         if membrane is None or not bottom.size:
             return None
-        return contact_share(np.minimum(bottom, -top), membrane, self.solution.device.restitution, frequency)
+        device = self.solution.device
+        if device.alike:
+            return contact_share(np.minimum(bottom, -top), membrane, device.restitution, frequency)
+        speeds = zip((bottom, -top), by_wall(device.restitution), strict=True)
+        shares = [contact_share(speed, membrane, r, frequency) for speed, r in speeds]
+        return max((share for share in shares if share is not None), default=None)
 
 
 def held_against(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:

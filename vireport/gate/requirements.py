@@ -159,7 +159,7 @@ class OfMargin:
             return Judgement(None, "none in any input", None, True)
         relative, nearest = measured[0]
         remark = (f"{nearest.name} at ", nearest.parameter, f" = {nearest.sweep_value:.9g}")
-        bound = nearest.error_bound / float(getattr(device, nearest.parameter))
+        bound = nearest.error_bound / float(device.value_of(nearest.parameter))
         return held_against(100 * relative, limit, remark, 100 * bound)
 
 

@@ -327,7 +327,7 @@ class Verdict:
         """The design point: the parameter that is swept and its value, or all four where nothing is swept."""
         solution = self.evidence.solution
         for parameter in (solution.parameter,) if solution.sweep is not None else tuple(Parameter):
-            yield parameter, float(getattr(solution.device, parameter))
+            yield parameter, float(solution.device.value_of(parameter))
 
     @property
     def ends_of_ranges(self) -> list[tuple[float, Point]]:

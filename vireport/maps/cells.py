@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.design import SMALLEST_LOSS
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Membrane, by_wall
 from vireport.scenario import (
     AxisBlock,
     LoadedMap,
@@ -117,9 +117,11 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
         If the restitution is outside the theory.
     """
     scenario, block = loaded.scenario, loaded.block
-    if 1 - scenario.device.restitution < SMALLEST_LOSS:
+    device = Device.of(scenario)
+    largest = max(by_wall(device.restitution))
+    if 1 - largest < SMALLEST_LOSS:
         raise NumericalError(
-            f"device.restitution: {scenario.device.restitution!r} means impacts with hardly any loss, for which the "
+            f"device.restitution: {largest!r} means impacts with hardly any loss, for which the "
             f"criteria of stability do not apply (allowed in a map: at most 1 - {SMALLEST_LOSS:g})"
         )
     if block.sampling is Sampling.GRID:
@@ -129,7 +131,7 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
     else:
         cells = block.samples or 0
     return MapPlan(
-        device=Device.of(scenario),
+        device=device,
         membrane=Membrane.of(scenario),
         axes=block.axes,
         sampling=block.sampling,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,7 @@ def shock_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int,
             [motions.motion(int(row), ratio) for row in np.flatnonzero(here & rows)]
             for rows in (stable, admissible & ~stable)
         )
-        own = Groups(*(float(group[cell]) for group in groups))
+        own = groups.each(itemgetter(cell)).as_floats()
         try:
             least = least_of(own, attracting, others, effort=SCAN)
         except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce

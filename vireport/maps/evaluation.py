@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,9 @@ from vireport.motions import (
     PointwiseMotions,
     classify,
     find_motions,
+    lap_decay,
 )
-from vireport.physics import Groups, Membrane, voltages
+from vireport.physics import Groups, Membrane, each, voltages
 from vireport.scenario import MapSimulationBlock, Parameter
 
 DECIMALS = 9
@@ -45,6 +47,8 @@ AXIS_UNITS = {
     "amplitude_n": "N",
     "frequency_hz": "Hz",
     "restitution": "1",
+    "restitution_bottom": "1",
+    "restitution_top": "1",
     "ball_mass_kg": "kg",
 }
 
@@ -116,11 +120,11 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     # The ball's mass is no number of the device: it counts for the voltage alone.
     device = plan.device.with_values({name: value for name, value in values.items() if name != "ball_mass_kg"})
     known = device.groups(Parameter.LENGTH, device.length_m)
-    groups = Groups(*(np.broadcast_to(np.asarray(group, dtype=float), count) for group in known))
+    groups = known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), count))
     columns: dict[str, Any] = {**values, "d": groups.d, "gbar": groups.gbar}
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
         motions = find_motions(groups, plan.device.period_ratio)
-        columns |= _motions(motions, groups.restitution)
+        columns |= _motions(motions, groups.restitution, count)
         unit = device.velocity_unit(Parameter.LENGTH, None)
         if plan.membrane is not None:
             columns |= _voltages(plan.membrane, values.get("ball_mass_kg"), unit, columns)
@@ -143,11 +147,11 @@ def _column(values: Any, field: pa.Field) -> pa.Array:
     return pa.array(values, kind, mask=~np.isfinite(values) if pa.types.is_floating(kind) else None)
 
 
-def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
+def _motions(motions: PointwiseMotions, r: Any, count: int) -> dict[str, Any]:
     """Columns `motions`, `stable` and `MOTION`; NaN where there is no motion."""
     real = np.flatnonzero(motions.admissible)
     cell, trace = motions.cell[real], motions.trace[real]
-    code = classify(trace, r[cell] ** 2)
+    code = classify(trace, lap_decay(each(r, itemgetter(cell))))
     stable = code != UNSTABLE
     orbit = motions.orbit
     # Of each cell the row of a stable motion, the fastest at the bottom. Velocities are rounded first: mirror images
@@ -159,16 +163,16 @@ def _motions(motions: PointwiseMotions, r: Floats) -> dict[str, Any]:
     at, row = cell[best], real[best]
 
     def column(values: Floats) -> Floats:
-        whole = np.full(len(r), np.nan)
+        whole = np.full(count, np.nan)
         whole[at] = values
         return whole
 
-    tr, limit = trace[best], TRACE_LEVELS[Event.FOLD](r[at] ** 2)
-    codes = np.full(len(r), -1, dtype=np.int8)
+    tr, limit = trace[best], TRACE_LEVELS[Event.FOLD](lap_decay(each(r, itemgetter(at))))
+    codes = np.full(count, -1, dtype=np.int8)
     codes[at] = code[best]
     return {
-        "motions": np.bincount(cell, minlength=len(r)).astype(np.int16),
-        "stable": np.bincount(cell[stable], minlength=len(r)).astype(np.int16),
+        "motions": np.bincount(cell, minlength=count).astype(np.int16),
+        "stable": np.bincount(cell[stable], minlength=count).astype(np.int16),
         "stability": codes,
         "q": column(0.5 + orbit.u[row]),
         "phi_bottom_rad": column(np.mod(orbit.phi[row], 2 * np.pi)),

@@ -37,7 +37,8 @@ from vireport.maps.disturbed import DESTINATIONS
 from vireport.maps.evaluation import CODES
 from vireport.maps.loci import DrawnLocus, loci_of
 from vireport.maps.store import Store, writing
-from vireport.motions import STABILITIES, TRACE_LEVELS, Event, Stability
+from vireport.motions import STABILITIES, TRACE_LEVELS, Event, Stability, lap_decay
+from vireport.physics import RESTITUTIONS, Restitutions
 from vireport.scenario import Parameter, Sampling
 from vireport.text import PREFIXES, capital, percent
 
@@ -71,7 +72,9 @@ OF_CELLS: Look = {"linewidth": 7.0, "solid_capstyle": "butt"}
 LINE = 1.4
 """Width of a curve [pt]."""
 
-OTHER_NAMES = {"restitution": "restitution r [–]", "ball_mass_kg": "ball mass m [kg]"}
+OTHER_NAMES = {name.value: f"{name.quantity} {name.symbol} [–]" for name in RESTITUTIONS} | {
+    "ball_mass_kg": "ball mass m [kg]"
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,9 +193,12 @@ def _of_stable(
 
 
 def _margin(plan: MapPlan, raster: Raster, loci: Sequence[DrawnLocus]) -> Figure:
-    percent = 100 * raster.columns["multiplier_margin"] / TRACE_LEVELS[Event.FOLD](_restitutions(plan, raster) ** 2)
+    restitution = _restitution(plan, raster)
+    decay = lap_decay(restitution)
+    determinant = "(r_bottom r_top)²" if isinstance(restitution, Restitutions) else "r⁴"
+    percent = 100 * raster.columns["multiplier_margin"] / TRACE_LEVELS[Event.FOLD](decay)
     figure, axes = _of_stable(plan, raster, percent, "viridis", (0.0, 100.0))
-    figure.colorbar(axes.images[-1], ax=axes, label="1 − |tr|/(1 + r⁴) [%]")
+    figure.colorbar(axes.images[-1], ax=axes, label=f"1 − |tr|/(1 + {determinant}) [%]")
     title = f"Stability margin: 0 % where a multiplier reaches 1 or −1{HATCHED}"
     return _with_loci(figure, axes, plan, title, loci, _types(Stability.UNSTABLE_NODE))
 
@@ -251,11 +257,10 @@ def _outside(plan: MapPlan, raster: Raster) -> str:
     return f"{capital(OUTSIDE)}, at {share} of the cells with a motion"
 
 
-def _restitutions(plan: MapPlan, raster: Raster) -> Any:
-    """R at the cells: a number, a column or a row."""
-    if "restitution" not in plan.names:
-        return plan.device.restitution
-    return raster.x if plan.names.index("restitution") == 0 else raster.y[:, None]
+def _restitution(plan: MapPlan, raster: Raster) -> Any:
+    """R at the cells, of both membranes or of each: numbers, columns or rows."""
+    axes = dict(zip(plan.names, (raster.x, raster.y[:, None]), strict=False))
+    return plan.device.with_values({name: axes[name] for name in RESTITUTIONS if name in axes}).restitution
 
 
 def _blank(plan: MapPlan, raster: Raster) -> tuple[Figure, Axes]:

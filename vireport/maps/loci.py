@@ -9,6 +9,7 @@ import numpy as np
 from vireport.chart import Plane, chart
 from vireport.maps.cells import Floats, MapPlan, axis_ends
 from vireport.motions import Event, Limits, Sweep, solve
+from vireport.physics import RESTITUTIONS
 from vireport.scenario import DesignInput, Parameter
 
 
@@ -30,6 +31,8 @@ def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
     at = {known: value for known, value in zip(inputs, low.tolist(), strict=True) if known is not None}
     device = plan.device.with_values(at)
     first, second = inputs
+    if first in RESTITUTIONS and second in RESTITUTIONS:
+        return ()  # no sweep across such a plane, from which curves would be found
     if first is not None and second is not None:
         drawn = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
         return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in drawn.loci)

@@ -280,7 +280,7 @@ def compliance(
         rigid=rigid,
         critical=critical,
         varied=varied,
-        design_value=float(getattr(device, varied)),
+        design_value=float(device.value_of(varied)),
         order=1 / (membrane.exponent + 1),
         periods=device.period_ratio,
         rungs=rungs,

@@ -95,15 +95,15 @@ class Condition:
         x : ndarray
             Velocities and times of the impacts, and what varies of the device.
         groups : Groups
-        gradients : ndarray, shape (3, varied)
-            Of the groups by what varies.
+        gradients : ndarray, shape (4, varied)
+            Of `Groups.numbers` by what varies.
         """
         own = 2 * len(word)
         if self.event is Event.GRAZING and self.held is None:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
-        at = np.append(x[:own], groups)
+        at = np.append(x[:own], groups.numbers)
         steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
-        values = self.value(word, steps[:own], Groups(*steps[own:]), ARRAYS)
+        values = self.value(word, steps[:own], Groups.of(*steps[own:]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY
         gradient = np.append(slopes[:own], slopes[own:] @ gradients)
         length = float(np.linalg.norm(gradient)) or 1.0

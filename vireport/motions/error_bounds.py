@@ -26,9 +26,20 @@ from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import coefficients, orbits_above
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, residuals
-from vireport.motions.stability import discriminant, return_trace
+from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Held, Level, Sweep, level_terms
-from vireport.physics import FUNCTION, GROUP_ERROR, ROUNDED, UNIT, Rounded, infinite_where_undefined, wrapped
+from vireport.physics import (
+    FUNCTION,
+    GROUP_ERROR,
+    ROUNDED,
+    UNIT,
+    Restitutions,
+    Rounded,
+    by_wall,
+    each,
+    infinite_where_undefined,
+    wrapped,
+)
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -78,7 +89,7 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Float
 
 
 def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
-    r, n, held = Rounded(m.restitution), sweep.device.period_ratio, sweep.level.held
+    r, n, held = each(m.restitution, Rounded), sweep.device.period_ratio, sweep.level.held
     delta_u, delta_phi = _place_bounds(sweep.level, m, n) if given is None else given
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
@@ -93,9 +104,10 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     velocity_top = _from(orbit.velocity_top, m.velocity_top)
     # A turning point moves with the start of its flight: with the velocity, the phase and the acceleration there.
     period = 2 * n
-    speed = m.restitution * np.maximum(m.velocity_bottom, -m.velocity_top)
+    most = max(by_wall(m.restitution))
+    speed = most * np.maximum(m.velocity_bottom, -m.velocity_top)
     turning = (
-        period * m.restitution * np.maximum(velocity_bottom, velocity_top)
+        period * most * np.maximum(velocity_bottom, velocity_top)
         + period**2 / 2 * gbar
         + (0.3 + period / np.pi) * np.maximum(delta_phi, phase_top)
         + 8 * UNIT * (period * speed + period**2 * m.gbar + 0.3 + period / np.pi)
@@ -113,7 +125,7 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
         "velocity_top": velocity_top,
         "trace": _unless_lost(_from(trace, m.trace), m.trace),
         "determinant": 4 * UNIT * m.determinant,
-        "discriminant": _unless_lost(_from(discriminant(trace, r * r), m.discriminant), m.discriminant),
+        "discriminant": _unless_lost(_from(discriminant(trace, lap_decay(r)), m.discriminant), m.discriminant),
         "wall_gap": np.where(at_rest, np.inf, d + np.where(m.wall_gap < m.d, turning, 0.0)),
     }
 
@@ -130,10 +142,11 @@ def _unless_lost(bound: Floats, stored: Floats) -> Floats:
 
 def _place_bounds(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
     """How far, in q and in phase, the exact motion of the level is from each 1:1 motion."""
-    ops, r, u = ROUNDED, Rounded(m.restitution), Rounded(m.u)
+    ops, r, u = ROUNDED, each(m.restitution, Rounded), Rounded(m.u)
     sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
     a, b, c = level_terms(_as_known(level), coefficients(u, r, n, ops), u, r, n, ops)
-    h = STEP * (1 - m.restitution) / (1 + m.restitution)
+    most = max(by_wall(m.restitution))
+    h = STEP * (1 - most) / (1 + most)
 
     def condition(u: Floats) -> Any:
         a, b, c = level_terms(level, coefficients(u, m.restitution, n), u, m.restitution, n)
@@ -144,7 +157,7 @@ def _place_bounds(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
     # The least change of (q, phase) to make up for a residual rho is rho grad/|grad|^2.
     reach = CURVATURE * _largest(a * sine + b * cosine - c) / (slope_u**2 + slope_phi**2)
     # On the symmetric line of a horizontal capsule u = 0 is exact, and any phase is that of a motion.
-    free = level.horizontal & (m.u == 0)
+    free = (level.horizontal and not isinstance(m.restitution, Restitutions)) & (m.u == 0)
     delta_u, delta_phi = (np.where(free, 0.0, reach * np.abs(slope)) for slope in (slope_u, slope_phi))
     return delta_u, delta_phi
 
@@ -181,7 +194,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
         For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
     """
     word = curve.word
-    known = Model(_as_known(model.level), Rounded(model.r))
+    known = Model(_as_known(model.level), each(model.r, Rounded))
     conditions = residuals(word, [Rounded(column) for column in x.T], known, ROUNDED)
     most = np.stack([_largest(residual) for residual in conditions], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -99,7 +99,7 @@ class Family:
 
     def stability(self, trace: float) -> Stability:
         """Type of a motion with this trace."""
-        return STABILITIES[int(classify(trace, self.model.r ** len(self.word)))]
+        return STABILITIES[int(classify(trace, self.model.decay(self.word.walls)))]
 
     @property
     def name(self) -> str:
@@ -187,7 +187,7 @@ class Family:
     @property
     def determinant(self) -> float:
         """Determinant of the product of the flights' Jacobians, r^(2N)."""
-        return float(self.model.r ** (2 * len(self.word)))
+        return float(self.model.determinant(self.word.walls))
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:

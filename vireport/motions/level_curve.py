@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,10 @@ from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.orbits import Orbits, coefficients, orbits_above
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
-from vireport.motions.stability import discriminant, return_trace
-from vireport.motions.sweep import Level, Sweep, level_terms
+from vireport.motions.stability import discriminant, lap_decay, return_trace
+from vireport.motions.sweep import Level, Sweep, level_terms, mirrors
 from vireport.motions.turning import wall_gap
-from vireport.physics import FINEST_D
+from vireport.physics import FINEST_D, by_wall
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -112,14 +113,14 @@ class Strand:
         return self.low == self.high
 
 
-def find_strands(level: Level, r: float, n: int) -> list[Strand]:
+def find_strands(level: Level, r: Any, n: int) -> list[Strand]:
     """Every strand of a level curve over 0 < q < 1.
 
     Parameters
     ----------
     level : Level
         What the sweep holds.
-    r : float
+    r : float or Restitutions
         Restitution coefficient, 0 <= r < 1.
     n : int
         Forcing periods per motion.
@@ -127,7 +128,7 @@ def find_strands(level: Level, r: float, n: int) -> list[Strand]:
     strands = []
     # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line beside the rest of
     # the level, of which u is divided out in `level_terms`.
-    if level.horizontal and n % 2:
+    if mirrors(level, r, n):
         strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
     for low, high in _existence(level, r, n):
         if low == -EDGE and high == EDGE:
@@ -139,7 +140,7 @@ def find_strands(level: Level, r: float, n: int) -> list[Strand]:
     return strands
 
 
-def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
+def _existence(level: Level, r: Any, n: int) -> list[tuple[float, float]]:
     """Intervals of u in which the level has motions.
 
     The margin (a^2 + b^2)^(1/2) - |c| is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to
@@ -171,7 +172,7 @@ def _existence(level: Level, r: float, n: int) -> list[tuple[float, float]]:
 
 
 @lru_cache(maxsize=64)
-def largest_groups(r: float, n: int) -> tuple[float, float]:
+def largest_groups(r: Any, n: int) -> tuple[float, float]:
     """Largest d and gbar of any motion, with a little room."""
     k = coefficients(np.linspace(-EDGE, EDGE, 4096 * n + 1), r, n)
     # Over all phases a sin(phi) + b cos(phi) is (a^2 + b^2)^(1/2) at most.
@@ -179,7 +180,7 @@ def largest_groups(r: float, n: int) -> tuple[float, float]:
     return 1.001 * float(d.max()), 1.001 * float(gbar.max())
 
 
-def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: float, n: int) -> Orbits:
+def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: Any, n: int) -> Orbits:
     """Motions at parameters `w` of the strands `which`, arrays of one shape."""
     low = np.array([s.low for s in strands])[which]
     width = np.array([s.high - s.low for s in strands])[which]
@@ -222,8 +223,8 @@ class LevelCurve:
     bounds: tuple[float, float]
 
     @property
-    def r(self) -> float:
-        """Restitution coefficient."""
+    def r(self) -> Any:
+        """Restitution coefficient, of both membranes or of each."""
         return self.sweep.device.restitution
 
     @property
@@ -233,8 +234,8 @@ class LevelCurve:
 
     @property
     def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule and n is odd: motions then have mirror images."""
-        return self.level.horizontal and self.n % 2 == 1
+        """Whether motions have mirror images: gravity has no part along the capsule, both ends are alike, n is odd."""
+        return mirrors(self.level, self.r, self.n)
 
     def at(self, which: Ints, w: Floats) -> Orbits:
         """Motions at parameters `w` of the strands `which`."""
@@ -256,8 +257,9 @@ class LevelCurve:
             trace = return_trace(orbit, r)
         unknown = np.full(trace.shape, np.nan)
         # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
+        decay = lap_decay(r)
         traced = [
-            condition.excess(trace, r * r) if r > 0 or condition.event is not Event.NODE_FOCUS else unknown
+            condition.excess(trace, decay) if decay > 0 or condition.event is not Event.NODE_FOCUS else unknown
             for condition in COLUMNS[TRACED]
         ]
         in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
@@ -347,11 +349,12 @@ def _samples(curve: LevelCurve, which: Ints, w: Floats) -> Samples:
     orbit = curve.at(which, w)
     events = curve.event_values(orbit, with_gap=False)
     r = curve.r
-    trace = COLUMNS[0].trace(events[:, 0], r * r)
+    decay, most = lap_decay(r), max(by_wall(r))
+    trace = COLUMNS[0].trace(events[:, 0], decay)
     low, high = curve.bounds
-    speed = 1 + (1 + r) / (1 - r) / np.pi
+    speed = 1 + (1 + most) / (1 - most) / np.pi
     with np.errstate(all="ignore"):
-        root = np.sqrt(np.abs(np.clip(discriminant(trace, r * r), -4.0, 4.0)))
+        root = np.sqrt(np.abs(np.clip(discriminant(trace, decay), -4.0, 4.0)))
         # The trace passes through infinity where an impact velocity vanishes; faded, the eigenvalues are continuous.
         fade = np.clip(-100 * orbit.velocity_bottom * orbit.velocity_top, -1.0, 1.0) / 3
         drawn = np.stack(

@@ -13,7 +13,9 @@ from vireport.motions.stability import (
     STABILITIES,
     UNSTABLE,
     classify,
+    determinant_of,
     discriminant,
+    lap_decay,
     return_trace,
 )
 from vireport.motions.sweep import Held, Level, Sweep
@@ -50,8 +52,8 @@ class Motions:
         Distance of the nearest turning point to a membrane, see `turning.wall_gap`.
     admissible : ndarray of bool
         Whether the ball stays between the membranes: the gap is positive.
-    restitution : float
-        r, on which the type of stability rests.
+    restitution : float or Restitutions
+        r, on which the type of stability rests: of both membranes, or of each.
     """
 
     sweep_value: Floats
@@ -68,7 +70,7 @@ class Motions:
     stability: NDArray[np.int8]
     wall_gap: Floats
     admissible: NDArray[np.bool_]
-    restitution: float
+    restitution: Any
 
     def __len__(self) -> int:
         """Return the number of motions."""
@@ -77,12 +79,12 @@ class Motions:
     @property
     def decay(self) -> float:
         """Root of the determinant of DP: r^2, the product of the restitution coefficients over both impacts."""
-        return self.restitution * self.restitution
+        return float(lap_decay(self.restitution))
 
     @property
     def determinant(self) -> Floats:
-        """Determinant of DP: r^4 for every motion, Eq. (A.3)."""
-        return np.full(len(self), self.restitution**4)
+        """Determinant of DP: r^4 for every motion, Eq. (A.3), or (r_b r_t)^2."""
+        return np.full(len(self), determinant_of(self.restitution))
 
     def select(self, index: Any) -> Motions:
         """The motions picked by an index or mask, or in another order."""
@@ -130,8 +132,8 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
         velocity_bottom=np.array(orbit.velocity_bottom),
         velocity_top=np.array(orbit.velocity_top),
         trace=trace,
-        discriminant=discriminant(trace, r * r),
-        stability=classify(trace, r * r),
+        discriminant=discriminant(trace, lap_decay(r)),
+        stability=classify(trace, lap_decay(r)),
         wall_gap=gap,
         admissible=gap > 0,
         restitution=r,

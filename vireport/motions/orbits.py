@@ -6,6 +6,10 @@ determinant is K(q) = -T^2 (1+r) [(q - 1/2)^2 + ((1-r)/(2(1+r)))^2], which vanis
 needed, no motion is lost, and neither q = 1/(1+r), where (3.10) divides by zero, nor q = 1/2 is special. A sweep is
 a level curve on that surface.
 
+Where the membranes are not alike, r_b at the bottom and r_t at the top, momentum over the period and the two flights
+give the same with a = (1-r)/(2(1+r)) of either: K(q) = -T^2 (1+r_b) [(q - 1/2)^2 + a_b a_t], and a_t - a_b =
+(r_b - r_t)/[(1+r_b)(1+r_t)] enters gbar beside u.
+
 Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at u
 ~ gbar, where q itself has no digits left. The formulae serve every kind of number, see `vireport.physics.numbers`.
 """
@@ -15,7 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from vireport.physics import ARRAYS, Flight, flight
+from vireport.physics import ARRAYS, Flight, Restitutions, by_wall, flight
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +58,8 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     ----------
     u : array_like
         q - 1/2, strictly between -1/2 and 1/2 [-].
-    r : float
-        Restitution coefficient, 0 <= r < 1 [-].
+    r : float or Restitutions
+        Restitution coefficient, 0 <= r < 1 [-]: of both membranes, or of each.
     n : int
         Forcing periods per motion, T = 2n, Eq. (3.14).
     ops
@@ -74,21 +78,26 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     sin_half, cos_half = ops.sin(half), ops.cos(half)
     twice = 2 * sin_half
     versine, sin_theta = twice * sin_half, twice * cos_half
-    jump, loss = 1 + r, 1 - r
+    bottom, top = by_wall(r)
+    jump, loss = 1 + bottom, 1 - bottom
+    jump_top, loss_top = (jump, loss) if bottom is top else (1 + top, 1 - top)
     twice_jump, shift = 2 * jump, period * u
     p = jump * u - loss / 2
+    p_top = p if bottom is top else jump_top * u - loss_top / 2
     # A sum of squares, with no difference in it: K(q) keeps its digits for every r < 1.
-    determinant = -period * period * (jump * u * u + loss * loss / (4 * jump))
+    determinant = -period * period * (jump * u * u + loss * loss_top / (4 * jump_top))
     if n % 2:
         sin_a, cos_a_less_one = -sin_theta, versine - 2
         gbar_sine = versine * p - twice_jump * u
     else:
         sin_a, cos_a_less_one = sin_theta, -versine
         gbar_sine = cos_a_less_one * p - loss
+    if isinstance(r, Restitutions):
+        gbar_sine = gbar_sine - (bottom - top) / jump_top
     scale = period / (pi * determinant)
     gbar_sine, gbar_cosine = scale * gbar_sine, scale * sin_a * p
     scale = scale * period
-    velocity_sine = scale * (u * cos_a_less_one + p / jump)
+    velocity_sine = scale * (u * cos_a_less_one + p_top / jump_top)
     velocity_cosine = scale * u * sin_a
     reach = period * (1 - 4 * u * u) / 8  # Tu Td/(2T)
     return Coefficients(
@@ -144,8 +153,9 @@ class Orbits:
         return Orbits(*(getattr(self, field.name)[index] for field in fields(Orbits)))
 
     def flights(self, r: Any) -> tuple[Flight, Flight]:
-        """The flight from the bottom upward, and the one back down, for the restitution coefficient r."""
-        bottom, top = flight.reflect(self.velocity_bottom, r), flight.reflect(self.velocity_top, r)
+        """The flight from the bottom upward, and the one back down, for the restitution r of `coefficients`."""
+        at_bottom, at_top = by_wall(r)
+        bottom, top = flight.reflect(self.velocity_bottom, at_bottom), flight.reflect(self.velocity_top, at_top)
         return (
             Flight(-1, bottom, self.sin_phi, self.cos_phi, self.time_up, self.gbar, self.d),
             Flight(1, top, self.sin_top, self.cos_top, self.time_down, self.gbar, self.d),
@@ -165,8 +175,10 @@ def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = A
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
     velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
-    # Over the period gravity adds T gbar to the velocity, of which the impacts take (1 + r) times the sum of theirs:
-    # that is (3.8).
+    # Over the period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its own: that is
+    # (3.8).
+    bottom, top = by_wall(r)
+    taken = velocity if bottom is top else velocity * ((1 + bottom) / (1 + top))
     return Orbits(
         u=u,
         phi=phi,
@@ -177,7 +189,7 @@ def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = A
         time_up=c.time_up,
         time_down=c.time_down,
         velocity_bottom=velocity,
-        velocity_top=2 * n * gbar / (1 + r) - velocity,
+        velocity_top=2 * n * gbar / (1 + top) - taken,
         gbar=gbar,
         d=c.d_sine * sin_phi + c.d_cosine * cos_phi,
     )

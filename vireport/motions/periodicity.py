@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
-from vireport.physics import FLOATS, Groups, Word, flight
+from vireport.physics import FLOATS, Groups, Restitutions, Word, by_wall, flight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -38,7 +38,7 @@ class Varied(Grouped, Protocol):
     """What varies of a device, with the derivatives of the groups by it."""
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Derivatives of d, gbar and r, (3, len(varied))."""
+        """Derivatives of `Groups.numbers`, (4, len(varied))."""
 
 
 class Variation(Varied, Protocol):
@@ -46,12 +46,12 @@ class Variation(Varied, Protocol):
 
     @property
     def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule, whatever varies: motions then have mirror images."""
+        """Whether motions have mirror images, whatever varies: no gravity along the capsule, and equal ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution coefficient.
+    """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution of the membranes.
 
     It gives the groups at what varies, which follows the velocities and times among the unknowns.
     """
@@ -61,8 +61,8 @@ class Model:
 
     @property
     def horizontal(self) -> bool:
-        """Whether gravity has no part along the capsule."""
-        return self.level.horizontal
+        """Whether motions have mirror images: gravity has no part along the capsule, and both ends are alike."""
+        return self.level.horizontal and not isinstance(self.r, Restitutions)
 
     def groups(self, coordinate: Any) -> Groups[Any]:
         """The groups at a value of the coordinate that orders the sweep."""
@@ -70,6 +70,15 @@ class Model:
             return Groups(self.level.value, coordinate, self.r)
         gbar = self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
         return Groups(coordinate, gbar, self.r)
+
+    def decay(self, walls: Sequence[int]) -> Any:
+        """The root of the determinant of a motion's Jacobian, see `Groups.decay`."""
+        # Of membranes that are alike the power, which has one rounding.
+        return Groups(0.0, 0.0, self.r).decay(walls) if isinstance(self.r, Restitutions) else self.r ** len(walls)
+
+    def determinant(self, walls: Sequence[int]) -> Any:
+        """The determinant of a motion's Jacobian: r^2 over all impacts."""
+        return self.decay(walls) ** 2 if isinstance(self.r, Restitutions) else self.r ** (2 * len(walls))
 
     @property
     def slope(self) -> tuple[float, float]:
@@ -90,9 +99,10 @@ class Model:
         """
         if self.level.held is Held.D:
             return inf
-        most = (1 + self.r) / (1 - self.r)
+        r = max(by_wall(self.r))
+        most = (1 + r) / (1 - r)
         gbar = self.level.value if self.level.held is Held.GBAR else most
-        farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - self.r)
+        farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - r)
         return BEYOND * float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
@@ -100,8 +110,8 @@ class Model:
         return self.groups(varied[0])
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Derivatives of d, gbar and r by the coordinate, (3, 1)."""
-        return np.array([[*self.slope, 0.0]]).T
+        """Derivatives of `Groups.numbers` by the coordinate, (4, 1)."""
+        return np.array([[*self.slope, 0.0, 0.0]]).T
 
 
 class Leg(NamedTuple):
@@ -164,11 +174,12 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
         covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
         values += [speed - row[j], covered - way * d]
         by_impacts += [-r, -pull_start, -r * t, -after - pull_start * t, -1.0, pull_end, speed]
-        by_groups += [0.0, t, -row[i], -way, t * t / 2, -row[i] * t]
+        of_bottom, of_top = (-row[i], 0.0) if word.walls[i] > 0 else (0.0, -row[i])
+        by_groups += [0.0, t, of_bottom, of_top, -way, t * t / 2, of_bottom * t, of_top * t]
     # with one impact both ends of the flight are the same, and their derivatives are added
     entries = np.asarray(np.bincount(_places(count, len(row)), by_impacts, 2 * count * len(row)), float)
     matrix = entries.reshape(2 * count, len(row))
-    matrix[:, 2 * count :] = np.array(by_groups).reshape(-1, 3) @ model.slopes(row[2 * count :])
+    matrix[:, 2 * count :] = np.array(by_groups).reshape(-1, 4) @ model.slopes(row[2 * count :])
     return np.array(values), matrix
 
 
@@ -184,9 +195,9 @@ def _places(count: int, width: int) -> Ints:
 
 
 def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> Any:
-    """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order, whose determinant is r^(2N).
+    """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order.
 
-    All velocities must differ from zero.
+    Its determinant is r^(2N), the square of `Groups.decay`. All velocities must differ from zero.
     """
     count = len(word)
     groups = model.at(x[2 * count :])

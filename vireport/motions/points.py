@@ -25,7 +25,7 @@ from vireport.motions.periodicity import Model, Varied, trace
 from vireport.motions.polish import DECIMALS, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
-from vireport.physics import ARRAYS, FLOATS, Word
+from vireport.physics import ARRAYS, FLOATS, Word, each
 
 AT_ONCE = 1e-9
 """Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
@@ -150,7 +150,7 @@ def point_of(
     velocity = np.array([float(number) for number in solved.x[:count]])
     time = np.array([float(number) for number in solved.x[count : 2 * count]])
     velocity[list(rests)] = 0.0
-    d, gbar, _ = map(float, solved.groups)
+    d, gbar = float(solved.groups.d), float(solved.groups.gbar)
     rounded = float(value)
     error = max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded))))
     motion = Motion(word, velocity, time, float(solved.x[-1]))
@@ -206,7 +206,7 @@ def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> O
 @lru_cache(maxsize=8)
 def model_of(sweep: Sweep, ops: Any) -> Model:
     """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
-    return Model(sweep.level_in(ops), ops.exact(sweep.device.restitution))
+    return Model(sweep.level_in(ops), each(sweep.device.restitution, ops.exact))
 
 
 def solved_on_sweep(sweep: Sweep, guess: Motion, equation: Equation, symmetric: bool = False, **more: Any) -> Solved:
@@ -272,7 +272,7 @@ def motion_at(motions: Motions, row: int, n: int) -> Motion:
 def solve_one_to_one(
     grouped: Callable[[Any], Varied],
     orbit: Orbits,
-    r: float,
+    r: Any,
     n: int,
     coordinate: float,
     condition: Condition,
@@ -286,7 +286,7 @@ def solve_one_to_one(
         As for `polish.solve_motion`.
     orbit : Orbits
         The motion as far as it is known (arrays of length one).
-    r : float
+    r : float or Restitutions
         Restitution coefficient there.
     n : int
         Forcing periods per motion.

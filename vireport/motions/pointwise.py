@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import pi
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,9 @@ from vireport.motions.level_curve import largest_groups
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
-from vireport.motions.stability import return_trace
+from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics import Groups, Word
+from vireport.physics import Groups, Restitutions, Word, by_wall, each
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -102,9 +103,11 @@ class PointwiseMotions:
         """Whether the ball stays between the membranes."""
         return np.asarray(self.wall_gap > 0)
 
-    def stable(self, r: Floats, slack: float = 0.0) -> Mask:
+    def stable(self, r: Any, slack: float = 0.0) -> Mask:
         """Whether motions are stable and admissible, or lack up to `slack` of it; r is that of each design point."""
-        within = np.abs(self.trace.real) < TRACE_LEVELS[Event.FOLD](r.real[self.cell] ** 2) + slack
+        of_cell = each(r, lambda x: x.real[self.cell])
+        decay = lap_decay(of_cell) if isinstance(of_cell, Restitutions) else of_cell**2
+        within = np.abs(self.trace.real) < TRACE_LEVELS[Event.FOLD](decay) + slack
         return np.asarray(within & (self.wall_gap.real > -slack))
 
 
@@ -120,43 +123,60 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         Forcing periods per motion, the same for all.
     """
     d, gbar, r = groups
-    each = np.broadcast_to(np.asarray(r, dtype=float), d.shape)
-    shared = sorted(set(np.ravel(r).tolist()))
-    sharing: list[tuple[Ints, float | None]]
+    of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
+    sharing: list[tuple[Ints, Any]]
     # A table pays where many points share it: with few points to a restitution r is an array, and each has its own
     # forms.
+    shared = _different(r)
     if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(d):
         sharing = [(np.arange(len(d)), None)]
     else:
-        sharing = [(np.flatnonzero(each == value), value) for value in shared]
+        sharing = [(np.flatnonzero(_is(of_cells, value)), value) for value in shared]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
     for cells, value in sharing:
-        for chosen, points in _portions(cells, d, gbar, each, n, value):
+        for chosen, points in _portions(cells, d, gbar, of_cells, n, value):
             which, u, phi = _zeros(points)
             if points.divided:
                 which, u, phi = _with_symmetric(which, u, phi, points)
             parts.append((chosen[which], u, phi))
     cell, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return _evaluated(cell, u, phi, d, gbar, each, n)
+    return _evaluated(cell, u, phi, d, gbar, of_cells, n)
 
 
-def _portions(
-    cells: Ints, d: Floats, gbar: Floats, r: Floats, n: int, shared: float | None
-) -> Iterator[tuple[Ints, Points]]:
+def _different(r: Any) -> list[Any]:
+    """The restitutions that there are among those of design points, in order."""
+    if not isinstance(r, Restitutions):
+        return sorted(set(np.ravel(r).tolist()))
+    columns = (np.ravel(of_wall).tolist() for of_wall in np.broadcast_arrays(r.bottom, r.top))
+    return [Restitutions(*pair) for pair in sorted(set(zip(*columns, strict=True)))]
+
+
+def _is(r: Any, value: Any) -> Mask:
+    """Which design points have a restitution, or both."""
+    if not isinstance(r, Restitutions):
+        return np.asarray(r == value)
+    return np.asarray((r.bottom == value.bottom) & (r.top == value.top))
+
+
+def _portions(cells: Ints, d: Floats, gbar: Floats, r: Any, n: int, shared: Any) -> Iterator[tuple[Ints, Points]]:
     """Cut design points into portions that fit the cache, each on the grid that its gbar needs."""
     if shared is not None:
         # Beyond the largest d or gbar of all motions G has no zero, and the grid would be searched for nothing.
         largest_d, largest_gbar = largest_groups(shared, n)
         cells = cells[(d[cells] <= largest_d) & (gbar[cells] <= largest_gbar)]
     kind = np.searchsorted(-np.array(SCALES), -gbar[cells]) if n % 2 else np.zeros(len(cells), dtype=np.intp)
-    kind[(gbar[cells] == 0) & (n % 2 == 1)] = HORIZONTAL
+    # Where the membranes are not alike, nothing can be divided out without gravity either: motions are then at u of
+    # the size of the difference, which may be as small as any gbar.
+    flat = HORIZONTAL - 1 if isinstance(r, Restitutions) else HORIZONTAL
+    kind[(gbar[cells] == 0) & (n % 2 == 1)] = flat
     for scale in range(HORIZONTAL + 1):
         same = cells[kind == scale]
         for first in range(0, same.size, BLOCK_POINTS):
             chosen = same[first : first + BLOCK_POINTS]
-            u = _grid(float(r[chosen].max()), n, scale)
+            own = each(r, itemgetter(chosen))
+            u = _grid(each(own, lambda x: float(x.max())), n, scale)
             tables = None if shared is None else _tables(shared, n, scale)
-            yield chosen, Points(u, n, scale == HORIZONTAL, d[chosen], gbar[chosen], r[chosen], tables)
+            yield chosen, Points(u, n, scale == HORIZONTAL, d[chosen], gbar[chosen], own, tables)
 
 
 def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tuple[Ints, Floats, Floats]:
@@ -179,13 +199,13 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: A
     """What is known of solutions, in order, those that are none by the sign of a velocity left out."""
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
-    orbit = orbits(u[order], phi[order], r[cell], n)
+    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n)
     # G knows squares only: what it finds may strike the membranes from behind.
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
-    trace = np.asarray(return_trace(orbit, r[cell]))
-    return PointwiseMotions(cell, orbit, trace, wall_gap(orbit, r[cell]))
+    own = each(r, itemgetter(cell))
+    return PointwiseMotions(cell, orbit, np.asarray(return_trace(orbit, own)), wall_gap(orbit, own))
 
 
 def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
@@ -204,11 +224,12 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
     """
     d, gbar, r = groups
-    motions = find_motions(Groups(d.real, gbar.real, r.real), n)
-    d, gbar, r, u, phi = d[motions.cell], gbar[motions.cell], r[motions.cell], motions.orbit.u, motions.orbit.phi
+    motions = find_motions(groups.each(np.real), n)
+    d, gbar, r = groups.each(itemgetter(motions.cell))
+    u, phi, real = motions.orbit.u, motions.orbit.phi, each(r, np.real)
     # Two real derivatives, by u and by phi, and the part of d and gbar that r moves with u and phi held.
     along_u, along_phi, at = (
-        orbits(*place, n) for place in ((u + 1j * STEP, phi, r.real), (u, phi + 1j * STEP, r.real), (u + 0j, phi, r))
+        orbits(*place, n) for place in ((u + 1j * STEP, phi, real), (u, phi + 1j * STEP, real), (u + 0j, phi, r))
     )
     of_d, of_gbar = d.imag - at.d.imag, gbar.imag - at.gbar.imag
     with np.errstate(all="ignore"):  # on a fold there is no derivative
@@ -219,7 +240,7 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
     orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
     gap = d.copy()
-    for impact, turn in flight_turns(motions.orbit, motions.orbit.flights(r.real), nearest=True):
+    for impact, turn in flight_turns(motions.orbit, motions.orbit.flights(real), nearest=True):
         way = orbit.flights(r)[impact].select(turn.index)
         angle = np.pi * turn.time
         covered = way.covered(turn.time, way.turned(np.sin(angle), np.cos(angle))[1])
@@ -245,7 +266,7 @@ def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
     ----------
     u : array_like
         q - 1/2; complex where a derivative is wanted.
-    r : array_like
+    r : array_like or Restitutions
         Restitution coefficient, 0 <= r < 1.
     n : int
         Forcing periods per motion.
@@ -257,8 +278,11 @@ def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
     -----
     With p = (1+r) u - (1-r)/2 and m = Tu Td/(2T), subtracting multiples of the rows leaves
     Delta = 2 (1+r) [m sin(a)/pi - u (cos(a) - 1)/pi^2]. Everything that vanishes with u does so without cancellation.
+    Of membranes that are not alike r is that of the bottom, and 2 (1+r) u has the company of (r_b - r_t)/(1 + r_t).
     """
     pi, period = np.pi, 2 * n
+    r, r_top = by_wall(r)
+    skew = 0.0 if r is r_top else (r - r_top) / (1 + r_top)
     half = pi * n * u
     sin_half, cos_half = np.sin(half), np.cos(half)
     # sin(pi n u)/u: numpy's sinc has the limit at u = 0.
@@ -277,18 +301,23 @@ def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
         sin_a, cosine_d = sin_theta, -versine * p - (1 - r)
         delta = 2 * (1 + r) * (u * versine / (pi * pi) + reach * sin_a / pi)
         cos_a_less_one = -versine
+    if r is not r_top:
+        cosine_d, delta = cosine_d - skew, delta - skew * cos_a_less_one / (pi * pi)
     sine_d = -p * sin_a
     if divided:
         nothing = np.zeros_like(u)
         return Forms(nothing, sine_d, nothing, cosine_d, delta)
-    kappa = (1 + r) * u * u + (1 - r) * (1 - r) / (4 * (1 + r))
-    sine_gbar = period * (pi * u * delta - p * (cos_a_less_one * (p / (1 + r) - 2 * u) / pi + sin_a * reach))
+    kappa = (1 + r) * u * u + (1 - r) * (1 - r_top) / (4 * (1 + r_top))
+    p_top = p if r is r_top else (1 + r_top) * u - (1 - r_top) / 2
+    sine_gbar = period * (pi * u * delta - p * (cos_a_less_one * (p_top / (1 + r_top) - 2 * u) / pi + sin_a * reach))
     inner = 2 * (1 + r) * u + cos_a_less_one * ((1 + r) * u + (1 - r) / 2)
+    if r is not r_top:
+        inner = inner - skew
     return Forms(sine_gbar, sine_d, -period * (reach * inner + sin_a * kappa / pi), cosine_d, delta)
 
 
 @lru_cache(maxsize=64)
-def _grid(r: float, n: int, scale: int) -> Floats:
+def _grid(r: Any, n: int, scale: int) -> Floats:
     """Ascending samples of u on which no zero of G is missed, for one range of gbar and restitutions up to `r`.
 
     Next to u = 0 and for odd n, a gbar + b d = Delta is a balance of gbar a(0) with terms that grow as u: no zero is
@@ -313,7 +342,7 @@ def _grid(r: float, n: int, scale: int) -> Floats:
 
 
 @lru_cache(maxsize=64)
-def _tables(r: float, n: int, scale: int) -> tuple[Floats, Floats]:
+def _tables(r: Any, n: int, scale: int) -> tuple[Floats, Floats]:
     """A, B, C, D of G = gbar^2 A + gbar d B + d^2 C - D on the grid, and their slopes: one for all points of one r."""
     f = forms(_grid(r, n, scale) + 1j * STEP, r, n, scale == HORIZONTAL)
     # G = |gbar a + d b|^2 - Delta^2 is a quadratic form in (gbar, d): its coefficients are functions of u and r alone.
@@ -334,14 +363,14 @@ class Points:
     divided: bool
     d: Floats
     gbar: Floats
-    r: Floats
+    r: Any
     tables: tuple[Floats, Floats] | None
 
     def on_grid(self, part: slice) -> tuple[Floats, Floats]:
         """G and its slope on the whole grid, of some of the points."""
         d, gbar = self.d[part], self.gbar[part]
         if self.tables is None:
-            f = forms(self.u + 1j * STEP, self.r[part, None], self.n, self.divided)
+            f = forms(self.u + 1j * STEP, each(self.r, lambda x: x[part, None]), self.n, self.divided)
             sine = gbar[:, None] * f.sine_gbar + d[:, None] * f.sine_d
             cosine = gbar[:, None] * f.cosine_gbar + d[:, None] * f.cosine_d
             square = sine * sine + cosine * cosine - f.delta * f.delta
@@ -353,7 +382,7 @@ class Points:
 
     def value(self, which: Ints, u: Any) -> tuple[Any, Any, Any, Any]:
         """G, the two numerators and the denominator, at one u for each of the points `which`."""
-        f = forms(u, self.r[which], self.n, self.divided)
+        f = forms(u, each(self.r, itemgetter(which)), self.n, self.divided)
         d, gbar = self.d[which], self.gbar[which]
         sine, cosine = d * f.sine_d, d * f.cosine_d
         if not self.divided:

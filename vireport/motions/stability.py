@@ -1,7 +1,7 @@
 """The linearised return map of a motion, and Table 1's types of motion.
 
-Turns motions into the trace of DP = DP2 DP1 and classifies by the trace alone: det DP = r^4 exactly, so the trace
-decides everything, and near Delta = 0 rounded eigenvalues would have lost half their digits.
+Turns motions into the trace of DP = DP2 DP1 and classifies by the trace alone: det DP = r^4 exactly, or (r_b r_t)^2,
+so the trace decides everything, and near Delta = 0 rounded eigenvalues would have lost half their digits.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits
+from vireport.physics import Restitutions, by_wall
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +72,7 @@ def flight_jacobian(
     acceleration_start, acceleration_end : array_like
         gbar + cos(phase) at the two impacts [-].
     r : float
-        Restitution coefficient.
+        Restitution coefficient of the impact that starts the flight.
 
     Source: Eqs. (A.1) and (A.2), whose denominators are minus the velocity that ends the flight, by (3.8).
     """
@@ -88,14 +89,26 @@ def flight_jacobian(
 def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
     """Jacobians of the flight from the bottom to the top impact of a motion, and of the flight back."""
     bottom, top = orbit.gbar + orbit.cos_phi, orbit.gbar + orbit.cos_top
+    r_bottom, r_top = by_wall(r)
     return (
-        flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r),
-        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r),
+        flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r_bottom),
+        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r_top),
     )
 
 
+def lap_decay(r: Any) -> Any:
+    """The root of the determinant of DP of a 1:1 motion: r^2, or r_b r_t where the membranes are not alike."""
+    bottom, top = by_wall(r)
+    return bottom * top
+
+
+def determinant_of(r: Any) -> Any:
+    """The determinant of DP of a 1:1 motion: r^4, Eq. (A.3), or (r_b r_t)^2."""
+    return lap_decay(r) ** 2 if isinstance(r, Restitutions) else r**4
+
+
 def return_trace(orbit: Orbits, r: Any) -> Any:
-    """Trace of DP = DP2 DP1 of Eq. (4.2), whose determinant is r^4 (A.3)."""
+    """Trace of DP = DP2 DP1 of Eq. (4.2), whose determinant is the square of `lap_decay`, (A.3)."""
     return product_trace(flight_jacobians(orbit, r))
 
 

@@ -12,6 +12,7 @@ from vireport.physics import (
     FINEST_D,
     FINEST_GBAR,
     Device,
+    Restitutions,
 )
 from vireport.scenario import Parameter
 
@@ -48,13 +49,19 @@ class Level:
         return self.held is Held.GBAR and bool(self.value == 0)
 
 
+def mirrors(level: Level, r: Any, n: int) -> bool:
+    """Whether 1:1 motions have mirror images: of a horizontal capsule with membranes that are alike, and odd n."""
+    return level.horizontal and n % 2 == 1 and not isinstance(r, Restitutions)
+
+
 def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any = ARRAYS) -> tuple[Any, Any, Any]:
     """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c); `k` is of the same u.
 
-    For a horizontal capsule and odd n the factor u, whose zeros are the symmetric family, is divided out.
+    For a horizontal capsule with membranes that are alike, and odd n, the factor u, whose zeros are the symmetric
+    family, is divided out.
     """
     zero = 0 * k.determinant
-    if level.horizontal and n % 2:
+    if mirrors(level, r, n):
         p = (1 + r) * u - (1 - r) / 2
         a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
         return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, zero

@@ -333,8 +333,8 @@ def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbi
     event = Event.GRAZING if condition.event is Event.ZERO_VELOCITY else condition.event
     if event is Event.FOLD and symmetric and not _turns(curve, piece, row):
         event = Event.PITCHFORK
-    # An impact of a symmetric motion loses its velocity together with the other one.
-    rests = (0, 1) if symmetric and condition.rests else condition.rests
+    # Without gravity along the capsule an impact loses its velocity together with the other, by momentum (3.8).
+    rests = (0, 1) if curve.level.horizontal and condition.rests else condition.rests
     try:
         return _polished(curve, event, condition, rests, orbit.select([row]), symmetric)
     except (NumericalError, ArithmeticError):

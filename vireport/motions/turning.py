@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from math import acos, cos, pi, sin, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,14 +181,14 @@ def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = 
         yield 1, part
 
 
-def wall_gap(orbit: Orbits, r: float | Floats) -> Floats:
+def wall_gap(orbit: Orbits, r: Any) -> Floats:
     """Smallest distance between the ball and a membrane at the turning points of 1:1 motions [x_c].
 
     Parameters
     ----------
     orbit : Orbits
         Arrays of motions with velocity_bottom > 0 > velocity_top.
-    r : float or ndarray
+    r : float or ndarray, or Restitutions
         Restitution coefficient.
 
     Returns
@@ -243,7 +243,7 @@ class NearTouch(NamedTuple):
     acceleration: float | None
 
 
-def near_touch(orbit: Orbits, r: float) -> NearTouch:
+def near_touch(orbit: Orbits, r: Any) -> NearTouch:
     """The turning point of a 1:1 motion (arrays of length one) that is nearest to a membrane.
 
     A ball that touches again shortly after an impact has v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2, which give the

@@ -12,15 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.gate import DISPLACED, RINGS, OfShaker, generated, impacts_of
-from vireport.motions import TRACE_LEVELS, Event, Orbits, orbits, return_trace
+from vireport.motions import TRACE_LEVELS, Event, Orbits, lap_decay, orbits, return_trace
 from vireport.optimise.problem import Problem, objectives
-from vireport.physics import AFFINE, ARRAYS, Affine, between
+from vireport.physics import AFFINE, ARRAYS, RESTITUTIONS, Device, between, by_wall, each
 from vireport.scenario import (
     DesignInput,
     DesignPath,
@@ -111,7 +112,7 @@ class PixelPicture:
                 yield chosen, i[chosen] + di, j[chosen] + dj
 
 
-def picture_of(r: float, n: int, low: Floats, high: Floats) -> PixelPicture:
+def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
     """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another."""
     pixel = (high - low) / PIXELS
     pixel = np.maximum(pixel, pixel.max() / 4)  # not too fine across a picture that is a line
@@ -133,10 +134,10 @@ def picture_of(r: float, n: int, low: Floats, high: Floats) -> PixelPicture:
     return picture
 
 
-def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: float, n: int, last: bool) -> Floats:
+def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: Any, n: int, last: bool) -> Floats:
     """Draw the tiles that are small enough; both halves of the others that may have a stable motion, (2, 2, k)."""
     size = start.shape[1]
-    restitution = between(np.full(size, r), np.full(size, r), 0, SYMBOLS)
+    restitution = each(r, lambda own: between(np.full(size, own), np.full(size, own), 0, SYMBOLS))
     times, phases = (between(start[i], end[i], i, SYMBOLS) for i in (0, 1))
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
         orbit = orbits(times, phases, restitution, n, AFFINE)
@@ -149,8 +150,8 @@ def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: float, n: int, 
         # A tile is left out only for what holds in all of it. Comparisons with nan are false, so that what is not
         # resolved stays.
         rows = np.flatnonzero(~(out | (orbit.velocity_bottom.upper <= 0) | (orbit.velocity_top.lower >= 0)))
-        rows = rows[_may_be_stable(orbit.select(rows), restitution[rows])]
-        rows = rows[_may_stay_between(orbit.select(rows), restitution[rows], n)]
+        rows = rows[_may_be_stable(orbit.select(rows), each(restitution, itemgetter(rows)))]
+        rows = rows[_may_stay_between(orbit.select(rows), each(restitution, itemgetter(rows)), n)]
         # First-order change of (log d, gbar) with either unknown, in pixels: it tells whether a tile is small enough,
         # and which way to halve it.
         moved = np.abs(np.stack([orbit.d.linear[:2] / orbit.d.centre, orbit.gbar.linear[:2]]))[:, :, rows]
@@ -178,13 +179,13 @@ def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: float, n: int, 
     return np.stack([low, high])
 
 
-def _may_be_stable(orbit: Orbits, r: Affine) -> Mask:
+def _may_be_stable(orbit: Orbits, r: Any) -> Mask:
     """Whether the trace may be within its borders."""
-    trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](r * r)
+    trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](lap_decay(r))
     return np.asarray(~((trace - border).lower > 0) & ~((trace + border).upper < 0))
 
 
-def _may_stay_between(orbit: Orbits, r: Affine, n: int) -> Mask:
+def _may_stay_between(orbit: Orbits, r: Any, n: int) -> Mask:
     """Whether the ball may be between the membranes at some times of its flights."""
     ops, inside = AFFINE, np.ones(len(orbit.d.centre), dtype=bool)
     for way in orbit.flights(r):
@@ -211,7 +212,8 @@ def largest_value(problem: Problem, best: float) -> float | None:
     best : float
         The best value known.
     """
-    beyond = any(path == DesignPath.RESTITUTION or path.startswith("device.membrane.") for path in problem.paths)
+    restitutions = {varied.path for varied in RESTITUTIONS}
+    beyond = any(path in restitutions or path.startswith("device.membrane.") for path in problem.paths)
     if problem.objective not in GROWING or beyond:
         return None
     axes, done, above = len(problem.paths), best, np.inf
@@ -222,7 +224,7 @@ def largest_value(problem: Problem, best: float) -> float | None:
     # A design with the margin has stable motion wherever one input is off by less: each such device that surely has
     # none excludes the design. This needs pictures alone, no margins of boxes.
     off = [(varied, 1 + sign * ring * problem.share) for ring in RINGS for varied, sign in DISPLACED if problem.share]
-    off = [change for change in off if change[0] is not DesignInput.RESTITUTION]
+    off = [change for change in off if change[0] not in RESTITUTIONS]
     for number in range(ROUNDS):
         bound, excluded = _bounds(problem, low, high, off, together=number < TOGETHER)
         # Looking up every device costs a picture each. Those that excluded most in the round before do nearly all,
@@ -266,7 +268,7 @@ def _bounds(
     def drawn(places: list[tuple[Floats, Floats, Mask]], rows: Any) -> PixelPicture:
         corner = np.min([start[:, rows].min(axis=1) for start, _, _ in places], axis=0)
         opposite = np.max([end[:, rows].max(axis=1) for _, end, _ in places], axis=0)
-        return picture_of(scenario.device.restitution, scenario.period_ratio, corner, opposite)
+        return picture_of(Device.of(scenario).restitution, scenario.period_ratio, corner, opposite)
 
     picture = drawn([first, *others] if together else [first], slice(None))
     fastest, slowest = picture.over(*first[:2])
@@ -296,10 +298,10 @@ def _place(
     for t in (np.where(falls, high, low), np.where(falls, low, high)):
         device, _ = problem.at(t.T)
         if varied is not None:
-            value = np.broadcast_to(getattr(device, varied) * factor, low.shape[1])
+            value = np.broadcast_to(device.value_of(varied) * factor, low.shape[1])
             applies &= value <= varied.limits[1]
             device = device.with_values({varied: np.minimum(value, varied.limits[1])})
-        d, gbar, _ = (np.broadcast_to(x, low.shape[1]) for x in device.groups(Parameter.LENGTH, device.length_m))
+        d, gbar = (np.broadcast_to(x, low.shape[1]) for x in device.groups(Parameter.LENGTH, device.length_m)[:2])
         ends.append(np.stack([np.log(d), gbar]))
     return ends[0] - ROUNDING * (1 + np.abs(ends[0])), ends[1] + ROUNDING * (1 + np.abs(ends[1])), applies
 
@@ -322,8 +324,8 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
     if problem.objective is Objective.POWER and problem.most_efficient is not None:
         # Restitution 0 above makes the efficiency one of all the kinetic energy: the power that the fastest impacts
         # have is their power over that, and no design within the limit makes more of it than this.
-        varies = DesignPath.RESTITUTION in problem.paths
-        lost = 1.0 if varies else 1 - problem.loaded.scenario.device.restitution**2
+        varies = any(varied.path in problem.paths for varied in RESTITUTIONS)
+        lost = 1.0 if varies else 1 - min(by_wall(Device.of(problem.loaded.scenario).restitution)) ** 2
         largest = np.fmin(largest, problem.most_efficient * lost * largest / columns[0][Objective.EFFICIENCY])
     # A limit from below is held against the largest that the box may reach, one from above against the least: what
     # fails so fails everywhere in the box.

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.design import FACTOR_OF, devices_off
 from vireport.gate import Designs, extreme
-from vireport.motions import TRACE_LEVELS, Event
+from vireport.motions import TRACE_LEVELS, Event, lap_decay
 from vireport.optimise.problem import Problem, objectives
-from vireport.physics import magnitude
+from vireport.physics import each, magnitude
 from vireport.scenario import DesignInput
 
 Floats = NDArray[np.float64]
@@ -104,6 +105,6 @@ def _slack(designs: Designs) -> tuple[Floats, Floats]:
     By the trace over 1 + r^4, with a power of its distance from a fold, see `AT_FOLD`; by the gap over d.
     """
     motions = designs.motions
-    share = motions.trace / TRACE_LEVELS[Event.FOLD](designs.restitution[motions.cell] ** 2)
+    share = motions.trace / TRACE_LEVELS[Event.FOLD](lap_decay(each(designs.restitution, itemgetter(motions.cell))))
     to_fold = (1 - share) * magnitude(1 - share) ** (AT_FOLD - 1)
     return np.minimum(1 + share, to_fold), motions.wall_gap / motions.orbit.d

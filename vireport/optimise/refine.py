@@ -204,7 +204,7 @@ def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
         for end in reversed(point.limits(*kinds)):  # the nearest last, so that it is what stays
             if end.relative is None:
                 continue
-            sign, value = (1 if end.distance > 0 else -1), float(getattr(device, end.parameter))
+            sign, value = (1 if end.distance > 0 else -1), float(device.value_of(end.parameter))
             row = which * len(SLOTS) + SLOTS.index((end.parameter, sign))
             slack[row] = abs(end.relative) - share
             own = -end.sweep_value / value

@@ -3,7 +3,7 @@
 from vireport.physics import flight
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
-from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, Device, Shaker
+from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, RESTITUTIONS, Device, Shaker
 from vireport.physics.energy import (
     Conversion,
     Dielectric,
@@ -20,7 +20,7 @@ from vireport.physics.energy import (
     voltages,
 )
 from vireport.physics.flight import Flight
-from vireport.physics.groups import Groups
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import (
     ARRAYS,
     DIGITS,
@@ -48,6 +48,7 @@ __all__ = [
     "FUNCTION",
     "GROUP_ERROR",
     "NO_GRAVITY",
+    "RESTITUTIONS",
     "ROUNDED",
     "SMALLEST_RESTITUTION",
     "UNIT",
@@ -61,17 +62,20 @@ __all__ = [
     "Flight",
     "Groups",
     "Membrane",
+    "Restitutions",
     "Rounded",
     "Shaker",
     "Voltages",
     "Word",
     "between",
+    "by_wall",
     "contact_cosine",
     "contacts",
     "conversion",
     "cycle_of",
     "damping_number",
     "deflection",
+    "each",
     "fitting",
     "flight",
     "generated_voltage",

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypeVar
 
-from vireport.physics.groups import Groups
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import ARRAYS, UNIT
-from vireport.scenario import DesignInput, Parameter, Scenario
+from vireport.scenario import DesignInput, Parameter, ScalarInput, Scenario
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
@@ -30,6 +30,9 @@ are sums of terms of size n/(1-r) in the length unit, and gbar keeps its digits 
 GROUP_ERROR = 12 * UNIT
 """Relative error of d or gbar as computed in doubles: the rounding of at most six products and of a sine."""
 
+
+RESTITUTIONS = DesignInput.RESTITUTION, DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP
+"""Inputs that are restitutions: of both membranes together, and of each alone."""
 
 Quantity = TypeVar("Quantity", float, NDArray[np.float64], default=float)
 """A number of one device, or an array with a number for each of many."""
@@ -73,8 +76,10 @@ class Device(Generic[Quantity]):
 
     Attributes
     ----------
-    capsule_mass_kg, restitution, gravity_m_s2 : float or ndarray
-        M, r, g.
+    capsule_mass_kg, gravity_m_s2 : float or ndarray
+        M, g.
+    restitution : float or ndarray, or Restitutions
+        r of both membranes, or of each where they are not alike.
     length_m, amplitude_n, frequency_hz, inclination_deg : float or ndarray, or None
         s, F, omega/2 pi, beta. Of one device, one of the four may be None where a sweep gives it.
     period_ratio : int
@@ -82,7 +87,7 @@ class Device(Generic[Quantity]):
     """
 
     capsule_mass_kg: Quantity
-    restitution: Quantity
+    restitution: Any
     gravity_m_s2: Quantity
     length_m: Quantity
     amplitude_n: Quantity
@@ -94,6 +99,9 @@ class Device(Generic[Quantity]):
     def of(scenario: Scenario) -> Device:
         """The device of a scenario; a swept parameter is None where no design point is given."""
         given: dict[str, Any] = {varied: _entry(scenario, varied.path) for varied in DesignInput}
+        bottom, top = (given.pop(varied) for varied in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
+        if given[DesignInput.RESTITUTION] is None:
+            given[DesignInput.RESTITUTION] = _restitution(bottom, top)
         return Device(**given, gravity_m_s2=scenario.gravity_m_s2, period_ratio=scenario.period_ratio)
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
@@ -101,8 +109,35 @@ class Device(Generic[Quantity]):
         return {name: value if name == parameter else getattr(self, name) for name in Parameter}
 
     def with_values(self, values: Mapping[Any, Any]) -> Device[Quantity]:
-        """The device with other values of some inputs, which are members of `DesignInput` or `Parameter`."""
-        return replace(self, **values)
+        """The device with other values of some inputs, which are members of `DesignInput` or `Parameter`.
+
+        `DesignInput.RESTITUTION` moves both membranes alike: it is the mean of both, whose difference is kept.
+        """
+        others = {varied: value for varied, value in values.items() if varied not in RESTITUTIONS}
+        restitution = self.restitution
+        for varied in (varied for varied in RESTITUTIONS if varied in values):
+            restitution = _moved(restitution, varied, values[varied])
+        return replace(self, restitution=restitution, **others)
+
+    @property
+    def alike(self) -> bool:
+        """Whether both membranes have one restitution: a horizontal capsule is then its own mirror image."""
+        return not isinstance(self.restitution, Restitutions)
+
+    @property
+    def inputs(self) -> tuple[DesignInput, ...]:
+        """The inputs that say what the device is: of restitutions that of both membranes, or those of each."""
+        told_otherwise = RESTITUTIONS[1:] if self.alike else RESTITUTIONS[:1]
+        return tuple(varied for varied in DesignInput if varied not in told_otherwise)
+
+    def value_of(self, varied: ScalarInput) -> Any:
+        """The value of an input; of both restitutions together, their mean."""
+        if varied not in RESTITUTIONS:
+            return getattr(self, varied)
+        bottom, top = by_wall(self.restitution)
+        if varied == DesignInput.RESTITUTION:
+            return bottom if self.alike else (bottom + top) / 2
+        return bottom if varied == DesignInput.RESTITUTION_BOTTOM else top
 
     def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> Groups[Any]:
         """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, Eqs. (2.5), (2.6), and r.
@@ -121,7 +156,7 @@ class Device(Generic[Quantity]):
         mass, force = ops.exact(self.capsule_mass_kg), x[Parameter.AMPLITUDE]
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
         gbar = mass * ops.exact(self.gravity_m_s2) * ops.sin_degrees(x[Parameter.INCLINATION]) / force
-        return Groups(d, gbar * (gbar > NO_GRAVITY), ops.exact(self.restitution))
+        return Groups(d, gbar * (gbar > NO_GRAVITY), each(self.restitution, ops.exact))
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
         """The value of `parameter` that gives the groups, the other three parameters as they are.
@@ -137,22 +172,26 @@ class Device(Generic[Quantity]):
             return 4 * mass * ops.exact(self.length_m) * ops.exact(self.frequency_hz) ** 2 / d
         return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
 
-    def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float]:
-        """Derivatives of d, gbar and r by an input, where all of them are given; d and gbar are the device's."""
-        value = float(getattr(self, varied))
+    def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float, float]:
+        """Derivatives of `Groups.numbers` by an input, where all are given; d and gbar are the device's."""
+        value = float(self.value_of(varied))
         match varied:
             case DesignInput.INCLINATION:
                 upright = self.capsule_mass_kg * self.gravity_m_s2 / self.amplitude_n
-                return 0.0, float(upright * cos(radians(value)) * pi / 180), 0.0
+                return 0.0, float(upright * cos(radians(value)) * pi / 180), 0.0, 0.0
             case DesignInput.RESTITUTION:
-                return 0.0, 0.0, 1.0
+                return 0.0, 0.0, 1.0, 1.0
+            case DesignInput.RESTITUTION_BOTTOM:
+                return 0.0, 0.0, 1.0, 0.0
+            case DesignInput.RESTITUTION_TOP:
+                return 0.0, 0.0, 0.0, 1.0
             case DesignInput.AMPLITUDE:
-                return -d / value, -gbar / value, 0.0
+                return -d / value, -gbar / value, 0.0, 0.0
             case DesignInput.CAPSULE_MASS:
-                return d / value, gbar / value, 0.0
+                return d / value, gbar / value, 0.0, 0.0
             case DesignInput.FREQUENCY:
-                return 2 * d / value, 0.0, 0.0
-        return d / value, 0.0, 0.0
+                return 2 * d / value, 0.0, 0.0, 0.0
+        return d / value, 0.0, 0.0, 0.0
 
     def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
         """y_c = F/(2 M f) [m/s], Eq. (2.5)."""
@@ -173,7 +212,7 @@ class Device(Generic[Quantity]):
 
     def finest(self, of: float) -> float:
         """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""
-        return of * self.period_ratio / (1 - float(self.restitution))
+        return of * self.period_ratio / (1 - float(max(by_wall(self.restitution))))
 
     def too_short(self, parameter: Parameter, value: Any) -> str:
         """Why the length at a value cannot be told from rounding, or ""."""
@@ -201,6 +240,24 @@ class Device(Generic[Quantity]):
         """Why rounding does not resolve the device, whose four parameters are all given, or ""."""
         at = Parameter.LENGTH, self.length_m
         return self.too_short(*at) or self.too_light(*at)
+
+
+def _restitution(bottom: Any, top: Any) -> Any:
+    """What stands for two restitutions: one number where they are the same."""
+    return bottom if np.ndim(bottom) == np.ndim(top) == 0 and bottom == top else Restitutions(bottom, top)
+
+
+def _moved(restitution: Any, varied: DesignInput, value: Any) -> Any:
+    """The restitution with another value of one membrane, or of the mean of both."""
+    bottom, top = by_wall(restitution)
+    if varied == DesignInput.RESTITUTION_BOTTOM:
+        return _restitution(value, top)
+    if varied == DesignInput.RESTITUTION_TOP:
+        return _restitution(bottom, value)
+    if not isinstance(restitution, Restitutions):
+        return value
+    half = (bottom - top) / 2
+    return Restitutions(value + half, value - half)
 
 
 def _entry(scenario: Scenario, path: str) -> float | None:

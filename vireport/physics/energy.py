@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.numbers import ARRAYS, magnitude
 from vireport.scenario import LARGEST, SMALLEST, MembraneBlock, Scenario
 
@@ -277,7 +278,7 @@ def conversion(
     membrane : Membrane
     dielectric : Dielectric
         Of the membrane.
-    restitution : array_like
+    restitution : array_like or Restitutions
         r < 1.
     period_s : array_like
         Of the motion [s].
@@ -299,8 +300,13 @@ def conversion(
     """
     bias, capacitance = membrane.bias_voltage_v, flat_capacitance(membrane, dielectric)
     bottom, top = (capacitance / 2 * gain * (gain + bias) for gain in gains)
-    lost = membrane.ball_mass_kg * (1 - restitution) * (1 + restitution) / 2
-    spent = lost * (speeds[0] * speeds[0] + speeds[1] * speeds[1])
+    squares = [speed * speed for speed in speeds]
+    if isinstance(restitution, Restitutions):
+        shares = [(1 - r) * (1 + r) for r in by_wall(restitution)]
+        spent = membrane.ball_mass_kg / 2 * (shares[0] * squares[0] + shares[1] * squares[1])
+    else:
+        lost = membrane.ball_mass_kg * (1 - restitution) * (1 + restitution) / 2
+        spent = lost * (squares[0] + squares[1])
     field = (ops.maximum(*gains) + bias) / dielectric.thickness_m
     return Conversion(bottom, top, 1e3 / period_s * (bottom + top), (bottom + top) / spent, field)
 

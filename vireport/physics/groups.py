@@ -5,13 +5,40 @@ With n they are all of the dynamics, Eqs. (2.8)-(2.12).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from math import prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from vireport.physics import flight
 
 Number = TypeVar("Number")
+
+
+@dataclass(frozen=True, slots=True)
+class Restitutions:
+    """The restitution coefficients of two membranes that are not alike, as numbers of any kind or arrays.
+
+    Membranes that are alike have one number in its place: terms that vanish with the difference are then left out, for
+    their time and for the rounding that they would add to every error bound.
+    """
+
+    bottom: Any
+    top: Any
+
+
+def by_wall(restitution: Any) -> tuple[Any, Any]:
+    """The restitution at the bottom and at the top: of one number for both, or of `Restitutions`."""
+    if isinstance(restitution, Restitutions):
+        return restitution.bottom, restitution.top
+    return restitution, restitution
+
+
+def each(restitution: Any, function: Callable[[Any], Any]) -> Any:
+    """What a function makes of one number for both membranes, or of each of `Restitutions`."""
+    if isinstance(restitution, Restitutions):
+        return Restitutions(function(restitution.bottom), function(restitution.top))
+    return function(restitution)
 
 
 class Groups(NamedTuple, Generic[Number]):
@@ -23,22 +50,41 @@ class Groups(NamedTuple, Generic[Number]):
         Distance between the membranes, s/x_c.
     gbar : array_like
         Gravity along the capsule over the forcing's acceleration, M g sin(beta)/F.
-    restitution : array_like
-        r of both membranes. Which membrane is struck is told by the methods all the same, so that what reads these
-        does not assume that they are alike.
+    restitution : array_like or Restitutions
+        r of both membranes, or of each where they are not alike.
     """
 
     d: Number
     gbar: Number
-    restitution: Number
+    restitution: Any
 
     def as_floats(self) -> Groups[float]:
         """The groups as Python's numbers, in which one motion is evaluated ten times as fast as in NumPy's."""
-        return Groups(*map(float, self))  # type: ignore[arg-type]
+        return self.each(float)
 
-    def restitution_at(self, wall: int) -> Number:
+    def each(self, function: Callable[[Any], Any]) -> Groups[Any]:
+        """What a function makes of each number."""
+        return Groups(function(self.d), function(self.gbar), each(self.restitution, function))
+
+    @property
+    def numbers(self) -> tuple[Any, Any, Any, Any]:
+        """d, gbar, and the restitution at the bottom and at the top."""
+        return self.d, self.gbar, *by_wall(self.restitution)
+
+    @property
+    def alike(self) -> bool:
+        """Whether the membranes are alike: a horizontal capsule is then its own mirror image."""
+        return not isinstance(self.restitution, Restitutions)
+
+    @staticmethod
+    def of(d: Any, gbar: Any, bottom: Any, top: Any) -> Groups[Any]:
+        """The groups of `numbers`, whether or not the membranes are alike."""
+        return Groups(d, gbar, Restitutions(bottom, top))
+
+    def restitution_at(self, wall: int) -> Any:
         """The restitution coefficient of a membrane: 1 for the bottom one, -1 for the top one."""
-        return self.restitution
+        bottom, top = by_wall(self.restitution)
+        return bottom if wall > 0 else top
 
     def after(self, wall: int, velocity: Any) -> Any:
         """The velocity just after an impact on a membrane, by the velocity just before it, Eq. (2.10)."""

@@ -28,7 +28,7 @@ from vireport.gate import (
     WordedFact,
     WordedVerdict,
 )
-from vireport.motions import Held, Point, ladder
+from vireport.motions import Held, Point, determinant_of, ladder
 from vireport.physics import DIGITS, Device
 from vireport.report.ci_formats import source_url
 from vireport.report.motions import families_table
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from vireport.membranes import Findings
     from vireport.motions import Rung
 
-SYMBOLS = {varied.path: f"*{varied.symbol}*" for varied in DesignInput} | {
+SYMBOLS = {varied.path: varied.marked for varied in DesignInput} | {
     "device.ball_mass_kg": "*m*",
     "device.membrane.stiffness": "*K*",
     "device.membrane.exponent": "*h*",
@@ -235,6 +235,11 @@ class Report:
             yield x, float(getattr(self.solution.device, x))
 
     @property
+    def determinant(self) -> float:
+        """Determinant of the Jacobian of 1:1 motions."""
+        return float(determinant_of(self.solution.device.restitution))
+
+    @property
     def mirrored(self) -> bool:
         """Whether the stable motions at the design point are two mirror images."""
         return self.study.verdict.motion.data.mirrored
@@ -278,7 +283,7 @@ class Report:
     def derived(self) -> tuple[dict[str, float], ...]:
         """What follows at the design point, and at both ends of the sweep, as far as there are these."""
         device, parameter, sweep = self.solution.device, self.solution.parameter, self.solution.sweep
-        design = getattr(device, parameter)
+        design = device.value_of(parameter)
         ends = () if sweep is None else (sweep.start, sweep.end)
         values = ((float(design),) if design is not None else ()) + ends
         return tuple(_derived(device, parameter, value) for value in values)
@@ -300,7 +305,7 @@ class Report:
     def ranges(self) -> Iterator[StableRange]:
         """The stable range around the design point, for each input."""
         for part in self.design.stable if self.design is not None else ():
-            at = float(getattr(self.solution.device, part.parameter))
+            at = float(self.solution.device.value_of(part.parameter))
             start, end = (
                 RangeEnd(None, None, None)
                 if point is None and value in (SMALLEST, LARGEST)

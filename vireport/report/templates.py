@@ -29,8 +29,8 @@ _RICH = re.compile(
     r"|\[(?P<text>[^\[\]]+)\]\((?P<place>[\w-]+)\)"
     r"|@(?P<figure>figure-[a-z0-9]+)\b"
     r"|\*(?P<symbol>[^*\s][^*]*)\*"
-    r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})\b"
-    r"|(?<=\*)_(?P<suffix>[A-Za-z0-9]{1,5})\b"
+    r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,6})\b"
+    r"|(?<=\*)_(?P<suffix>[A-Za-z0-9]{1,6})\b"
 )
 _BAR = re.compile(r"\|(?=\w)")
 JOINED_BAR = "|\u2060"

@@ -102,6 +102,10 @@ def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
     return _positive(None, title, unit, f"{meaning} {needs}", example=example)
 
 
+def _restitution(title: str, meaning: str, example: float) -> Any:
+    return _key(None, title, "1", meaning, example=example, ge=0.0, le=1.0)
+
+
 def _swept(parameter: Parameter, title: str, unit: str, meaning: str, example: float) -> Any:
     low, high = parameter.limits
     unless = "Required unless it is swept; with a sweep over it, it is the design point."
@@ -141,14 +145,17 @@ class DeviceBlock(Block):
         "left out where it is not.",
         example=0.0041,
     )
-    restitution: float = _key(
-        REQUIRED,
+    restitution: float | None = _restitution(
         "Restitution",
-        "1",
-        "Coefficient of restitution r of an impact on a membrane.",
-        example=0.5,
-        ge=0.0,
-        le=1.0,
+        "Coefficient of restitution r of an impact on either membrane. Required unless restitution_bottom and "
+        "restitution_top are given.",
+        0.5,
+    )
+    restitution_bottom: float | None = _restitution(
+        "Restitution at the bottom", "That of the bottom membrane, with restitution_top instead of restitution.", 0.475
+    )
+    restitution_top: float | None = _restitution(
+        "Restitution at the top", "That of the top membrane, with restitution_bottom instead of restitution.", 0.525
     )
     length_m: float | None = _swept(Parameter.LENGTH, "Length", "m", "Distance s between the membranes.", 0.7)
     membrane: MembraneBlock | None = _key(
@@ -157,6 +164,11 @@ class DeviceBlock(Block):
         "",
         "Electrical and elastic data of the membranes. Left out, the defaults hold; needs ball_mass_kg.",
     )
+
+    @property
+    def alike(self) -> bool:
+        """Whether both membranes have one restitution."""
+        return self.restitution_bottom == self.restitution_top
 
     @model_validator(mode="before")
     @classmethod
@@ -337,7 +349,8 @@ def _angle(title: str, example: float) -> Any:
 def _percent(title: str, kind: str) -> Any:
     meaning = (
         f"Least distance from the design point to the nearest {kind} that ends one of its stable motions, in whichever "
-        "of length, force, capsule mass, frequency, inclination and restitution it is nearest, over the design value."
+        "of length, force, capsule mass, frequency, inclination and restitution, of both membranes together and of "
+        "either alone, it is nearest, over the design value."
     )
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
@@ -578,6 +591,10 @@ class TolerancesBlock(Block):
     inclination_percent: float | None = _off_percent(DesignInput.INCLINATION)
     restitution: float | None = _off(DesignInput.RESTITUTION, 1.0)
     restitution_percent: float | None = _off_percent(DesignInput.RESTITUTION)
+    restitution_bottom: float | None = _off(DesignInput.RESTITUTION_BOTTOM, 1.0)
+    restitution_bottom_percent: float | None = _off_percent(DesignInput.RESTITUTION_BOTTOM)
+    restitution_top: float | None = _off(DesignInput.RESTITUTION_TOP, 1.0)
+    restitution_top_percent: float | None = _off_percent(DesignInput.RESTITUTION_TOP)
     distribution: Distribution = _key(
         Distribution.UNIFORM,
         "Distribution of inputs",
@@ -602,7 +619,7 @@ class TolerancesBlock(Block):
 
 def percent_key(varied: DesignInput) -> str:
     """The key of an input's tolerance in per cent: that of the input with another unit."""
-    return f"{varied.rpartition('_')[0] or varied}_percent"
+    return f"{varied.rpartition('_')[0] if varied.unit else varied}_percent"
 
 
 class DisturbancesBlock(Block):
@@ -676,6 +693,8 @@ class VariedPath(StrEnum):
 
 _VARIED_INCLINATION = Parameter.INCLINATION.path, Parameter.INCLINATION.limits
 _VARIED_RESTITUTION = DesignInput.RESTITUTION.path, DesignInput.RESTITUTION.limits
+_VARIED_BOTTOM = DesignInput.RESTITUTION_BOTTOM.path, DesignInput.RESTITUTION_BOTTOM.limits
+_VARIED_TOP = DesignInput.RESTITUTION_TOP.path, DesignInput.RESTITUTION_TOP.limits
 _BALL_MASS = "device.ball_mass_kg"
 
 
@@ -687,6 +706,8 @@ class AxisPath(VariedPath):
     AMPLITUDE = Parameter.AMPLITUDE.path
     FREQUENCY = Parameter.FREQUENCY.path
     RESTITUTION = _VARIED_RESTITUTION
+    RESTITUTION_BOTTOM = _VARIED_BOTTOM
+    RESTITUTION_TOP = _VARIED_TOP
     BALL_MASS = _BALL_MASS
 
 
@@ -698,6 +719,8 @@ class DesignPath(VariedPath):
     AMPLITUDE = Parameter.AMPLITUDE.path
     FREQUENCY = Parameter.FREQUENCY.path
     RESTITUTION = _VARIED_RESTITUTION
+    RESTITUTION_BOTTOM = _VARIED_BOTTOM
+    RESTITUTION_TOP = _VARIED_TOP
     CAPSULE_MASS = DesignInput.CAPSULE_MASS.path
     BALL_MASS = _BALL_MASS
     STIFFNESS = "device.membrane.stiffness"

@@ -52,6 +52,12 @@ class ScalarInput(StrEnum):
         member.limits = limits
         return member
 
+    @property
+    def marked(self) -> str:
+        """The symbol with the marks of the words of reports."""
+        base, _, index = self.symbol.partition("_")
+        return f"*{base}*_{index}" if index else f"*{base}*"
+
     def show(self, value: float, digits: int = 6) -> str:
         """Print a value of the input with its unit."""
         return self.with_unit(significant(value, digits))
@@ -77,7 +83,10 @@ class Parameter(ScalarInput):
 
 
 class DesignInput(ScalarInput):
-    """An input that a design point has margins in: one that can be swept, the capsule's mass, or the restitution."""
+    """An input that a design point has margins in: one that can be swept, the capsule's mass, or a restitution.
+
+    `RESTITUTION` is that of both membranes, which move together; the other two are those of one alone.
+    """
 
     LENGTH = _LENGTH
     AMPLITUDE = _AMPLITUDE
@@ -85,6 +94,22 @@ class DesignInput(ScalarInput):
     FREQUENCY = _FREQUENCY
     INCLINATION = _INCLINATION
     RESTITUTION = "restitution", "device.restitution", "restitution", "r", "", (0.0, LARGEST_RESTITUTION)
+    RESTITUTION_BOTTOM = (
+        "restitution_bottom",
+        "device.restitution_bottom",
+        "restitution at the bottom",
+        "r_bottom",
+        "",
+        (0.0, LARGEST_RESTITUTION),
+    )
+    RESTITUTION_TOP = (
+        "restitution_top",
+        "device.restitution_top",
+        "restitution at the top",
+        "r_top",
+        "",
+        (0.0, LARGEST_RESTITUTION),
+    )
 
     @property
     def sweepable(self) -> Parameter | None:

@@ -39,6 +39,14 @@ MOST_CELLS = 10**11
 
 MEMBRANE = "device.membrane."
 
+RESTITUTIONS = "restitution_bottom", "restitution_top"
+"""Keys of a device that are given together, and instead of the restitution of both membranes."""
+
+RESTITUTION_ALLOWED = "either restitution, of both membranes, or restitution_bottom and restitution_top"
+
+NEAREST_RESTITUTIONS = 1e-9
+"""Difference of two restitutions below which the motions next to where a pitchfork was are not resolved."""
+
 InputPath = TypeVar("InputPath", AxisPath, DesignPath)
 
 LARGER = {DesignPath.BALL_MASS: DesignPath.CAPSULE_MASS, DesignPath.BALL_RADIUS: DesignPath.ACTIVE_RADIUS}
@@ -107,7 +115,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
         if issubclass(model, MapFile)
         else (_required, _sweep, _simulation, _tolerances, _design)
     )
-    rules = (*own, _masses, _radii, _dielectric, _accuracy, _requirements)
+    rules = (*own, _restitutions, _masses, _radii, _dielectric, _accuracy, _requirements)
     return [finding for rule in rules for finding in rule(tree)]
 
 
@@ -187,6 +195,26 @@ def _not_given(tree: _Tree, varied: Collection[str | None]) -> Iterator[Finding]
         block = path.rpartition(".")[0]
         if tree.at(path) is None and (not block or isinstance(tree.at(block), dict)):
             yield Finding(path, Kind.MISSING)
+
+
+def _restitutions(tree: _Tree) -> Iterator[Finding]:
+    """There is one restitution of both membranes, or one of each."""
+    both, *each = (f"device.{name}" for name in ("restitution", *RESTITUTIONS))
+    given = [path for path in each if not tree.absent(path)]
+    if not isinstance(tree.at("device"), dict):
+        return
+    if not given and tree.absent(both):
+        yield Finding(both, Kind.MISSING)
+    for path in given:
+        if not tree.absent(both):
+            yield _rule(path, f"restitution is given as well ({RESTITUTION_ALLOWED})")
+        elif len(given) == 1:
+            missing = next(name for name in RESTITUTIONS if not path.endswith(name))
+            yield _rule(path, f"{missing} is not given ({RESTITUTION_ALLOWED})")
+    bottom, top = map(tree.number, each)
+    if bottom is not None and top is not None and 0 < abs(bottom - top) < NEAREST_RESTITUTIONS:
+        allowed = f"equal ones, or {NEAREST_RESTITUTIONS:g} apart at least"
+        yield _rule(each[1], f"got {top!r}, which is {bottom!r} at the bottom but for rounding ({allowed})")
 
 
 def _masses(tree: _Tree) -> Iterator[Finding]:
@@ -440,7 +468,8 @@ def _axis_limits(axis: dict[str, Any], here: str, path: AxisPath | DesignPath) -
     low, high = path.limits
     ends = [(f"{here}.{end}", axis.get(end)) for end in ("from", "to")]
     for place, value in [*ends, *_elements(f"{here}.values", axis.get("values"))]:
-        if path == AxisPath.RESTITUTION and is_number(value) and high < value <= 1:
+        restitutions = AxisPath.RESTITUTION, AxisPath.RESTITUTION_BOTTOM, AxisPath.RESTITUTION_TOP
+        if path in restitutions and is_number(value) and high < value <= 1:
             limits = f"a number from {low:g} to {high:.12g} where it is varied"
             yield _rule(place, f"got {value:.12g}, which is too large ({limits})")
         elif is_number(value) and not low <= value <= high:

@@ -15,6 +15,7 @@ from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.rules import (
     DIELECTRIC,
     RANGES,
+    RESTITUTIONS,
     SWITCHES,
     judged_at_design,
     needing,
@@ -34,6 +35,25 @@ _MEMBRANE_NEEDS_BALL = {
     "then": {
         "properties": {"device": {"required": ["ball_mass_kg"], "properties": {"ball_mass_kg": {"type": "number"}}}}
     },
+}
+
+
+# One restitution of both membranes, or one of each.
+_RESTITUTIONS = {
+    "properties": {
+        "device": {
+            "oneOf": [
+                {
+                    "required": [*given],
+                    "properties": {
+                        **{key: {"type": "number"} for key in given},
+                        **{key: {"type": "null"} for key in left_out},
+                    },
+                }
+                for given, left_out in ((("restitution",), RESTITUTIONS), (RESTITUTIONS, ("restitution",)))
+            ]
+        }
+    }
 }
 
 
@@ -63,6 +83,7 @@ def schema() -> dict[str, Any]:
     rules = [
         *map(_required_unless_swept, Parameter),
         *map(_limits_of_sweep, Parameter),
+        _RESTITUTIONS,
         _MEMBRANE_NEEDS_BALL,
         _all_or_none("device.membrane", DIELECTRIC),
         _SOME_TOLERANCE,

@@ -218,7 +218,7 @@ def _room(groups: Groups[float], motion: Motion, restitution_scatter: float) -> 
     if restitution_scatter == 0:
         return inf
     coefficients = [groups.restitution_at(wall) for wall in motion.word.walls]
-    return min(min(r, 1 - r) for r in coefficients) / (WITHIN * restitution_scatter)
+    return float(min(min(r, 1 - r) for r in coefficients) / (WITHIN * restitution_scatter))
 
 
 def _neglected(

@@ -11,7 +11,7 @@ import numpy as np
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution
 from vireport.motions import Motion, motion_at
-from vireport.physics import Device, Groups, Membrane
+from vireport.physics import Device, Groups, Membrane, by_wall
 from vireport.scenario import Parameter
 from vireport.shocks.jitter import Jitter, NoJitter, jitter
 from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
@@ -203,7 +203,7 @@ def shocks_around(
     others = [motion for motion in motions if motion.distance(least.motion) > 0]
     largest = least.searched_to if least.jump is None else ROOM * least.jump
     plane = shock_plane(groups, [least.motion, *others], largest)
-    if least.companion is None or groups.restitution == 0:
+    if least.companion is None or 0 in by_wall(groups.restitution):
         return plane, []
     fastest = float(np.abs(least.motion.velocity).max()) + largest
     pieces = stable_manifold(groups, least.companion, fastest)

@@ -108,12 +108,12 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
 
     From (2.11) and (2.12) with Z fixed: dt = -(t dv + Z_phi dphi)/Z', where v is the velocity the flight
     starts with and Z_phi a derivative at fixed time. Each determinant is r^2 times the ratio of the two
-    velocities, so that r^(2 n) is left after a cycle of n impacts.
+    velocities, so that the product of all r^2 is left after a cycle.
 
     Parameters
     ----------
-    model : array (3,)
-        d, gbar, r.
+    model : array (4,)
+        `Groups.numbers`.
     before, after : array (n, 6)
         Rows of the impacts at the two ends of each flight.
 
@@ -122,7 +122,8 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     array (n, 2, 2)
         Zero after a ball that stuck: it forgets.
     """
-    _, gbar, r = model
+    _, gbar, bottom, top = model
+    r = np.where(before[:, WALL] > 0, bottom, top)
     t, speed = after[:, FLIGHT], after[:, VELOCITY]
     speed = np.where(np.abs(speed) < SLOWEST, SLOWEST, speed)
     x = pi * t
@@ -149,7 +150,7 @@ def growth_bound(groups: Groups[float], cycle: Cycle) -> float:
     n = len(cycle.phase)
     if cycle.sticks or not n:
         return 0.0
-    model, rows = np.array(groups), np.zeros((n, RIDING + 1))
+    model, rows = np.array(groups.numbers), np.zeros((n, RIDING + 1))
     rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
     rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
 
@@ -240,7 +241,16 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cyc
         return refine(model, lap[: shorter + 1], shorter, compiled)
     if _periods(lap[1:]) == 0:
         return None  # a lap so short that nothing changes in it
-    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), float(model[2]) ** (2 * length)))
+    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), _determinant(model, lap[1:, WALL])))
+
+
+def _determinant(model: Array, walls: Array) -> float:
+    """Product of r^2 over the impacts of a cycle."""
+    struck = int(np.count_nonzero(walls > 0))
+    bottom, top = float(model[2]), float(model[3])
+    if bottom == top:
+        return bottom ** (2 * len(walls))
+    return float(bottom ** (2 * struck) * top ** (2 * (len(walls) - struck)))
 
 
 def laps(rows: Array) -> list[Array]:
@@ -271,8 +281,8 @@ def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
 
     Parameters
     ----------
-    model : array (3,)
-        d, gbar, r.
+    model : array (4,)
+        `Groups.numbers`.
     lap : array (n, 6)
         Impacts since the release, the last one being that after which the ball rides.
     compiled : bool

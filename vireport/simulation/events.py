@@ -88,11 +88,11 @@ def wrapped(phase: float) -> float:
 
 
 def check_model(groups: Groups[Any]) -> Array:
-    """Groups as an array (n, 3), after broadcasting; ValueError if they describe no device."""
-    model = np.stack(np.broadcast_arrays(*np.atleast_1d(*groups)), axis=-1).astype(float)
+    """Groups as an array (n, 4) of `Groups.numbers`, after broadcasting; ValueError if they describe no device."""
+    model = np.stack(np.broadcast_arrays(*np.atleast_1d(*groups.numbers)), axis=-1).astype(float)
     if not np.isfinite(model).all():
         raise ValueError("d, gbar and r must be finite")
-    if (model[:, 0] <= 0).any() or (model[:, 1] < 0).any() or (model[:, 2] < 0).any() or (model[:, 2] > 1).any():
+    if (model[:, 0] <= 0).any() or (model[:, 1:] < 0).any() or (model[:, 2:] > 1).any():
         raise ValueError("need d > 0, gbar >= 0 and 0 <= r <= 1")
     return np.ascontiguousarray(model)
 

@@ -258,7 +258,7 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
 
 def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Array) -> None:
     """Follow one start; see `follow_starts`."""
-    d, g, r = model
+    d, g, r_bottom, r_top = model
     wall, z, v, phase = start
     turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
     s, c = sin(phase), cos(phase)
@@ -271,6 +271,7 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
         out[VELOCITY], out[SETTLING], out[RIDING] = v, 0.0, 0.0
         if wall != 0.0:
             walls = (-d, 0.0) if wall > 0.0 else (0.0, d)
+            r = r_bottom if wall > 0.0 else r_top
             v = -r * v  # (2.10)
             settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
             if settles:
@@ -300,9 +301,9 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
 def follow_starts(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
     """Follow each start for a number of impacts or to its end.
 
-    `parameters` (n, 3) are d, gbar, r; `starts` (n, 4) wall (+1 bottom, -1 top, 0 in flight), position (used
-    in flight), velocity (before the impact, if on a wall) and phase in [0, 2 pi). Filled: `rows` (n, k, 6),
-    where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
+    `parameters` (n, 4) are d, gbar, and r at the bottom and at the top; `starts` (n, 4) wall (+1 bottom, -1 top,
+    0 in flight), position (used in flight), velocity (before the impact, if on a wall) and phase in [0, 2 pi).
+    Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
     for i in range(len(parameters)):
         _follow(parameters[i], starts[i], impacts, rows[i], summary[i])

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vireport.physics import by_wall
 from vireport.simulation.kernel import TURN
 
 Array = NDArray[np.float64]
@@ -18,7 +20,7 @@ BEYOND = 1.5
 LEAST_LOSS = 0.1
 
 
-def start_speed(r: ArrayLike, fastest: ArrayLike = 0.0) -> Array:
+def start_speed(r: Any, fastest: ArrayLike = 0.0) -> Array:
     """Largest velocity of random starts [y_c].
 
     It is half as much again as the larger of `fastest` and 2/(pi (1-r)), the largest impact velocity that the forcing
@@ -26,12 +28,13 @@ def start_speed(r: ArrayLike, fastest: ArrayLike = 0.0) -> Array:
 
     Parameters
     ----------
-    r : array_like
-        Restitution coefficient.
+    r : array_like or Restitutions
+        Restitution coefficient; of two the larger counts.
     fastest : array_like
         Velocity of the fastest motion that is to be within reach [y_c].
     """
-    sustained = 2 / (pi * np.maximum(1 - np.asarray(r, dtype=float), LEAST_LOSS))
+    largest = np.maximum(*by_wall(r))
+    sustained = 2 / (pi * np.maximum(1 - np.asarray(largest, dtype=float), LEAST_LOSS))
     speed: Array = BEYOND * np.maximum(fastest, sustained)
     return speed
 

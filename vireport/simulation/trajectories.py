@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,8 +46,8 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
 
     Parameters
     ----------
-    model : array (3,)
-        d, gbar, r.
+    model : array (4,)
+        `Groups.numbers`.
     rows : array (n, 6)
         Successive impacts, see `kernel`; the first is where it begins.
     samples : int
@@ -57,12 +58,13 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
     time, position, velocity : array
         In t_c, x_c and y_c.
     """
-    d, gbar, r = map(float, model)
+    groups = Groups.of(*map(float, model))
+    d, gbar, _ = groups
     clock = 0.0
     pieces = [(np.zeros(0),) * 3]
     for before, after in pairwise(rows):
         held = before[SETTLING] + before[RIDING]
-        speed = 0.0 if held else flight.reflect(before[VELOCITY], r)
+        speed = 0.0 if held else groups.after(before[WALL], before[VELOCITY])
         clock, phase = clock + held, before[PHASE] + pi * held
         t = np.linspace(0.0, after[FLIGHT], samples)
         s, c, now = np.sin(phase), np.cos(phase), phase + pi * t
@@ -82,7 +84,7 @@ class Portrait:
     label : str
         What it is simulated at, as the caller calls it.
     d, gbar, r : float
-        The groups, and the restitution.
+        The groups, and the restitution; `Restitutions` where the membranes are not alike.
     attractor : Attractor
         What the motion is.
     phase : float
@@ -94,7 +96,7 @@ class Portrait:
     label: str
     d: float
     gbar: float
-    r: float
+    r: Any
     attractor: Attractor
     phase: float
     time: Array

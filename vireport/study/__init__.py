@@ -1,7 +1,7 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
 from vireport.study.families import families_of, motion_data
-from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan, refuse_undecidable
+from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan, refuse_undecidable, refuse_unlike
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, worst_scenario
 from vireport.study.study import (
@@ -34,6 +34,7 @@ __all__ = [
     "recheck",
     "recheck_disturbances",
     "refuse_undecidable",
+    "refuse_unlike",
     "results",
     "results_json",
     "sweep_of",

@@ -156,6 +156,13 @@ HORIZONTAL = Precondition(
     lambda scenario, _: scenario.inclination_deg == 0 and scenario.parameter is not Parameter.INCLINATION,
     "gravity along the capsule: no motion is symmetric for beta > 0",
 )
+ALIKE = Precondition(
+    lambda scenario, _: scenario.device.alike,
+    "the restitutions of both membranes differ: no motion is symmetric",
+)
+ONE_RESTITUTION = Precondition(
+    lambda scenario, _: scenario.device.alike, "it knows one restitution of both membranes, and here they differ"
+)
 ODD = Precondition(lambda scenario, _: scenario.period_ratio % 2, "for an even period ratio no motion is symmetric")
 DESIGN = Precondition(lambda scenario, _: scenario.value_of(scenario.parameter) is not None, "{parameter} is not given")
 BALL = Precondition(lambda scenario, _: scenario.device.ball_mass_kg, "device.ball_mass_kg is not given")
@@ -222,7 +229,7 @@ PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neithe
 
 STEPS = (
     DeclaredStep(Task.BRANCHES, (SWEEP,), "a sweep is given"),
-    DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ODD), "the capsule is horizontal"),
+    DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD), "the capsule is horizontal"),
     DeclaredStep(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
@@ -246,11 +253,16 @@ STEPS = (
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
-    DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
-    DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
+    DeclaredStep(Task.ACCURACY, (ACCURACY, ONE_RESTITUTION), "the scenario has an accuracy block"),
+    DeclaredStep(Task.COMPLIANT, (ACCURACY, ONE_RESTITUTION, COMPLIANT, BALL), "the scenario has an accuracy block"),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL,), "the ball mass is given"),
-    DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
-    DeclaredStep(Task.FIGURE_STIFFNESS, (COMPLIANT, PICTURES), "the scenario has an accuracy block", (ACCURACY, BALL)),
+    DeclaredStep(Task.FIGURE_ACCURACY, (ONE_RESTITUTION, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
+    DeclaredStep(
+        Task.FIGURE_STIFFNESS,
+        (ONE_RESTITUTION, COMPLIANT, PICTURES),
+        "the scenario has an accuracy block",
+        (ACCURACY, BALL),
+    ),
     DeclaredStep(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     DeclaredStep(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
     DeclaredStep(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "motions of other impact sequences are followed", (MOTIONS,)),
@@ -299,6 +311,21 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = f"{Task.MOTIONS.what}, {most}, {_following(limits)}"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
+
+
+def refuse_unlike(scenario: Scenario, what: str) -> None:
+    """Refuse a scenario whose membranes are not alike for what knows one restitution, before anything is computed.
+
+    Raises
+    ------
+    UsageError
+        If they are not.
+    """
+    if not scenario.device.alike:
+        raise UsageError(
+            f"{what} knows one restitution of both membranes: device.restitution_bottom and device.restitution_top "
+            "differ (allowed: device.restitution, or the same value for both)"
+        )
 
 
 def refuse_undecidable(scenario: Scenario) -> None:

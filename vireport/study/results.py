@@ -12,6 +12,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
 from math import isfinite
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -587,13 +588,11 @@ def simulation_data(
         "samples": [
             {
                 "sweep_value": float(value),
-                "d": float(groups[0]),
+                "d": float(check.groups.d[i]),
                 "start_velocity_at_most": float(speed),
-                "ends": [_end(attractor, Groups(*groups).as_floats()) for attractor in ends],
+                "ends": [_end(attractor, check.groups.each(itemgetter(i)).as_floats()) for attractor in ends],
             }
-            for value, speed, ends, *groups in zip(
-                check.values, check.start_speed, check.found, *check.groups, strict=True
-            )
+            for i, (value, speed, ends) in enumerate(zip(check.values, check.start_speed, check.found, strict=True))
         ],
         "follow": None if check.hysteresis is None else _follow(check.hysteresis, coexisting, ending),
     }

@@ -315,7 +315,7 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_attracting(study)
     if steps.runs(Task.PROOF):
         study = _with_proof(study, progress)
-    if scenario.accuracy is not None:
+    if scenario.accuracy is not None and steps.runs(Task.ACCURACY):
         study = _with_accuracy(study, scenario.accuracy, progress)
     if steps.runs(Task.OWN_STIFFNESS):
         study = _with_own_stiffness(study)
@@ -399,7 +399,7 @@ def _with_own_stiffness(study: Study) -> Study:
 
 def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:
     """The tolerance of each input that has one, in its unit."""
-    widths = {varied: asked.half_width(varied, float(getattr(device, varied))) for varied in DesignInput}
+    widths = {varied: asked.half_width(varied, float(device.value_of(varied))) for varied in DesignInput}
     return {varied: width for varied, width in widths.items() if width}
 
 

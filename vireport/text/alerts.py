@@ -341,6 +341,8 @@ CATALOGUE = (
         {
             "gains": "The impacts gain {gained_mj:.3g} mJ in a period and lose {lost_mj:.3g} mJ: an efficiency of "
             "{percent:.4g} %, which contradicts the restitution of {restitution:.4g}.",
+            "gains_apart": "The impacts gain {gained_mj:.3g} mJ in a period and lose {lost_mj:.3g} mJ: an efficiency "
+            "of {percent:.4g} %, which contradicts the restitutions of {bottom:.4g} and {top:.4g}.",
         },
     ),
     Explanation(

@@ -1,0 +1,287 @@
+"""Membranes with restitutions of their own: the closed form and its events against the maps themselves in 40 digits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+
+from vireport.checks import reference
+from vireport.motions import (
+    Event,
+    Model,
+    Motion,
+    Sweep,
+    coefficients,
+    determinant_of,
+    find_motions,
+    orbits,
+    return_trace,
+    solve,
+    trace,
+    wall_gap,
+)
+from vireport.motions.pointwise import differentiated_motions, forms
+from vireport.motions.stability import flight_jacobians
+from vireport.physics import Device, Groups, Restitutions, Word
+from vireport.scenario import DesignInput, Parameter
+from vireport.simulation import BOTTOM, Impact, check_model, find_attractor, follow_one
+
+restitutions = st.floats(0, 0.95)
+shares, phases, ratios = st.floats(-0.49, 0.49), st.floats(0, 6.28), st.integers(1, 3)
+
+
+def flown(velocity: Any, phase: Any, duration: Any, gbar: Any) -> tuple[Any, Any, Any]:
+    """Velocity, displacement and phase at the end of a flight: Z'' = gbar + cos(phase) integrated twice, (2.8)."""
+    end = phase + mp.pi * duration
+    speed = velocity + gbar * duration + (mp.sin(end) - mp.sin(phase)) / mp.pi
+    way = (velocity - mp.sin(phase) / mp.pi) * duration + gbar * duration**2 / 2
+    return speed, way - (mp.cos(end) - mp.cos(phase)) / mp.pi**2, end
+
+
+def missed(orbit: Any, r: Restitutions, n: int) -> list[Any]:
+    """By how much a motion misses the raw maps (2.10)-(2.13) of a period: velocities at top and bottom, d twice."""
+    velocity, phase, up = mpf(orbit.velocity_bottom), mpf(orbit.phi), n + 2 * n * mpf(orbit.u)
+    top, there, phase = flown(-mpf(r.bottom) * velocity, phase, up, mpf(orbit.gbar))
+    end, back, _ = flown(-mpf(r.top) * top, phase, 2 * n - up, mpf(orbit.gbar))
+    return [top - orbit.velocity_top, end - velocity, there + orbit.d, back - orbit.d]
+
+
+@settings(max_examples=20)
+@given(shares, phases, restitutions, restitutions, ratios)
+def test_every_share_and_phase_is_a_motion_of_the_raw_maps(u: float, phi: float, b: float, t: float, n: int) -> None:
+    with reference.precise():
+        r = Restitutions(mpf(b), mpf(t))
+        assert max(map(abs, missed(orbits(mpf(u), mpf(phi), r, n, mp), r, n))) < mpf(10) ** -35
+    r = Restitutions(b, t)
+    orbit = orbits(u, phi, r, n)
+    size = n / (1 - max(b, t))
+    assert max(abs(float(x)) for x in missed(orbit, r, n)) < 1e-13 * size
+
+
+@settings(max_examples=20)
+@given(shares, restitutions, restitutions, ratios)
+def test_the_system_is_never_singular(u: float, b: float, t: float, n: int) -> None:
+    """D2 = u^2 + a_b a_t is at least a_b a_t, a = (1-r)/(2(1+r)); K(q) = -T^2 (1+r_b) D2."""
+    least = (1 - b) * (1 - t) / (4 * (1 + b) * (1 + t))
+    found = coefficients(u, Restitutions(b, t), n).determinant / (-4 * n * n * (1 + b))
+    assert found >= least * (1 - 1e-12)
+    assert found == pytest.approx(u * u + least, rel=1e-12)
+
+
+@settings(max_examples=20)
+@given(st.floats(-0.45, 0.45), phases, st.floats(0.01, 0.95), st.floats(0.01, 0.95))
+def test_the_determinant_is_the_square_of_the_product(u: float, phi: float, b: float, t: float) -> None:
+    with reference.precise():
+        r = Restitutions(mpf(b), mpf(t))
+        orbit = orbits(mpf(u), mpf(phi), r, 1, mp)
+        assume(min(abs(orbit.velocity_bottom), abs(orbit.velocity_top)) > 1e-3)  # at which the Jacobians have a pole
+        (a11, a12, a21, a22), (b11, b12, b21, b22) = flight_jacobians(orbit, r)
+        determinant = (a11 * a22 - a12 * a21) * (b11 * b22 - b12 * b21)
+        assert abs(determinant / determinant_of(r) - 1) < mpf(10) ** -25
+    assert determinant_of(Restitutions(0.4, 0.6)) == pytest.approx((0.4 * 0.6) ** 2)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_equal_restitutions_of_two_membranes_give_the_numbers_of_one(n: int) -> None:
+    rng = np.random.default_rng(n)
+    u, phi, r = rng.uniform(-0.5, 0.5, 500), rng.uniform(0, 7, 500), rng.uniform(0, 0.99, 500)
+    one, two = orbits(u, phi, r, n), orbits(u, phi, Restitutions(r, r.copy()), n)
+    for name in type(one).__slots__:
+        np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+    np.testing.assert_array_equal(return_trace(one, r), return_trace(two, Restitutions(r, r.copy())))
+    np.testing.assert_array_equal(wall_gap(one, r), wall_gap(two, Restitutions(r, r.copy())))
+    for name in ("sine_gbar", "sine_d", "cosine_gbar", "cosine_d", "delta"):
+        same = (getattr(forms(u, x, n), name) for x in (r, Restitutions(r, r.copy())))
+        np.testing.assert_array_equal(*same)
+
+
+def newton_motion(x: np.ndarray, d: float, gbar: float, r: Restitutions) -> np.ndarray | None:
+    """The root of the raw maps in (velocity, phase, q) that Newton's method leads to, by differences alone."""
+
+    def flight(out: float, phase: float, time: float) -> tuple[float, float, float]:
+        end = phase + np.pi * time
+        way = (out - np.sin(phase) / np.pi) * time + gbar * time**2 / 2 - (np.cos(end) - np.cos(phase)) / np.pi**2
+        return out + gbar * time + (np.sin(end) - np.sin(phase)) / np.pi, way, end
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        velocity, phase, q = x
+        top, there, phase = flight(-r.bottom * velocity, phase, 2 * q)
+        end, back, _ = flight(-r.top * top, phase, 2 - 2 * q)
+        return np.array([end - velocity, there + d, back - d])
+
+    with np.errstate(all="ignore"):
+        for _ in range(40):
+            value = residual(x)
+            slope = np.stack([(residual(x + 1e-7 * e) - residual(x - 1e-7 * e)) / 2e-7 for e in np.eye(3)], axis=1)
+            if not np.isfinite(slope).all() or abs(np.linalg.det(slope)) < 1e-12:
+                return None
+            step = np.linalg.solve(slope, value)
+            x = x - step
+            if np.abs(step).max() < 1e-11:
+                return x
+    return None
+
+
+@pytest.mark.parametrize("gbar", [0.0, 0.05, 0.3])
+def test_random_newton_starts_find_no_motion_that_is_not_listed(gbar: float) -> None:
+    rng = np.random.default_rng(int(100 * gbar))
+    bottom, top = rng.uniform(0.1, 0.85, 2)
+    r, d = Restitutions(bottom, top), 10 ** rng.uniform(-0.8, -0.2)
+    listed = find_motions(Groups(np.array([d]), np.array([gbar]), r), 1).orbit
+    known = np.stack([listed.velocity_bottom, np.mod(listed.phi, 2 * np.pi), 0.5 + listed.u], axis=1)
+    found = 0
+    for start in rng.uniform([0, 0, 0.02], [2, 2 * np.pi, 0.98], (25, 3)):
+        root = newton_motion(start, d, gbar, r)
+        if root is None or not 0 < root[2] < 1 or root[0] <= 0:
+            continue
+        # Over a period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its own.
+        if (2 * gbar - (1 + bottom) * root[0]) / (1 + top) >= 0:
+            continue
+        root[1] %= 2 * np.pi
+        assert np.abs(np.abs(known - root)).max(axis=1).min() < 1e-6
+        found += 1
+    assert found
+
+
+def test_derivatives_by_one_restitution_are_those_of_differences() -> None:
+    r, step = Restitutions(np.array([0.45]), np.array([0.55])), 1e-30
+    groups = Groups(np.array([0.46 + 0j]), np.array([0.287 + 0j]), Restitutions(r.bottom + 1j * step, r.top + 0j))
+    exact = differentiated_motions(groups, 1)
+    at = np.array([0.46]), np.array([0.287])
+    ends = [find_motions(Groups(*at, Restitutions(r.bottom + h, r.top)), 1) for h in (-1e-6, 1e-6)]
+    for name in ("velocity_bottom", "u", "phi"):
+        low, high = (getattr(end.orbit, name) for end in ends)
+        np.testing.assert_allclose(getattr(exact.orbit, name).imag / step, (high - low) / 2e-6, rtol=1e-6)
+    np.testing.assert_allclose(exact.trace.imag / step, (ends[1].trace - ends[0].trace) / 2e-6, rtol=1e-5)
+
+
+INCLINED = Device(0.1245, Restitutions(0.47, 0.52), 9.8, 0.6934, 3.0, 2.0, 45.0)
+LEVEL = replace(INCLINED, inclination_deg=0.0, length_m=0.5554)
+
+
+def exact_event(sweep: Sweep, point: Any) -> tuple[Any, Any]:
+    """A critical point as it was found, and the raw maps and the trace of their differences, which vanish there."""
+    r = sweep.device.restitution
+    n, border = sweep.device.period_ratio, {Event.PERIOD_DOUBLING: -1, Event.FOLD: 1}[point.event]
+
+    def equations(x: Any) -> list[Any]:
+        d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
+        up = n + 2 * n * x[2]
+        top, there, phase = flown(-mpf(r.bottom) * x[0], x[1], up, gbar)
+        end, back, _ = flown(-mpf(r.top) * top, phase, 2 * n - up, gbar)
+
+        def map_of(t: Any, v: Any, wall: int) -> tuple[Any, Any]:
+            own = mpf(r.bottom if wall > 0 else r.top)
+            guess = up if wall > 0 else 2 * n - up
+            flight = mp.findroot(lambda s: flown(-own * v, mp.pi * t, s, gbar)[1] + wall * d, guess)
+            return t + flight, flown(-own * v, mp.pi * t, flight, gbar)[0]
+
+        step, columns = mpf(10) ** -15, []
+        for dt, dv in ((step, 0), (0, step)):
+            pair = [map_of(*map_of(x[1] / mp.pi + s * dt, x[0] + s * dv, 1), -1) for s in (1, -1)]
+            columns.append([(a - b) / (2 * step) for a, b in zip(*pair, strict=True)])
+        tr = columns[0][0] + columns[1][1]
+        return [end - x[0], there + d, back - d, tr - border * (1 + mpf(r.bottom * mpf(r.top)) ** 2)]
+
+    start = [point.closed.velocity_bottom, point.closed.phi_bottom, point.closed.u, point.sweep_value]
+    return start, equations
+
+
+@pytest.mark.parametrize(("device", "low", "high"), [(INCLINED, 0.59, 0.75), (LEVEL, 0.26, 0.75)])
+def test_critical_points_against_the_raw_maps(device: Device, low: float, high: float) -> None:
+    sweep = Sweep(device, Parameter.LENGTH, low, high)
+    points = [p for p in solve(sweep).critical_points if p.event in (Event.PERIOD_DOUBLING, Event.FOLD)]
+    assert points
+    with mp.workdps(45):
+        for point in points[:2]:
+            start, equations = exact_event(sweep, point)
+            worst = max(abs(x) for x in equations([mpf(x) for x in start]))
+            assert worst < 1e-12  # as far as the rounding of the point's numbers goes, times the slopes
+            assert point.error_bound < 1e-15
+
+
+def test_a_horizontal_capsule_loses_its_symmetry() -> None:
+    """No motion is its own mirror image: in place of the pitchfork one of two families ends in a fold."""
+    unlike = solve(Sweep(LEVEL, Parameter.LENGTH, 0.2, 0.75))
+    alike = solve(Sweep(replace(LEVEL, restitution=0.5), Parameter.LENGTH, 0.2, 0.75))
+    events = {point.event for point in unlike.critical_points}
+    assert Event.PITCHFORK in {point.event for point in alike.critical_points}
+    assert Event.PITCHFORK not in events
+    assert Event.FOLD in events
+    assert all(branch.mirror_of is None for branch in unlike.branches)
+
+
+def test_turned_about_a_horizontal_capsule_is_that_with_its_membranes_exchanged() -> None:
+    other = replace(LEVEL, restitution=Restitutions(LEVEL.restitution.top, LEVEL.restitution.bottom))
+    found = [
+        sorted((point.event, round(point.sweep_value, 12)) for point in solve(sweep).critical_points)
+        for sweep in (Sweep(device, Parameter.LENGTH, 0.2, 0.75) for device in (LEVEL, other))
+    ]
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("device", [INCLINED, LEVEL])
+@pytest.mark.parametrize(
+    ("parameter", "low", "high"),
+    [
+        (Parameter.LENGTH, 0.4, 0.8),
+        (Parameter.FREQUENCY, 1.6, 2.4),
+        (Parameter.AMPLITUDE, 2.5, 5.0),
+        (Parameter.INCLINATION, 0.0, 60.0),
+    ],
+)
+def test_stable_motions_of_every_sweep_are_those_of_the_simulation(
+    device: Device, parameter: Parameter, low: float, high: float
+) -> None:
+    sweep, seen = Sweep(device, parameter, low, high), 0
+    for branch in solve(sweep).branches:
+        motions = branch.motions
+        stable = np.flatnonzero(motions.stable)
+        for row in stable[:: max(len(stable) // 3, 1)]:
+            groups = device.groups(parameter, float(motions.sweep_value[row])).as_floats()
+            velocity, phase = float(motions.velocity_bottom[row]), float(motions.phi_bottom[row])
+            rows, _ = follow_one(check_model(groups)[0], (BOTTOM, 0.0, velocity, phase), 4, compiled=False)
+            np.testing.assert_allclose(rows[2, 3], velocity, atol=1e-9)
+            np.testing.assert_array_equal(rows[:, 0], [1, -1, 1, -1, 1])
+            seen += 1
+    assert seen > 1
+
+
+def test_a_motion_found_unstable_is_left_by_the_simulation() -> None:
+    """r at the bottom 5 % less doubles the period at s = 0.67 m, where equal ones do not."""
+    device = Device(0.1245, 0.5, 9.8, 0.67, 3.0, 2.0, 45.0)
+    for r, word in ((0.5, "BT"), (Restitutions(0.475, 0.5), "BTBT")):
+        groups = replace(device, restitution=r).groups(Parameter.LENGTH, 0.67).as_floats()
+        motions = find_motions(Groups(np.array([groups.d]), np.array([groups.gbar]), r), 1)
+        start = Impact(BOTTOM, float(motions.orbit.velocity_bottom[0]) * 1.001, float(motions.orbit.phi[0]))
+        assert find_attractor(groups, start, compiled=False).word == word
+
+
+def test_the_trace_of_any_word_has_the_restitution_of_each_wall() -> None:
+    orbit, r = orbits(0.08, 0.55, INCLINED.restitution, 1), INCLINED.restitution
+    sweep = Sweep(INCLINED, Parameter.LENGTH, 0.6, 0.7)
+    motion = Motion(
+        Word((1, -1), 1),
+        np.array([orbit.velocity_bottom, orbit.velocity_top]),
+        np.array([0.55 / np.pi, 0.55 / np.pi + orbit.time_up]),
+        float(orbit.d),
+    )
+    model = replace(Model(sweep.level, r), level=replace(sweep.level, value=float(orbit.gbar)))
+    x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
+    assert trace(motion.word, x, model) == pytest.approx(return_trace(orbit, r), rel=1e-13)
+    assert model.determinant((1, -1)) == pytest.approx((0.47 * 0.52) ** 2)
+
+
+def test_inputs_of_restitution_move_what_they_say() -> None:
+    both = INCLINED.with_values({DesignInput.RESTITUTION: 0.5})
+    assert (both.restitution.bottom, both.restitution.top) == pytest.approx((0.475, 0.525))
+    alone = replace(INCLINED, restitution=0.5).with_values({DesignInput.RESTITUTION_BOTTOM: 0.4})
+    assert alone.restitution == Restitutions(0.4, 0.5)
+    assert alone.with_values({DesignInput.RESTITUTION_TOP: 0.4}).restitution == 0.4
+    assert INCLINED.value_of(DesignInput.RESTITUTION) == pytest.approx(0.495)
