@@ -33,11 +33,10 @@ NEAR = 0.03
 """Relative correction after which the next one is about as small as the error of the coarse columns, 1e-3."""
 
 CLOSE = 1e-5
-"""Last relative correction of what is followed: about the square of it, with the slopes taken anew, is left to
-correct."""
+"""Last relative correction of what is followed: by slopes right to a few per cent, so that a tenth of it is left."""
 
 MOST_STEPS = 12
-"""Newton's steps; three to five are usual."""
+"""Of the iteration; three to six are usual."""
 
 DIFFERENCE = 1e-6
 """Relative step of the forward differences of the Jacobian, itself exact, of the return map."""
@@ -288,43 +287,49 @@ class _Followed:
             values.append(np.linalg.det(trip.jacobian - self.multiplier * np.eye(2)))
         return np.array(values), trip, model
 
-    def corrected(self, x: Floats, factor: float, columns: int) -> tuple[Floats, ReturnTrip, CompliantModel]:
-        """The next one of Newton's steps, with the trip and the model that it starts from."""
-        values, trip, model = self.returned(x, factor, columns)
-        slopes = trip.jacobian - np.eye(2)
-        if self.multiplier is not None:
-            steps = np.diag(DIFFERENCE * np.maximum(np.abs(x), 0.1))
-            stepped = (self.returned(x + step, factor, columns)[0] - values for step in steps)
-            slopes = np.stack([change / step.sum() for change, step in zip(stepped, steps, strict=True)], axis=1)
-        return x - np.linalg.solve(slopes, values), trip, model
-
-    def found(self, factor: float, guess: Floats) -> tuple[Floats, Floats]:
-        """Newton's method from a guess, as `descend` asks for it."""
+    def found(self, factor: float, guess: Floats) -> tuple[tuple[Floats, Floats], Floats]:
+        """Where it is, and the slopes of what vanishes there, from a guess, as `descend` asks for it."""
         try:
-            x = self._found(factor, guess, COARSE)
+            x, slopes = self._found(factor, guess, COARSE)
         except NumericalError:
             # With contacts that are nearly as long as the flights the coarse columns may lead astray.
-            x = self._found(factor, guess, ROUGH)
-        return x, x
+            x, slopes = self._found(factor, guess, ROUGH)
+        return (x, slopes), x
 
-    def _found(self, factor: float, guess: Floats, coarse: int) -> Floats:
-        x, scale, last = guess, np.maximum(np.abs(guess), 0.1), inf
+    def _found(self, factor: float, guess: Floats, coarse: int) -> tuple[Floats, Floats]:
+        x, scale, columns, slopes = guess, np.maximum(np.abs(guess), 0.1), coarse, np.empty(0)
+        way = np.full(len(guess), inf)
         for _ in range(MOST_STEPS):
-            columns = coarse if last > NEAR else ROUGH
+            before, columns = columns, coarse if np.max(np.abs(way)) > NEAR else ROUGH
             try:
-                after, _, _ = self.corrected(x, factor, columns)
+                values, trip, _ = self.returned(x, factor, columns)
+                if self.multiplier is None:
+                    slopes = trip.jacobian - np.eye(2)
+                elif not slopes.size:
+                    slopes = self._differences(x, values, factor, columns)
+                elif columns == before:
+                    # Broyden's update: what the last step has left is what the slopes did not know. With slopes taken
+                    # anew at each step an end takes three times as long.
+                    slopes = slopes + np.outer(values, way / scale) / (way @ way)
+                after = x - np.linalg.solve(slopes, values)
             except (np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as error:
                 raise NumericalError("the iteration on the return map leads to no motion nearby") from error
             # A root far away is a motion of another family, which must not pass for the one that is followed.
             if not np.all(np.abs(after - guess) < FAR * scale):
                 break
-            x, last = after, float(np.max(np.abs(after - x) / scale))
-            if last < CLOSE and columns == ROUGH:
-                return x
+            x, way = after, (after - x) / scale
+            if np.max(np.abs(way)) < CLOSE and columns == ROUGH:
+                return x, slopes
         raise NumericalError("the iteration on the return map leads to no motion nearby")
 
+    def _differences(self, x: Floats, values: Floats, factor: float, columns: int) -> Floats:
+        """Derivatives of what vanishes, by forward differences."""
+        steps = np.diag(DIFFERENCE * np.maximum(np.abs(x), 0.1))
+        stepped = (self.returned(x + step, factor, columns)[0] - values for step in steps)
+        return np.stack([change / step.sum() for change, step in zip(stepped, steps, strict=True)], axis=1)
 
-def _descended(followed: _Followed, start: Floats) -> tuple[Floats, Floats]:
+
+def _descended(followed: _Followed, rigid: Floats) -> tuple[Floats, Floats]:
     """Follow from rigid membranes to the scenario's own: where it is, and what the highest order corrected there.
 
     Raises
@@ -332,21 +337,23 @@ def _descended(followed: _Followed, start: Floats) -> tuple[Floats, Floats]:
     NumericalError
         If it is lost, or the ball touches a membrane in between.
     """
-    ((found, reason),) = descend([1.0], followed.membrane.exponent, start, followed.found)
+    ((found, reason),) = descend([1.0], followed.membrane.exponent, rigid, followed.found)
     if found is None:
         raise NumericalError(reason)
-    x, trip, model = followed.corrected(found, 1.0, len(SUBSTEPS))
+    start, slopes = found
+    values, trip, model = followed.returned(start, 1.0, len(SUBSTEPS))
+    x = start - np.linalg.solve(slopes, values)
     # The map goes from membrane to membrane by roots near those of the rigid motion; that the ball touches none before
     # is for the event search of the simulation to say.
     departures = (
-        (BOTTOM, trip.bottom, float(found[1]), trip.flights[0]),
+        (BOTTOM, trip.bottom, float(start[1]), trip.flights[0]),
         (TOP, trip.top, trip.phase_top, trip.flights[1]),
     )
     for wall, contact, phase, expected in departures:
         time, reached, _ = free_flight(model, wall, contact.leaving, phase + pi * contact.duration)
         if reached == wall or abs(time - expected) > SAME_TIME * model.period:
             raise _TouchedBefore("the ball falls back on the same membrane: not a motion with one impact on each")
-    return x, np.abs(x - found)
+    return x, np.abs(x - start)
 
 
 def _motion(followed: _Followed, x: Floats, corrected: Floats) -> OwnMotion:
