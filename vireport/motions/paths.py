@@ -653,28 +653,29 @@ class Curve(Path):
             lowest = start + share * (slope - bend) + share * share * bend
             if not 0 < share < 1 or lowest * copysign(1, start) > DOUBTFUL * min(abs(start), abs(end)):
                 continue
-            deepest = self._deepest(arc, lambda point: copysign(1, start) * excess(point), share)
+            deepest = self._deepest(arc, condition, copysign(1, start), share)
             # Asymmetric motions touch the border in the symmetric one between them, where rounding may say anything.
             touches = _is_symmetric(self, deepest.x) and not _is_symmetric(self, arc.start.x)
             if copysign(1, start) * excess(deepest) < -CROSSED and not touches:
                 return deepest
         return None
 
-    def _deepest(self, arc: Arc, depth: Callable[[PathPoint], float], share: float) -> PathPoint:
-        """The motion with the least of a function, around a share of a step."""
+    def _deepest(self, arc: Arc, condition: Condition, side: float, share: float) -> PathPoint:
+        """The motion around a share of a step at which the trace, on one side of a border, is nearest to it."""
+        excess = self._excess(condition)
         low, high = (share - SEARCHED) * arc.length, (share + SEARCHED) * arc.length
         first, second = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        values = [depth(self.beside(arc, size)) for size in (first, second)]
+        values = [side * excess(self.beside(arc, size)) for size in (first, second)]
         for _ in range(SECTIONS):
             # The golden section keeps one of the two in the part that is left, where it is the other one.
             if values[0] < values[1]:
                 high, second = second, first
                 first = high - GOLDEN * (high - low)
-                values = [depth(self.beside(arc, first)), values[0]]
+                values = [side * excess(self.beside(arc, first)), values[0]]
             else:
                 low, first = first, second
                 second = low + GOLDEN * (high - low)
-                values = [values[1], depth(self.beside(arc, second))]
+                values = [values[1], side * excess(self.beside(arc, second))]
         return self.beside(arc, (low + high) / 2)
 
 
