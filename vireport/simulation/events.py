@@ -6,7 +6,6 @@ the compiler only when the first impact is asked for.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -36,8 +35,6 @@ PARTS = 8
 INTERPRETED_IMPACT, LONG = 3e-5, 5.0
 
 Array = NDArray[np.float64]
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +183,9 @@ def follow_impacts(
 @cache
 def _say_that_it_is_slow() -> None:
     """Warn that the simulation runs without a compiler, once in a process."""
-    logger.warning(
+    from logging import getLogger
+
+    getLogger(__name__).warning(
         "the simulation is interpreted, some hundred times slower than compiled, as the package numba is missing: %s",
         install_command("numba"),
     )

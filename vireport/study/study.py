@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -216,6 +215,8 @@ class Study:
 
     def _repr_html_(self) -> str:
         """The verdict and the critical points, for a notebook."""
+        from html import escape  # only here: it reads the names of all characters
+
         title = escape(self.scenario.title or self.loaded.document.name)
         lead = f"<p><strong>{title}: {escape(self.verdict.word)}.</strong> {escape(self.verdict.headline)}</p>"
         points, swept = self.solution.critical_points, self.solution.parameter
