@@ -175,6 +175,8 @@ class Ending:
     Attributes
     ----------
     line : Line
+    inputs : tuple of DesignInput
+        That move the device along the line.
     event : Event
         `SWEEP_END` where the line ends first, `LOST` where rounding does not resolve the motion any farther.
     x : ndarray
@@ -186,6 +188,7 @@ class Ending:
     """
 
     line: Line
+    inputs: tuple[DesignInput, ...]
     event: Event
     x: Floats
     symmetric: bool
@@ -215,7 +218,7 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     """
     d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for row in np.flatnonzero(motions.stable):
-        for line in lines:
+        for line, inputs in _inputs_along(lines, gbar).items():
             low, high = extent(line, device, d, gbar)
             # Gravity breaks the symmetry, and so does the restitution of one membrane: along such a line a motion and
             # its mirror image part, and both are followed.
@@ -229,10 +232,21 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
                 if (low if sign < 0 else high) != 0:
                     way = curve.tangent(x)
                     start = PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
-                    yield from _endings(line, curve, start, sign, flat and bool(motions.u[row] == 0))
+                    ends = _endings(curve, start, sign, flat and bool(motions.u[row] == 0))
+                    yield from (Ending(line, inputs, *end) for end in ends)
 
 
-def _endings(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric: bool) -> Iterator[Ending]:
+def _inputs_along(lines: Sequence[Line], gbar: float) -> dict[Line, tuple[DesignInput, ...]]:
+    """The lines that differ from one another, and the inputs that move a device along each."""
+    inputs = {line: line.value for line in lines}
+    if gbar == 0 and Line.LENGTHS in inputs and Line.FORCES in inputs:
+        inputs[Line.LENGTHS] += inputs.pop(Line.FORCES)  # the ray from the origin is the line of gbar = 0
+    return inputs
+
+
+def _endings(
+    curve: Curve, start: PathPoint, sign: float, symmetric: bool
+) -> Iterator[tuple[Event, Floats, bool, bool]]:
     """Where a motion ends, and where stable motion ends, if another takes over from it."""
     # Stability passes from symmetric to asymmetric motions at a pitchfork. The device goes on working, with other
     # voltages. Bounded, as two pitchforks could hand over to each other.
@@ -244,12 +258,12 @@ def _endings(line: Line, curve: Curve, start: PathPoint, sign: float, symmetric:
             break
         onward = _taking_over(curve, x, sign)
         if onward is None:
-            yield Ending(line, event, x, True)
+            yield event, x, True, False
             return
         if not handovers:
-            yield Ending(line, event, x, True, taken_over=True)
+            yield event, x, True, True
         start, symmetric = onward, not symmetric
-    yield Ending(line, event, x, symmetric)
+    yield event, x, symmetric, False
 
 
 def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:

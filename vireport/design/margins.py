@@ -172,7 +172,7 @@ def margins_of(
     unresolved: list[DesignInput] = []
     for end in endings(device, motions, lines, signs):
         if end.event is Event.LOST:
-            unresolved += end.line.value
+            unresolved += end.inputs
         elif end.event is not Event.SWEEP_END:
             margins += _margins_at(device, end)
     return Margins(tuple(nearest_first(margins)), tuple(dict.fromkeys(unresolved)))
@@ -194,11 +194,11 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
                     _no_derivatives(varied),
                     end.taken_over,
                 )
-                for varied in end.line.value
+                for varied in end.inputs
             ]
         normal, margins = _normal(solved, end, rests), []
         event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
-        for varied in end.line.value:
+        for varied in end.inputs:
             value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
             point = point_of(solved, event, value, rests, touches)
             derivatives = _derivatives(device, varied, point, normal)
