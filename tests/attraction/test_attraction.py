@@ -171,9 +171,9 @@ def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
     assert min(told) > 50
 
 
-def attack(groups: Groups, trap: Trap, jump: float, count: int) -> None:
+def attack(groups: Groups, trap: Trap, jump: float, count: int, seed: int = 3) -> None:
     """Random shocks up to a size, at random moments, all of which must come into the region."""
-    motion, random = trap.motion, np.random.default_rng(3)
+    motion, random = trap.motion, np.random.default_rng(seed)
     for impact, duration in enumerate(flight_times(motion)):
         delays = np.where(random.random(count) < 0.3, 0.0, duration * random.random(count))
         jumps = jump * random.choice([-1, 1], count) * random.random(count) ** 0.1
@@ -216,9 +216,8 @@ def test_the_bound_of_shocks_lies_below_the_least_one_found_and_stands_an_attack
     least, bound = found["shock"]["least_jump_m_s"], found["shock"]["proved_m_s"]
     assert 0.97 * least < bound < least
     groups, _, trap = stable(force)
-    attack(groups, trap, bound / (force / (2 * 0.1245 * 2)), 50_000)
-    again = recheck_disturbances(data)
-    assert (again.from_rest, again.proved_m_s) == (False, bound)
+    for seed in range(5):
+        attack(groups, trap, bound / (force / (2 * 0.1245 * 2)), 10_000, seed)
     # All cells claimed to be proved: none is believed.
     false = copy.deepcopy(data)
     halved = false["disturbances"]["proof"]["shocks"][0]["halved"]
