@@ -12,7 +12,6 @@ import json as plain_json
 import os
 import sys
 from contextlib import nullcontext
-from copy import copy
 from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
@@ -23,7 +22,6 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 from typer.core import TyperGroup
 from typer.main import get_command
-from typer.models import CommandInfo
 
 from vireport.base import (
     ScenarioError,
@@ -132,7 +130,7 @@ class DefaultGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before anything that is neither a command nor an option of the group."""
-        if args and args[0] not in _names() and args[0] not in self.group_only:
+        if args and args[0] not in self.commands and args[0] not in self.group_only:
             if not ctx.resilient_parsing:  # as it is while a shell completes a line
                 self._refuse_misspelt_command(args[0])
             args = ["run", *args]
@@ -143,17 +141,8 @@ class DefaultGroup(TyperGroup):
             return
         if word in MEANT:
             raise UsageError(f"there is no command '{word}'; did you mean '{MEANT[word]}'?")
-        if close := get_close_matches(word, _names(), 1):
+        if close := get_close_matches(word, self.commands, 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
-
-
-def _names() -> list[str]:
-    """The commands: each is named as its function."""
-    return [_name(command) for command in app.registered_commands]
-
-
-def _name(command: CommandInfo) -> str:
-    return "" if command.callback is None else command.callback.__name__
 
 
 app = typer.Typer(
@@ -648,7 +637,7 @@ def main(arguments: list[str]) -> int:
 
 def _run(arguments: list[str]) -> int:
     """Run a command and return its exit code; what the command raises is raised."""
-    program, asked = _program(arguments)
+    program = cast(DefaultGroup, get_command(app))
     # The two steps of a call of `app`, which has exit codes of its own for an interrupt and for a broken pipe.
     try:
         with program.make_context(PROGRAM, [*arguments]) as context:
@@ -657,18 +646,10 @@ def _run(arguments: list[str]) -> int:
         return stop.exit_code
     except typer.TyperException as refused:
         interrupts.check()  # one that came while the arguments were read: nothing was done
+        asked = arguments[0] if arguments[0] in program.commands else "run"
         tell([f"{PROGRAM}: error: {refused.format_message()}", f"{PROGRAM} {asked} --help lists the options"], RED)
         return refused.exit_code
     return 0
-
-
-def _program(arguments: list[str]) -> tuple[DefaultGroup, str]:
-    """The command line as Typer runs it, and the command asked for; with no other, which would take longer to read."""
-    asked = arguments[0] if arguments and arguments[0] in _names() else "run"
-    chosen = copy(app)
-    if arguments and arguments[0] not in DefaultGroup.group_only:
-        chosen.registered_commands = [known for known in app.registered_commands if _name(known) == asked]
-    return cast(DefaultGroup, get_command(chosen)), asked
 
 
 def _interrupted(what: str = "") -> int:
