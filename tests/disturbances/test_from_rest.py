@@ -187,7 +187,8 @@ def test_a_window_ends_where_the_outcome_changes() -> None:
 def window_by_the_own_simulator(device: Device, varied: Parameter, reach: float = 0.2) -> int:
     """Edges of a window that are right to 1e-9 of the value: on them the outcome is still that of the design point, and
     on the next value looked at it is not. Those are left out at which the simulation does not tell what is beyond, and
-    those at which another motion than 1:1 loses its stability, which next to them takes for ever to show."""
+    those at which another motion than 1:1 loses its stability, which next to them takes for ever to show. Where edges
+    accumulate the one given may be that of a stretch so narrow that 64 bits and 80 do not agree that it is there."""
     value, seen = float(getattr(device, varied)), {}
 
     def outcomes(values):
@@ -210,7 +211,7 @@ def window_by_the_own_simulator(device: Device, varied: Parameter, reach: float 
         inside, outside = own(edge.value), own(beyond)
         if inside is not None:
             assert inside == told, (device, varied, side)
-            assert outside != told, (device, varied, side)
+            assert outside != told or edge.accumulates, (device, varied, side)
             held += 1
     return held
 
