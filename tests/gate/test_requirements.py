@@ -208,6 +208,10 @@ def test_stable_range_is_strict_at_a_critical_point_and_open_at_the_end_of_the_s
     assert only("horizontal", {"stable_from": 0.30, "stable_to": 0.75}).passed  # across the pitchfork C1
     nowhere = only("inclined", {"stable_from": 0.6, "stable_to": 0.62})
     assert (nowhere.passed, nowhere.outcome.value, nowhere.outcome.text) == (False, 0.0, "nowhere")
+    # Of its two ends, from 0.629 m to the fold at 1.432 m, the nearer one.
+    within = only("inclined", {"stable_from": 0.7, "stable_to": 1.0}, sweep__to=1.6)
+    assert within.passed
+    assert within.outcome.margin == pytest.approx(0.7 - start, abs=1e-12)
     # Of two stable ranges within the one required it is the wider one that falls short.
     over = {"device__length_m": 0.4, "excitation__amplitude_n": 5, "excitation__frequency_hz": 2.5}
     over |= {"inclination_deg": 30, "sweep__from": 0.24, "sweep__to": 0.42}
