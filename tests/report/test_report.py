@@ -219,7 +219,7 @@ def test_the_design_point_is_the_results(name: str, page, study_of) -> None:
     )
     near = 6e-8 if study.own_stiffness is None else 5e-3
     for (start, end, below, above), part in zip(ranges, study.solution.design.stable, strict=True):
-        at = getattr(study.solution.device, part.parameter)
+        at = study.solution.device.value_of(part.parameter)
         assert [number(start), number(end)] == pytest.approx([part.start, part.end], rel=near)
         if at:
             room = [100 * (part.start - at) / at, 100 * (part.end - at) / at]

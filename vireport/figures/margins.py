@@ -18,7 +18,7 @@ from vireport.figures.style import (
 from vireport.scenario import DesignInput
 from vireport.study import Study, Task
 
-BAR_HEIGHT, ROOM = 0.32, 0.75
+BAR_HEIGHT, ROOM = 0.18, 0.72
 """Heights of each bar with its gap, and of the axis with its label [in]."""
 
 
