@@ -975,6 +975,14 @@ def motion_from_rest(x: Results) -> list[Row]:
     ]
 
 
+def basins(x: Results) -> list[Row]:
+    ends = {"share": "share", "from": "low_95", "to": "high_95"}
+    return [
+        {"What an impact leads to": of["name"]} | {head: Amount(100 * of[key], "%", 3) for head, key in ends.items()}
+        for of in x.data["disturbances"]["basin"]["attractors"]
+    ]
+
+
 def attracting_motions(x: Results) -> list[Row]:
     rows = []
     for of in x.data["disturbances"]["coexistence"]["motions"]:
@@ -1025,6 +1033,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Around the design point: where the outcome from rest changes": edges_of_outcome,
     "Along the sweep: what switching on from rest leads to": outcomes_along,
     "Stable motions at the design point": attracting_motions,
+    "Basins on the section of impacts": basins,
     "How far random kicks spread the motion": spreads,
     "The motion that the device comes to from rest": motion_from_rest,
     "What follows from them": what_follows,

@@ -25,7 +25,7 @@ SIMULATION = "simulation: {portraits: [0.7], displacement: [0.7], diagram: true}
 OTHERS = "motions: {portraits: [BBT]}\naccuracy: {}\ntolerances: {length_percent: 1}\n"
 OTHERS += "requirements: {margin_any_percent: 5}\n"
 EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}{OTHERS}".replace("diagram: true", "diagram: true, follow: up")
-EVERYTHING += "disturbances: {jitter_m_s: 0.01, prove: true}\n"
+EVERYTHING += "disturbances: {jitter_m_s: 0.01, prove: true, basin: true}\n"
 EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 0.6, to: 0.8}]}\n"
 
 

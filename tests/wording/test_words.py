@@ -851,6 +851,17 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         "coloured by outcome: BT every forcing period 75 %; rest 25 %.",
     ),
     (
+        "figure_basin_caption",
+        {"fastest_m_s": 13.81, "points": 257, "marked": True},
+        "just before it, up to 13.8 m/s; 257 × 257 points. Dots: the impacts of the stable motions.",
+    ),
+    ("figure_basin_caption", {"fastest_m_s": 13.81, "points": 257, "marked": False}, "up to 13.8 m/s; 257 × 257"),
+    (
+        "figure_basin_alt",
+        {"shares": [("BT every forcing period", 0.853, 0.84, 0.86), ("rest", 0.147, 0.14, 0.16)]},
+        "coloured by outcome: BT every forcing period 85 %; rest 15 %.",
+    ),
+    (
         "figure_cycle_caption",
         CYCLES,
         "up to the bias of 2 kV, isolated until it is flat again, and discharged. The area is the electrical energy "

@@ -46,6 +46,7 @@ FILES = {
     Task.FIGURE_DEVICE: "device",
     Task.FIGURE_MARGINS: "margins",
     Task.FIGURE_SHOCKS: "shocks",
+    Task.FIGURE_BASIN: "basin",
     Task.FIGURE_CYCLE: "cycle",
     Task.FIGURE_ACCURACY: "accuracy",
     Task.FIGURE_STIFFNESS: "stiffness",

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from vireport.base import NumericalError
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished
-from vireport.figures.style import GUIDE, Color, Look, Picture, style
+from vireport.figures.style import GUIDE, Color, Look, Picture, Pixel, style
 from vireport.scenario import Parameter
 from vireport.shocks import OutcomePlane, ShockLine, Withstood, shocks_around
 from vireport.study import Study, Task
@@ -20,10 +20,10 @@ from vireport.study import Study, Task
 HEIGHT = 3.3
 """Height of the panel with its ticks and labels [in]."""
 
-OWN = Color.LIGHT
+OWN = Pixel.LIGHT
 """Colour of shocks that return."""
 
-OTHERS = Color.ORANGE, Color.PURPLE, Color.SKY, Color.GREEN, Color.GREY
+OTHERS = Pixel.ORANGE, Pixel.PURPLE, Pixel.SKY, Pixel.GREEN, Pixel.GREY
 """Colours of those that lead elsewhere, in the order in which that was met."""
 
 MANIFOLD: Look = {"color": Color.BLUE, "linewidth": 0.8}

@@ -38,6 +38,13 @@ class Color:
     WHITE = "#FFFFFF"
 
 
+class Pixel:
+    """Colours of pictures made of pixels, and in their legends: no dark page exchanges them."""
+
+    LIGHT, ORANGE, PURPLE, SKY, GREEN, GREY = "#D9D9D9", "#E69F01", "#CC79A8", "#56B4EA", "#009E74", "#767677"
+    BLACK, WHITE = "#000001", "#FEFEFE"
+
+
 ON_DARK = {
     Color.BLACK: "#e7e9eb", Color.ORANGE: "#f0b429", Color.SKY: "#7cc7f2", Color.GREEN: "#2fc79b",
     Color.BLUE: "#4da6e8", Color.VERMILION: "#ff8a3d", Color.PURPLE: "#e39ac2", Color.GREY: "#a0a6ad",

@@ -658,6 +658,13 @@ class DisturbancesBlock(Block):
         "Whether to prove that the motion is reached from rest, and up to which jump of the velocity all die out.",
         example=True,
     )
+    basin: bool = _key(
+        False,
+        "Basins",
+        "",
+        "Whether to draw which impacts on the bottom membrane lead to which motion, and to tell the share of each.",
+        example=True,
+    )
 
 
 class AccuracyBlock(Block):

@@ -1,6 +1,7 @@
 """What a stable motion withstands: the least shock that leads out of it, which starts come to it, random kicks."""
 
 from vireport.shocks.attracting import AttractingMotion, AttractingMotions, attracting_motions
+from vireport.shocks.basin import Basins, basins_of
 from vireport.shocks.deviations import flight_matrices, flight_times, stationary
 from vireport.shocks.jitter import Jitter, NoJitter, Unsettled
 from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
@@ -12,6 +13,7 @@ __all__ = [
     "SCAN",
     "AttractingMotion",
     "AttractingMotions",
+    "Basins",
     "Jitter",
     "LeastShock",
     "NoJitter",
@@ -20,6 +22,7 @@ __all__ = [
     "Unsettled",
     "Withstood",
     "attracting_motions",
+    "basins_of",
     "flight_matrices",
     "flight_times",
     "least_of",

@@ -110,13 +110,13 @@ def shock_plane(
         return rows
 
     x, y = np.linspace(0.0, period, points), np.linspace(-largest, largest, points)
-    return _coloured(groups, motions, x, y, starts, compiled, workers)
+    return coloured(Recogniser(groups, motions, compiled, workers), x, y, starts)
 
 
-class _Recogniser:
+class Recogniser:
     """Tells where starts end, and learns motions that it did not know."""
 
-    def __init__(self, groups: Groups[float], motions: Sequence[Motion], compiled: bool, workers: int) -> None:
+    def __init__(self, groups: Groups[float], motions: Sequence[Motion], compiled: bool, workers: int = 1) -> None:
         self.groups, self.compiled, self.workers = groups, compiled, workers
         self.cores: list[Core] = []
         self.outcomes: list[Attractor] = []
@@ -175,20 +175,14 @@ class _Recogniser:
         return self.elsewhere[kind]
 
 
-def _coloured(
-    groups: Groups[float],
-    motions: Sequence[Motion],
-    x: Floats,
-    y: Floats,
-    starts: Starts,
-    compiled: bool,
-    workers: int,
-) -> OutcomePlane:
-    """Colour a grid of one more than a power of 2 points along either axis, coarse cells first."""
+def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarsest: int = COARSEST) -> OutcomePlane:
+    """Colour a grid of one more than a power of 2 points along either axis, coarse cells first.
+
+    Of thin bands only what `coarsest` cells along either axis meet is followed; as many as the grid has, miss none.
+    """
     size = len(x) - 1
     if size < COARSEST or size & (size - 1):
         raise ValueError(f"points must be one more than a power of 2, and at least {COARSEST + 1}, not {len(x)}")
-    recognise = _Recogniser(groups, motions, compiled, workers)
     label = np.full((len(y), len(x)), UNKNOWN, dtype=np.int64)
 
     def evaluate(rows: Ints, columns: Ints) -> None:
@@ -199,7 +193,7 @@ def _coloured(
         if len(row):
             label[row, column] = recognise(starts(x[column], y[row]))
 
-    step = size // COARSEST
+    step = size // coarsest
     corner = np.arange(0, size, step)
     row, column = (grid.ravel() for grid in np.meshgrid(corner, corner, indexing="ij"))
     evaluate(*(grid.ravel() for grid in np.meshgrid(np.arange(0, size + 1, step), np.arange(0, size + 1, step))))

@@ -45,6 +45,7 @@ class Task(StrEnum):
     COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
     JITTER = "jitter", "how far random kicks spread phases, velocities and voltages of the stable motion"
     PROOF = "proof", "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
+    BASINS = "basins", "which impacts on the bottom membrane lead to which motion"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -60,6 +61,7 @@ class Task(StrEnum):
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_SHOCKS = "figure-shocks", "what shocks lead to, by their moment and size (figure-shocks)"
+    FIGURE_BASIN = "figure-basin", "basins of attraction on the section of impacts (figure-basin)"
     FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
@@ -83,7 +85,7 @@ class Task(StrEnum):
 
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
-    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_CYCLE),
+    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_BASIN, Task.FIGURE_CYCLE),
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
@@ -204,6 +206,9 @@ JITTER = Precondition(
     ),
     "neither disturbances.jitter_m_s nor disturbances.jitter_restitution is given",
 )
+BASIN = Precondition(
+    lambda scenario, _: scenario.disturbances and scenario.disturbances.basin, "disturbances.basin is false"
+)
 PROVE = Precondition(
     lambda scenario, _: scenario.disturbances and scenario.disturbances.prove, "nothing is to be proved"
 )
@@ -240,6 +245,7 @@ STEPS = (
     DeclaredStep(Task.COEXISTENCE, (DISTURBANCES, DESIGN, NUMBA, TOLD), "the scenario has a disturbances block"),
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "one of disturbances.jitter_... is given"),
     DeclaredStep(Task.PROOF, (DESIGN, FLINT), "disturbances.prove is true", (PROVE,)),
+    DeclaredStep(Task.BASINS, (DESIGN, NUMBA), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
@@ -252,6 +258,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
+    DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY, ONE_RESTITUTION), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, ONE_RESTITUTION, COMPLIANT, BALL), "the scenario has an accuracy block"),

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from vireport.design import Failure, FollowedMotion, Tolerances
     from vireport.disturbances import Disturbances, Window
     from vireport.motions import Atlas, Family, Mark
-    from vireport.shocks import AttractingMotion, AttractingMotions, Withstood
+    from vireport.shocks import AttractingMotion, AttractingMotions, Basins, Withstood
     from vireport.simulation import Attractor, Course, Jump
     from vireport.study.coexistence import Coexisting
 
@@ -311,6 +311,7 @@ def disturbances_data(
     withstood: Withstood | None = None,
     attracting: AttractingMotions | None = None,
     proved: Proved | None = None,
+    basins: Basins | None = None,
 ) -> dict[str, Any]:
     """What the device does when it is switched on and disturbed; null is what was not computed."""
     end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
@@ -339,8 +340,16 @@ def disturbances_data(
         "recovery_error_bound_periods": recovery and recovery.error_bound,
         "jitter": withstood and _jitter(withstood),
         "coexistence": attracting and _coexistence(attracting),
+        "basin": basins and _basin(basins),
         "proof": proved and _proof(proved),
     }
+
+
+def _basin(found: Basins) -> dict[str, Any]:
+    """The share of the section of impacts that leads to each motion."""
+    names = "name", "share", "low_95", "high_95"
+    attractors = [dict(zip(names, row, strict=True)) for row in found.shares]
+    return {"impacts": found.impacts, "velocity_up_to_m_s": found.fastest_m_s, "attractors": attractors}
 
 
 def _followed(found: FollowedMotion) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from vireport.scenario import (
     DesignInput,
     Loaded,
     MotionsBlock,
+    Parameter,
     Scenario,
     TolerancesBlock,
     load,
@@ -72,7 +73,7 @@ if TYPE_CHECKING:
     from vireport.disturbances import Disturbances
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
-    from vireport.shocks import AttractingMotions, Withstood
+    from vireport.shocks import AttractingMotions, Basins, Withstood
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
 
@@ -110,6 +111,8 @@ class Study:
         The least shock and the jitter of the stable motions at the design point.
     attracting : AttractingMotions or None
         The stable motions of the design point, of any word, beside one another.
+    basins : Basins or None
+        Which impacts on the bottom membrane lead to which motion at the design point.
     proved : Proved or None
         What is proved of them: that they are reached from rest, and which shocks they survive.
     """
@@ -128,6 +131,7 @@ class Study:
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
     attracting: AttractingMotions | None = None
+    basins: Basins | None = None
     proved: Proved | None = None
 
     @property
@@ -200,7 +204,7 @@ class Study:
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
             "disturbances": self.disturbances
-            and disturbances_data(self.disturbances, self.withstood, self.attracting, self.proved),
+            and disturbances_data(self.disturbances, self.withstood, self.attracting, self.proved, self.basins),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -314,6 +318,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_withstood(study)
     if steps.runs(Task.COEXISTENCE):
         study = _with_attracting(study)
+    if steps.runs(Task.BASINS):
+        study = _with_basins(study)
     if steps.runs(Task.PROOF):
         study = _with_proof(study, progress)
     if scenario.accuracy is not None and steps.runs(Task.ACCURACY):
@@ -351,6 +357,16 @@ def _with_attracting(study: Study) -> Study:
     required = study.scenario.requirements
     known = study.solution, study.disturbances, study.atlas, study.withstood
     return replace(study, attracting=attracting_motions(*known, required.survives_shock_m_s if required else None))
+
+
+def _with_basins(study: Study) -> Study:
+    from vireport.shocks import basins_of
+
+    if study.attracting is None:
+        return study
+    device = study.solution.device
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    return replace(study, basins=basins_of(groups, study.attracting.told, study.attracting.velocity_unit))
 
 
 def _with_proof(study: Study, progress: Progress | None) -> Study:
