@@ -194,7 +194,6 @@ def test_plan_says_what_runs_and_what_is_left_out(example, capfd) -> None:
         "shock": "disturbances",
         "coexistence": "disturbances",
         "figure-shocks": "disturbances",
-        "coexistence": "disturbances",
         "jitter": "disturbances",
         "accuracy": "accuracy",
         "compliant": "accuracy",

@@ -132,7 +132,10 @@ def test_of_random_electrical_devices_none_is_accepted_above_what_impacts_lose(c
     assert count / 8 < above < count * 4 / 5
 
 
-@pytest.mark.parametrize(("objective", "vary"), first(1, [("efficiency", (BIAS,)), ("power_mw", (LENGTH, BALL))]))
+@pytest.mark.parametrize(
+    ("objective", "vary"),
+    [("efficiency", (BIAS,)), pytest.param("power_mw", (LENGTH, BALL), marks=pytest.mark.slow)],
+)
 def test_a_search_does_not_end_beyond_what_is_possible(objective: str, vary: tuple[str, ...]) -> None:
     text = IMPOSSIBLE.replace("4.7", "1.5") if objective == "power_mw" else IMPOSSIBLE
     problem = problem_of(loads(searched(objective, *vary, text=text)))

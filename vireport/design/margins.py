@@ -33,7 +33,7 @@ from vireport.motions import (
     point_of,
     solve_one_to_one,
 )
-from vireport.physics import FLOATS, RESTITUTIONS, Device, Groups
+from vireport.physics import FLOATS, Device, Groups, carried
 from vireport.scenario import DesignInput
 
 Floats = NDArray[np.float64]
@@ -328,11 +328,6 @@ def _derivatives(device: Device, varied: DesignInput, point: Point, normal: Floa
     at = device.with_values({varied: point.sweep_value})
     slopes = {name: float(normal @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
-    derivatives = {name: -slope / own if own else inf for name, slope in slopes.items()}
-    if varied in RESTITUTIONS:
-        # Inputs that overlap move the value itself as well: both restitutions together that of each, each their mean.
-        carried = 0.5 if varied is DesignInput.RESTITUTION else 1.0
-        for name in RESTITUTIONS:
-            if DesignInput.RESTITUTION in (varied, name) and name is not varied:
-                derivatives[name] += carried
+    # Where inputs overlap, the other moves the value itself as well.
+    derivatives = {name: (-slope / own if own else inf) + carried(varied, name) for name, slope in slopes.items()}
     return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}

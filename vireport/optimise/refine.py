@@ -15,6 +15,7 @@ from vireport.base import NumericalError
 from vireport.design import design_point
 from vireport.optimise.cells import OF_MOTION, corner_slack, evaluate
 from vireport.optimise.problem import Problem, design_input
+from vireport.physics import carried
 from vireport.scenario import DesignInput, Objective
 
 Floats = NDArray[np.float64]
@@ -207,10 +208,12 @@ def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
             sign, value = (1 if end.distance > 0 else -1), float(device.value_of(end.parameter))
             row = which * len(SLOTS) + SLOTS.index((end.parameter, sign))
             slack[row] = abs(end.relative) - share
-            own = -end.sweep_value / value
-            derivatives = {**end.derivatives, end.parameter: own}
+            # The share is of the value, which moves with the inputs that it overlaps with.
             along = [
-                derivatives.get(varied) if varied is not None else 0.0 for varied in map(design_input, problem.paths)
+                0.0
+                if varied is None
+                else (end.derivatives.get(varied) or 0.0) - carried(end.parameter, varied) * end.sweep_value / value
+                for varied in map(design_input, problem.paths)
             ]
-            slopes[row] = [sign * (slope or 0.0) / value for slope in along] * problem.widths
+            slopes[row] = [sign * slope / value for slope in along] * problem.widths
     return slack, slopes

@@ -3,7 +3,16 @@
 from vireport.physics import flight
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
-from vireport.physics.device import FINEST_D, FINEST_GBAR, GROUP_ERROR, NO_GRAVITY, RESTITUTIONS, Device, Shaker
+from vireport.physics.device import (
+    FINEST_D,
+    FINEST_GBAR,
+    GROUP_ERROR,
+    NO_GRAVITY,
+    RESTITUTIONS,
+    Device,
+    Shaker,
+    carried,
+)
 from vireport.physics.energy import (
     Conversion,
     Dielectric,
@@ -69,6 +78,7 @@ __all__ = [
     "Word",
     "between",
     "by_wall",
+    "carried",
     "contact_cosine",
     "contacts",
     "conversion",

@@ -242,6 +242,18 @@ class Device(Generic[Quantity]):
         return self.too_short(*at) or self.too_light(*at)
 
 
+def carried(varied: DesignInput, by: DesignInput) -> float:
+    """How far the value of an input moves with that of another, per unit: inputs overlap where restitutions do.
+
+    Both restitutions together move that of each as they do, and each alone moves the mean of both by half.
+    """
+    if varied is by:
+        return 1.0
+    if DesignInput.RESTITUTION in (varied, by) and varied in RESTITUTIONS and by in RESTITUTIONS:
+        return 0.5 if varied is DesignInput.RESTITUTION else 1.0
+    return 0.0
+
+
 def _restitution(bottom: Any, top: Any) -> Any:
     """What stands for two restitutions: one number where they are the same."""
     return bottom if np.ndim(bottom) == np.ndim(top) == 0 and bottom == top else Restitutions(bottom, top)
