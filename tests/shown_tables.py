@@ -1406,8 +1406,9 @@ def _proved(x: Results) -> Iterator[Said]:
     start, shocks = found["proof"]["from_rest"], found["proof"]["shocks"]
     if found["from_rest"]["proved"]:
         of = found["proof"]["regions"][start["region"]]
-        assert (of["word"], of["periods"]) == ("BT", x.device.period_ratio)
-        said = "the ball is pressed down, the device reaches BT every forcing period. "
+        assert (of["word"], of["periods"]) == (found["from_rest"]["word"], found["from_rest"]["periods"])
+        often = "forcing period" if of["periods"] == 1 else f"{of['periods']} forcing periods"
+        said = f"the ball is pressed down, the device reaches {of['word']} every {often}. "
         said += "Ball arithmetic of {} bits encloses {} impacts"
         yield Said(said, number(start["bits"]), number(start["impacts"]))
     else:
