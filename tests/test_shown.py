@@ -186,6 +186,7 @@ def test_every_table_shows_what_results_and_definitions_say(name: str) -> None:
 def test_every_sentence_has_the_numbers_of_the_results(name: str) -> None:
     text = page_of(name).text
     wrong = [fault for said in sentences(results_of(name)) if (fault := said.faults(text))]
+    assert '#"' not in text, "what a template has set is set once more, as text"
     assert not wrong, "\n".join(wrong)
 
 
