@@ -145,12 +145,13 @@ class Arc:
     @cached_property
     def _bend(self) -> tuple[Any, Any]:
         """Coefficients of the square and the cube of the arclength."""
-        if not self.length:
+        cubed = self.length**3
+        if not cubed:  # a step below the cube root of the least double, next to restitution 0, is straight
             return 0.0, 0.0
         # Of x(s) = x0 + s t0 + s^2 a + s^3 b, with x and x' given at the end s = L: b = [L (t0 + t1) - 2 (x1 - x0)]/L^3
         # and a = (t1 - t0)/(2L) - 3 L b/2.
         both, turned = self.start.tangent + self.end.tangent, self.end.tangent - self.start.tangent
-        cube = (self.length * both - 2 * self._way) / self.length**3
+        cube = (self.length * both - 2 * self._way) / cubed
         return turned / (2 * self.length) - 1.5 * self.length * cube, cube
 
     def at(self, size: float) -> PathPoint:

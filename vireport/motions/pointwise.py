@@ -124,21 +124,28 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     """
     d, gbar, r = groups
     of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
-    sharing: list[tuple[Ints, Any]]
-    # A table pays where many points share it: with few points to a restitution r is an array, and each has its own
-    # forms.
-    shared = _different(r)
-    if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(d):
-        sharing = [(np.arange(len(d)), None)]
-    else:
-        sharing = [(np.flatnonzero(_is(of_cells, value)), value) for value in shared]
+    every = np.arange(len(d))
+    kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]
+    if isinstance(of_cells, Restitutions):
+        # Among membranes that differ there may be some that do not: of these all symmetric motions are at u = 0.
+        alike = of_cells.bottom == of_cells.top
+        one = of_cells.bottom
+        kinds = [(every[alike], one[alike], one), (every[~alike], each(of_cells, itemgetter(~alike)), of_cells)]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
-    for cells, value in sharing:
-        for chosen, points in _portions(cells, d, gbar, of_cells, n, value):
-            which, u, phi = _zeros(points)
-            if points.divided:
-                which, u, phi = _with_symmetric(which, u, phi, points)
-            parts.append((chosen[which], u, phi))
+    for of_kind, own, of_all in kinds:
+        # A table pays where many points share it: with few points to a restitution r is an array, and each has its own
+        # forms.
+        shared = _different(own)
+        if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(of_kind):
+            sharing: list[tuple[Ints, Any]] = [(of_kind, None)]
+        else:
+            sharing = [(of_kind[_is(each(of_all, itemgetter(of_kind)), value)], value) for value in shared]
+        for cells, value in sharing:
+            for chosen, points in _portions(cells, d, gbar, of_all, n, value):
+                which, u, phi = _zeros(points)
+                if points.divided:
+                    which, u, phi = _with_symmetric(which, u, phi, points)
+                parts.append((chosen[which], u, phi))
     cell, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
     return _evaluated(cell, u, phi, d, gbar, of_cells, n)
 

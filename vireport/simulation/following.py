@@ -80,13 +80,19 @@ class Stage:
     impacts: Array
     last: Impact
 
+    @property
+    def untold(self) -> bool:
+        """Whether the motion has no cycle that is told: it is not periodic, or so long that rounding decides."""
+        return self.attractor.cycle is None and self.attractor.outcome in (Outcome.APERIODIC, Outcome.STICKING)
+
     def distance(self, other: Stage, mirror: bool = False) -> float:
         """Largest distance between an impact of one motion and the nearest of the other, in phase and velocity.
 
         An impact of low velocity counts with that, as impacts come and go with velocity zero. Motions that are not
-        periodic are not told from one another. With `mirror` the mirror image of the other counts as well.
+        periodic, or whose cycle rounding does not tell, are not told from one another. With `mirror` the mirror image
+        of the other counts as well.
         """
-        if Outcome.APERIODIC is self.attractor.outcome is other.attractor.outcome:
+        if self.untold and other.untold:
             return 0.0
         image = other.impacts * (-1, 1, -1) + (0, np.pi, 0)
         others = (other.impacts, image) if mirror else (other.impacts,)
@@ -176,8 +182,8 @@ class _Track:
         """Whether motions are not the same; one that is not periodic may stay beside the other for long, and leave."""
         if stage.distance(other) > CLOSE:
             return True
-        periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.attractor.outcome is Outcome.APERIODIC)
-        if periodic.attractor.cycle is None or aperiodic.attractor.outcome is not Outcome.APERIODIC:
+        periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.untold)
+        if periodic.attractor.cycle is None or not aperiodic.untold:
             return False
         # A chaotic motion may stay beside the cycle that it came from for long. A little farther on it
         # leaves sooner; if it does, the two are different motions.
