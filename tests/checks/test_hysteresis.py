@@ -87,7 +87,7 @@ def test_mirror_images_are_no_hysteresis(example):
 
 def test_the_distance_of_motions_is_that_of_the_impact_farthest_from_all_of_the_other():
     def stage(*impacts: tuple[float, float, float]) -> Stage:
-        return Stage(0.0, SimpleNamespace(outcome=Outcome.PERIODIC), np.array(impacts), None)
+        return Stage(0.0, SimpleNamespace(outcome=Outcome.PERIODIC, cycle=None), np.array(impacts), None)
 
     two = stage((1, 1.0, 0.6), (-1, 2.5, -0.5))
     for more, far in (((1, 2.0, 0.7), 0.7), ((-1, 1.0, -0.3), 0.3), ((1, 1.0, 0.9), 0.3)):
