@@ -158,7 +158,7 @@ def test_every_periodic_attractor_lies_on_a_family(name: str, count: int, apart:
     # A family that joins no other, and has more than four impacts, is known from the simulation only.
     swept = sweep(example(name))
     values, r = np.linspace(swept.start, swept.end, 41), float(swept.device.restitution)
-    d, gbar, _ = (np.broadcast_to(x, 41).astype(float) for x in swept.device.groups(swept.parameter, values))
+    d, gbar = (np.broadcast_to(x, 41).astype(float) for x in swept.device.groups(swept.parameter, values)[:2])
     ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * 41), 8, 20190301))
     simulated = [
         motion_of_cycle(end.cycle, float(swept.coordinate_of(value)))
@@ -189,7 +189,7 @@ def test_every_stable_stretch_attracts_from_beside_it(name: str, count: int, exa
                 between = family.x[(part.first + part.last) // 2 : (part.first + part.last + 3) // 2].mean(axis=0)
                 x, checked = family.curve.nearest(between), checked + 1
                 motion = family.curve.motion(x)
-                d, gbar, _ = (float(value) for value in family.curve.model.groups(x[-1]))
+                d, gbar, *_ = family.curve.model.groups(x[-1]).as_floats()
                 ends = family.sweep_value[[part.first, part.last]]
                 aside = min(ASIDE, 0.1 * float(np.ptp(ends) / ends[0]))
                 start = Impact(motion.word.walls[0], float(x[0]) * (1 + aside), float(motion.phase[0]))

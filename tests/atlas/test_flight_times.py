@@ -182,7 +182,7 @@ def test_every_attractor_of_an_upright_capsule_lies_on_a_family(low: float, high
     swept = f"amplitude_n, from: {low}, to: {high}"
     sweep = sweep_of(loads(ONE_SIDED.format(swept=swept, r=0.4, inclination=90)).scenario)
     values, words = np.linspace(low, high, 41), set()
-    d, gbar, _ = (np.broadcast_to(x, 41).astype(float) for x in sweep.device.groups(sweep.parameter, values))
+    d, gbar = (np.broadcast_to(x, 41).astype(float) for x in sweep.device.groups(sweep.parameter, values)[:2])
     ends = attractors(Groups(d, gbar, 0.4), random_starts(d, start_speed(0.4, [0.0] * 41), 8, 20190301))
     families = atlas(sweep, Limits(4, 4)).families
     for value, end in ((value, end) for value, row in zip(values, ends, strict=True) for end in row):
@@ -272,7 +272,7 @@ inclination_deg: 90
 def test_a_family_is_found_that_joins_no_other(swept: str, value: float):
     """The simulation ends on it; the factor of the solutions changes its sign beside it, or it is within one cell."""
     sweep = sweep_of(loads(UPRIGHT + f"sweep: {{parameter: {swept}}}\n").scenario)
-    d, gbar, _ = (float(x) for x in sweep.device.groups(sweep.parameter, value))
+    d, gbar, *_ = sweep.device.groups(sweep.parameter, value).as_floats()
     cycle = find_attractor(Groups(d, gbar, float(sweep.device.restitution)), Impact(1, 0.375, 5.66)).cycle
     assert cycle is not None
     assert cycle.word == "BBBT"

@@ -283,7 +283,7 @@ def test_groups_and_sweep_value_are_inverse(parameter: Parameter) -> None:
     for device in (replace(sweep.device, inclination_deg=33.0) for sweep in random_sweeps(12, seed=3)):
         value, ops = getattr(device, parameter), BallOps()
         with precision(192):
-            d, gbar, _ = device.groups(parameter, value, ops)
+            d, gbar, *_ = device.groups(parameter, value, ops)
             back = device.value(parameter, d, gbar, ops)
             assert back.contains(ball(value))
             assert back.rad() < 1e-50 * abs(value)

@@ -397,7 +397,7 @@ def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
             for share, stays in ((-1e-3, True), (1e-3, False)):
                 value = end.sweep_value + share * end.distance
                 at = moved(device, varied, value)
-                d, gbar, _ = at.groups(Parameter.LENGTH, at.length_m).as_floats()
+                d, gbar, *_ = at.groups(Parameter.LENGTH, at.length_m).as_floats()
                 u, phi = stable_near(device, varied, value, place, 0.3)[0] if stays else place
                 velocity = float(orbits(u, phi, at.restitution, 1).velocity_bottom)
                 attractor = find_attractor(Groups(d, gbar, at.restitution), Impact(BOTTOM, velocity * (1 + 1e-6), phi))

@@ -146,7 +146,7 @@ def test_corners_of_a_region_are_the_extremes_of_all_devices(example) -> None:
     widths = {varied: (k + 1) / 100 * float(design.value_of(varied)) for k, varied in enumerate(design.inputs)}
     ends = devices_off(design, widths, np.array(list(product([-1.0, 1.0], repeat=len(widths)))).T)
     corners = region_of(design, widths).devices(CORNERS)
-    for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m) for x in (ends, corners)), strict=True):
+    for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m)[:3] for x in (ends, corners)), strict=True):
         assert (one.min(), one.max()) == pytest.approx((other.min(), other.max()), rel=1e-14)
 
 

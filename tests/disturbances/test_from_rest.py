@@ -49,7 +49,7 @@ def held_against_the_own_simulator(seed: int, count: int) -> list[str]:
     for _ in range(count):
         device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
         groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-        told, expected = found(device), outcome(*groups)
+        told, expected = found(device), outcome(*groups[:3])
         if expected is None or not told.decided or told.destination is Destination.CHAOTIC:
             kinds.append("open")
             continue
@@ -198,7 +198,7 @@ def window_by_the_own_simulator(device: Device, varied: Parameter, reach: float 
 
     def own(at: float):
         one = device.with_values({varied: at})
-        return outcome(*one.groups(Parameter.LENGTH, one.length_m).as_floats(), impacts=250)
+        return outcome(*one.groups(Parameter.LENGTH, one.length_m).as_floats()[:3], impacts=250)
 
     around, held = window(varied, value, value * (1 - reach), value * (1 + reach), outcomes), 0
     here = seen[value]

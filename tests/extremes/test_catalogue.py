@@ -65,7 +65,7 @@ def test_cases_are_built_around_the_device_of_a_scenario(name: str, example) -> 
     assert harvester.device.restitution == scenario.device.restitution
     assert None not in [getattr(harvester.device, field) for field in harvester.device.__slots__]
     changed = harvester.with_groups(d=0.3, gbar=0.2).device
-    d, gbar, _ = changed.groups(Parameter.FREQUENCY, changed.frequency_hz)
+    d, gbar, *_ = changed.groups(Parameter.FREQUENCY, changed.frequency_hz)
     assert (d, gbar) == pytest.approx((0.3, 0.2), rel=1e-14)
 
 

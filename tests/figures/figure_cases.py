@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from vireport.figures import figure_2, figure_4, figure_7
-from vireport.physics import Device, Groups
+from vireport.physics import Device
 from vireport.scenario import Parameter, load
 from vireport.simulation import (
     BOTTOM,
@@ -91,7 +91,7 @@ def motion(name: str) -> Portrait:
     )  # fmt: skip
     starts = [Impact(BOTTOM, 0.7, 0.4)]
     length = d * force / (4 * M * FREQUENCY**2)
-    groups = Groups(*map(float, device.groups(Parameter.LENGTH, length)))
+    groups = device.groups(Parameter.LENGTH, length).as_floats()
     return portrait(groups, starts, f"s = {Parameter.LENGTH.show(length)}")
 
 

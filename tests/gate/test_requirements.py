@@ -316,7 +316,7 @@ def test_every_stable_motion_is_one_of_the_words(length: float, words: str, pass
 @pytest.mark.slow
 def test_voltages_are_those_of_the_stable_motion() -> None:
     study = analyse(loads(HYSTERESIS.format(length=0.23, words="[BBT]", least=1)), ("json",))
-    d, gbar, _ = (float(x) for x in study.solution.device.groups(study.solution.parameter, 0.23))
+    d, gbar, *_ = study.solution.device.groups(study.solution.parameter, 0.23).as_floats()
     end = attractors(Groups([d], gbar, 0.5), random_starts([d], 1.0, 1, 1))[0][0]
     assert end.word == "BBT"
     unit = float(study.solution.device.velocity_unit(study.solution.parameter, 0.23))

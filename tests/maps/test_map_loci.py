@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow  # the curves take some seconds
 def motions_at(plan, x: float, y: float):
     """All motions at two values of the axes."""
     device = replace(plan.device, **dict(zip(plan.names, (x, y), strict=True)))
-    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m)
+    d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m)
     return find_motions(Groups(np.array([float(d)]), np.array([float(gbar)]), 0.5), 1)
 
 

@@ -52,7 +52,7 @@ def _check(sweep: Sweep, m: Motions) -> None:
 
 def _check_design(sweep: Sweep, solution: BifurcationDiagram) -> None:
     design = design_point(sweep.device, solution)
-    d, gbar, _ = sweep.device.groups(Parameter.LENGTH, sweep.device.length_m)
+    d, gbar, *_ = sweep.device.groups(Parameter.LENGTH, sweep.device.length_m)
     for name in ("d", "gbar"):
         np.testing.assert_allclose(getattr(design.motions, name), {"d": d, "gbar": gbar}[name], rtol=1e-12)
     assert np.all((design.motions.velocity_bottom > 0) & (design.motions.velocity_top < 0))

@@ -29,7 +29,7 @@ DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 
 def at(device: Device):
     """Motions at one design point."""
-    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m)
+    d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m)
     return find_motions(Groups(np.array([float(d)]), np.array([float(gbar)]), device.restitution), device.period_ratio)
 
 

@@ -152,7 +152,7 @@ def test_groups_belong_to_the_swept_value(study) -> None:
     sweep = study.solution.sweep
     for branch in study.solution.branches:
         m = branch.motions
-        d, gbar, _ = sweep.device.groups(sweep.parameter, m.sweep_value)
+        d, gbar, *_ = sweep.device.groups(sweep.parameter, m.sweep_value)
         np.testing.assert_allclose(m.d, d, rtol=1e-13)
         np.testing.assert_allclose(m.gbar, gbar * np.ones(len(m)), rtol=1e-12, atol=1e-16)
 

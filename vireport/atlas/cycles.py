@@ -50,7 +50,7 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
         residual=max(map(abs, residuals(word, x, model))),
         multipliers=(complex(pair[0]), complex(pair[1])),
     )
-    d, gbar, _ = groups
+    d, gbar, *_ = groups
     rows = np.zeros((count + 1, RIDING + 1))
     for column, values in ((WALL, wall), (PHASE, motion.phase), (FLIGHT, flight), (VELOCITY, motion.velocity)):
         rows[:, column] = np.append(values, values[0])

@@ -222,7 +222,7 @@ class Exclusion:
         """
         forced = np.minimum(1 - np.cos(np.pi * least / 2) + np.pi / 2 * (longest - least), 2) / np.pi**2
         ends = (self.model.groups(end) for end in (max(self.low, 0.0), self.high))
-        beyond = [gbar * np.maximum(least, 0) ** 2 / 8 - d > forced for d, gbar, _ in ends]
+        beyond = [gbar * np.maximum(least, 0) ** 2 / 8 - d > forced for d, gbar, *_ in ends]
         return np.asarray(np.all(beyond, axis=0))
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:

@@ -110,7 +110,7 @@ class Target:
 
     def groups(self, value: float) -> tuple[float, float]:
         """Return d and gbar at a value of the swept parameter."""
-        d, gbar, _ = self.sweep.device.groups(self.sweep.parameter, value)
+        d, gbar, *_ = self.sweep.device.groups(self.sweep.parameter, value)
         return float(d), float(gbar)
 
     def model(self, value: float) -> FlightModel:

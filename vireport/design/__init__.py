@@ -2,6 +2,7 @@
 
 from vireport.design import margins
 from vireport.design.devices import FACTOR_OF, devices_off, region_of
+from vireport.design.distortion import Distortion
 from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.lines import HIGHEST_RESTITUTION, mirrored, reach
 from vireport.design.margins import Margin
@@ -16,6 +17,7 @@ __all__ = [
     "HIGHEST_RESTITUTION",
     "SMALLEST_LOSS",
     "DesignPoint",
+    "Distortion",
     "Failure",
     "FollowedMotion",
     "Margin",

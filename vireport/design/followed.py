@@ -92,7 +92,7 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
     if device.restitution == 0:
         return None
     line = next(line for line in LINES if varied in line.value)
-    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     least, most = extent(line, device, d, gbar)
     if line in (Line.LENGTHS, Line.FORCES):
         least, most = max(least, -FARTHEST), min(most, FARTHEST)

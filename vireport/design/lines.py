@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import Curve, Event, Limits, Motions, PathPoint, follow, motion_at, neighbours, off
+from vireport.motions import Curve, Event, Limits, Motion, Motions, PathPoint, follow, motion_at, neighbours, off
 from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, RESTITUTIONS, Device, Groups, by_wall, each
 from vireport.scenario import DesignInput, Parameter
 
@@ -83,7 +83,7 @@ class AlongLine:
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
-        (position,), (d, gbar, r) = varied, self.origin
+        (position,), (d, gbar, r, _) = varied, self.origin
         match self.line:
             case Line.LENGTHS:
                 return Groups(d * self.ops.exp(position), gbar, r)
@@ -101,7 +101,7 @@ class AlongLine:
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the position, shape (4, 1)."""
-        d, gbar, _ = self.at(varied)
+        d, gbar, *_ = self.at(varied)
         match self.line:
             case Line.LENGTHS:
                 return np.array([[d], [0.0], [0.0], [0.0]])
@@ -216,7 +216,7 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     signs : sequence of float
         Directions of the position on them.
     """
-    d, gbar, _ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for row in np.flatnonzero(motions.stable):
         for line, inputs in _inputs_along(lines, gbar).items():
             low, high = extent(line, device, d, gbar)
@@ -227,12 +227,9 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
                 continue  # the mirror image of another
             motion = motion_at(motions, int(row), device.period_ratio)
             curve = Curve(motion.word, along(line, device, FLOATS), low, high, 1.0)
-            x = curve.vector(replace(motion, coordinate=0.0))
             for sign in signs:
                 if (low if sign < 0 else high) != 0:
-                    way = curve.tangent(x)
-                    start = PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
-                    ends = _endings(curve, start, sign, flat and bool(motions.u[row] == 0))
+                    ends = ends_along(curve, motion, sign, flat and bool(motions.u[row] == 0))
                     yield from (Ending(line, inputs, *end) for end in ends)
 
 
@@ -244,10 +241,29 @@ def _inputs_along(lines: Sequence[Line], gbar: float) -> dict[Line, tuple[Design
     return inputs
 
 
-def _endings(
-    curve: Curve, start: PathPoint, sign: float, symmetric: bool
+def ends_along(
+    curve: Curve, motion: Motion, sign: float, symmetric: bool
 ) -> Iterator[tuple[Event, Floats, bool, bool]]:
-    """Where a motion ends, and where stable motion ends, if another takes over from it."""
+    """Where a motion of a design point ends along a curve, and where stable motion ends, if another takes over from it.
+
+    Parameters
+    ----------
+    curve : Curve
+        What varies is 0 at the design point.
+    motion : Motion
+    sign : float
+        Of what varies.
+    symmetric : bool
+        Whether the motion is its own mirror image all along.
+
+    Yields
+    ------
+    Event, ndarray, bool, bool
+        See `Ending`.
+    """
+    x = curve.vector(replace(motion, coordinate=0.0))
+    way = curve.tangent(x)
+    start = PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
     # Stability passes from symmetric to asymmetric motions at a pitchfork. The device goes on working, with other
     # voltages. Bounded, as two pitchforks could hand over to each other.
     for handovers in range(HANDOVERS):

@@ -6,9 +6,9 @@ from which the values of the inputs follow exactly.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from math import inf, pi
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from math import cos, inf, nan, pi, sin
 from typing import Any
 
 import numpy as np
@@ -22,18 +22,16 @@ from vireport.motions import (
     Event,
     Motion,
     Motions,
-    Orbits,
     Point,
     Solved,
+    Varied,
     in_decimals,
     linearised,
-    motion_of,
     one_to_one,
-    orbits,
     point_of,
     solve_one_to_one,
 )
-from vireport.physics import FLOATS, Device, Groups, carried
+from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Word, carried, force_rate, wave
 from vireport.scenario import DesignInput
 
 Floats = NDArray[np.float64]
@@ -85,6 +83,7 @@ class Margin:
     error_bound: float
     derivatives: dict[DesignInput, float | None]
     taken_over: bool = False
+    by_harmonics: dict[int, tuple[float, float] | None] = field(default_factory=dict)
 
     @property
     def event(self) -> Event:
@@ -183,7 +182,9 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
     # A margin is a difference: next to an end the digits that doubles leave would cancel.
     with in_decimals():
         try:
-            solved, rests, touches = _solved(device, end)
+            solved, rests, touches = solved_end(
+                lambda ops: along(end.line, device, ops), device.period_ratio, end.event, end.x, end.symmetric
+            )
         except (NumericalError, ArithmeticError):
             return [
                 margin_at(
@@ -196,46 +197,64 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
                 )
                 for varied in end.inputs
             ]
-        normal, margins = _normal(solved, end, rests), []
+        normal, margins = normal_of(solved, end.event, rests), []
         event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
         for varied in end.inputs:
             value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
             point = point_of(solved, event, value, rests, touches)
-            derivatives = _derivatives(device, varied, point, normal)
+            derivatives, by_harmonics = _derivatives(device, varied, point, normal)
             if mirrored(device) and end.line.keeps_symmetry:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
                 derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
                 if not (end.symmetric and event is Event.FOLD):
                     derivatives |= {DesignInput.RESTITUTION_BOTTOM: None, DesignInput.RESTITUTION_TOP: None}
-            margins.append(margin_at(device, varied, point, not end.taken_over, derivatives, end.taken_over))
+                    by_harmonics |= {order: None for order in by_harmonics if order % 2 == 0}
+            margin = margin_at(device, varied, point, not end.taken_over, derivatives, end.taken_over)
+            margins.append(replace(margin, by_harmonics=by_harmonics))
         return margins
 
 
-def _place(device: Device, end: Ending) -> tuple[Orbits, float]:
-    """The 1:1 motion at the end of a motion, as far as it is known (arrays of length one), and its restitution."""
-    n, r = device.period_ratio, along(end.line, device, FLOATS).at((float(end.x[-1]),)).restitution
-    u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
-    return orbits(np.array([u]), np.array([pi * end.x[2]]), r, n), r
+def _motion(n: int, x: Floats) -> Motion:
+    """The 1:1 motion of some unknowns, as far as it is known."""
+    return Motion(Word((1, -1), n), x[:2], x[2:4], float(x[-1]))
 
 
-def _solved(device: Device, end: Ending) -> tuple[Solved, tuple[int, ...], tuple[int, ...]]:
-    """Solve for the end of a motion on a line; its impacts without velocity, and those of them that are touches."""
-    orbit, r = _place(device, end)
+def solved_end(
+    grouped: Callable[[Any], Varied], n: int, event: Event, x: Floats, symmetric: bool
+) -> tuple[Solved, tuple[int, ...], tuple[int, ...]]:
+    """Solve for the end of a motion on a line; its impacts without velocity, and those of them that are touches.
+
+    Parameters
+    ----------
+    grouped : callable
+        What varies along the line, as for `motions.solve_one_to_one`; within `in_decimals`.
+    n : int
+        Forcing periods per motion.
+    event : Event
+    x : ndarray
+        Velocities and times of its impacts, and the position on the line, as far as they are known.
+    symmetric : bool
+        Whether the motion there is its own mirror image.
+
+    Raises
+    ------
+    NumericalError
+        If it does not settle.
+    """
     rests: tuple[int, ...] = ()
-    if end.event is Event.ZERO_VELOCITY:
-        rests = (0, 1) if end.symmetric else (int(np.argmin(np.abs(end.x[:2]))),)
-    condition, position = Condition(end.event, rests), float(end.x[-1])
-    solved, touches = solve_one_to_one(
-        lambda ops: along(end.line, device, ops), orbit, r, device.period_ratio, position, condition, end.symmetric
-    )
+    if event is Event.ZERO_VELOCITY:
+        rests = (0, 1) if symmetric else (int(np.argmin(np.abs(x[:2]))),)
+    solved, touches = solve_one_to_one(grouped, _motion(n, x), Condition(event, rests), symmetric)
     return solved, (*rests, *touches), touches
 
 
 def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
     """The end of a motion as it was located, where it does not settle in decimals."""
-    orbit, _ = _place(device, end)
-    position, line = float(end.x[-1]), along(end.line, device, FLOATS)
-    numbers = {name: float(getattr(orbit, field)[0]) for name, field in LOCATED.items()}
+    n, position, line = device.period_ratio, float(end.x[-1]), along(end.line, device, FLOATS)
+    motion, (d, gbar, *_) = _motion(n, end.x), line.at((position,))
+    u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
+    numbers = {"u": u, "phi_bottom": pi * float(end.x[2]), "d": float(d), "gbar": float(gbar)}
+    numbers |= {"velocity_bottom": float(end.x[0]), "velocity_top": float(end.x[1])}
     # A root that does not settle is known as far as the path was halved: its bracket is stated as the error, instead
     # of a digit that is not known.
     left_open = OPEN * (1 + abs(position))
@@ -245,53 +264,53 @@ def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
         for at in (position, position - left_open, position + left_open)
     )
     event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
-    closed = one_to_one(device.period_ratio, numbers, bounds)
-    motion = motion_of(orbit, device.period_ratio, position)
     error = max(abs(other - value) for other in ends)
-    return Point(event, motion, numbers["d"], numbers["gbar"], value, error, closed)
+    return Point(event, motion, numbers["d"], numbers["gbar"], value, error, one_to_one(n, numbers, bounds))
 
 
-LOCATED = {"u": "u", "phi_bottom": "phi", "d": "d", "gbar": "gbar"} | {
-    name: name for name in ("velocity_bottom", "velocity_top")
-}
-"""What is known of an end that was only located: names in `OneToOne`, and in `Orbits`."""
+HARMONICS = tuple(Harmonic(order, 0.0, 0.0) for order in (2, 3))
+"""Harmonics by which ends of motions are differentiated."""
 
 
 class _Groups:
     """The groups themselves as what varies."""
 
-    @staticmethod
-    def at(varied: Sequence[Any]) -> Groups[Any]:
-        return Groups.of(*varied)
+    def __init__(self, groups: Groups[Any]) -> None:
+        self.like = groups
 
-    @staticmethod
-    def slopes(varied: Sequence[Any]) -> Floats:
-        return np.eye(4)
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        return self.like.with_numbers(varied)
+
+    def slopes(self, varied: Sequence[Any]) -> Floats:
+        return np.eye(len(self.like.numbers))
 
 
-def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
-    """Normal, in (d, gbar, r_b, r_t), of the surface on which motions end in this way; NaN where it has none.
+def normal_of(solved: Solved, event: Event, rests: tuple[int, ...]) -> Floats:
+    """Normal, in `Groups.numbers`, of the surface on which motions end in this way; NaN where it has none.
 
-    The conditions R(y; d, gbar, r_b, r_t) = 0 of such a motion, y its velocities and times, are one more than the
-    unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, r_b, r_t), which is orthogonal to every change that leaves
+    Where the force is a sine, the numbers are those with its second and third `HARMONICS`, of which it has nothing.
+
+    The conditions R(y; d, gbar, r_b, r_t, ...) = 0 of such a motion, y its velocities and times, are one more than the
+    unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, ...), which is orthogonal to every change that leaves
     the conditions fulfilled: the implicit function theorem.
     """
-    if end.event is Event.PITCHFORK:
-        return _pitchfork_normal(solved.word.periods, float(solved.groups.restitution), float(solved.groups.d))
+    groups = solved.groups.as_floats()
+    groups = groups if groups.harmonics else groups._replace(harmonics=HARMONICS)
+    if event is Event.PITCHFORK:
+        return _pitchfork_normal(solved, groups)
     count = len(solved.word)
     velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
     motion = Motion(solved.word, velocity, time, 0.0).without_impacts(rests[1:] if len(solved.word) > 2 else ())
-    groups = solved.groups.as_floats()
     x = np.concatenate([motion.velocity, motion.time, groups.numbers])
-    condition = Condition(end.event, rests[:1])
-    if end.event is Event.GRAZING and not rests:
-        pressed = np.abs(groups.pull(np.cos(np.pi * motion.time)))
-        condition = Condition(end.event, held=int(np.argmin(pressed)))
-    _, gradient = condition.linearised(motion.word, x, groups, np.eye(4))
-    gradients = np.vstack([linearised(motion.word, x, _Groups())[1], gradient])
+    condition = Condition(event, rests[:1])
+    if event is Event.GRAZING and not rests:
+        pressed = np.abs(groups.pull(groups.wave(np.pi * motion.time, ARRAYS).force))
+        condition = Condition(event, held=int(np.argmin(pressed)))
+    _, gradient = condition.linearised(motion.word, x, groups, np.eye(len(groups.numbers)))
+    gradients = np.vstack([linearised(motion.word, x, _Groups(groups))[1], gradient])
     if not np.isfinite(gradients).all():
-        return np.full(4, np.nan)
+        return np.full(len(groups.numbers), np.nan)
     own = 2 * len(motion.word)
     # Rows are scaled before the null vector is taken: conditions in times and in velocities differ by orders of
     # magnitude, and the smallest singular value would be that of the units.
@@ -302,32 +321,47 @@ def _normal(solved: Solved, end: Ending, rests: tuple[int, ...]) -> Floats:
     return np.asarray(weight @ rows[:, own:])
 
 
-def _pitchfork_normal(n: int, r: float, d: float) -> Floats:
-    """Normal, in (d, gbar, r, 0), of the curve on which symmetric motions of a horizontal capsule have a pitchfork.
+def _pitchfork_normal(solved: Solved, groups: Groups[float]) -> Floats:
+    """Normal, see `normal_of`, of the surface on which symmetric motions of a horizontal capsule have a pitchfork.
 
     Notes
     -----
-    Half a period is a map of itself, followed by its mirror image. With velocity v = 2 sin(phi)/[pi (1 - r)] at the
-    impacts its trace is 2 r - (1 + r) n cos(phi)/v and its determinant r^2. An asymmetric change of the motion is kept
-    where a multiplier of it is -1: v = n cos(phi)/(1 + r), and so tan(phi) = pi n (1 - r)/[2 (1 + r)] and d = cos(phi)
-    (n^2/2 - 2/pi^2), of which the derivative by r, that of both membranes, is taken. The border has a cusp in
-    gbar and in the difference of both restitutions, which stay zero.
+    Half a period is a map of itself, followed by its mirror image. With the force a, its impulse S and its path C at
+    the impacts of velocity v, 2 S = pi (1-r) v and d = n (1+r) v/2 - 2 C/pi^2. The map has the trace 2 r - (1+r) n a/v
+    and the determinant r^2: an asymmetric change is kept where a multiplier is -1, (1+r) v = n a. As in `normal_of`, a
+    combination of the three has no derivative by v and by the phase. It has one by the restitution of both membranes,
+    which stands for those of each; the border has a cusp in gbar, in the difference of both restitutions and in even
+    harmonics, which part what is one motion.
     """
-    tangent = pi * n * (1 - r) / (2 * (1 + r))
-    double_sine = 2 * tangent / (1 + tangent * tangent)
-    by_restitution = -d * pi * n * double_sine / (2 * (1 + r) ** 2)
-    return np.array([1.0, 0.0, by_restitution, 0.0])
+    r, velocity, phase, n = float(groups.restitution), float(solved.x[0]), pi * float(solved.x[2]), solved.word.periods
+    sine, cosine = sin(phase), cos(phase)
+    here, rate = wave(sine, cosine, groups.harmonics), force_rate(sine, cosine, groups.harmonics)
+    rows = np.array([[pi * (1 - r), 1 + r], [-2 * here.force, -n * rate]])
+    impulse, force = np.linalg.solve(rows, [n * (1 + r) / 2, 2 * here.impulse / pi**2])
+    normal = [1.0, 0.0, float(velocity * (force - pi * impulse - n / 2)), 0.0]
+    for own in groups.harmonics:
+        s, c = sin(own.order * phase), cos(own.order * phase)
+        of_cosine = -2 * impulse * s / own.order - n * force * c + 2 * c / (pi * own.order) ** 2
+        of_sine = 2 * impulse * c / own.order - n * force * s + 2 * s / (pi * own.order) ** 2
+        normal += [float(of_cosine), float(of_sine)] if own.order % 2 else [nan, nan]
+    return np.array(normal)
 
 
 def _no_derivatives(varied: DesignInput) -> dict[DesignInput, float | None]:
     return {other: None for other in DesignInput if other is not varied}
 
 
-def _derivatives(device: Device, varied: DesignInput, point: Point, normal: Floats) -> dict[DesignInput, float | None]:
-    """Derivatives of the value of an input at which motion ends, with respect to the others."""
+def _derivatives(
+    device: Device, varied: DesignInput, point: Point, normal: Floats
+) -> tuple[dict[DesignInput, float | None], dict[int, tuple[float, float] | None]]:
+    """Derivatives of the value of an input at which motion ends, with respect to the others and by harmonics."""
     at = device.with_values({varied: point.sweep_value})
-    slopes = {name: float(normal @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
+    slopes = {name: float(normal[:4] @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
     own = slopes.pop(varied)
     # Where inputs overlap, the other moves the value itself as well.
     derivatives = {name: (-slope / own if own else inf) + carried(varied, name) for name, slope in slopes.items()}
-    return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}
+    by_harmonics = {}
+    for harmonic, parts in zip(HARMONICS, normal[4:].reshape(-1, 2), strict=True):
+        cosine, sine = (float(-part / own) if own else inf for part in parts)
+        by_harmonics[harmonic.order] = (cosine, sine) if np.isfinite([cosine, sine]).all() else None
+    return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}, by_harmonics

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
+from vireport.design.distortion import Distortion, distortions
 from vireport.design.lines import Line, mirrored, reach
 from vireport.design.margins import SAME_POINT, Margin, margin_at, margins_of, nearest_first
 from vireport.motions import (
@@ -107,6 +108,8 @@ class DesignPoint:
         Inputs along which rounding does not resolve where the stable motions end.
     stable : tuple of StableInterval
         For each other input, the range up to the first of these ends on either side.
+    distortions : tuple of Distortion
+        The least harmonics of the force that end a stable motion; none where no motion is stable.
     voltages : Voltages or None
         Of the motions; None where no energy is evaluated.
     conversion : Conversion or None
@@ -121,6 +124,7 @@ class DesignPoint:
     margins: tuple[Margin, ...]
     unresolved: tuple[DesignInput, ...]
     stable: tuple[StableInterval, ...]
+    distortions: tuple[Distortion, ...]
     voltages: Voltages | None = None
     conversion: Conversion | None = None
 
@@ -160,7 +164,9 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
             margins.append(margin_at(device, DesignInput(chosen), point, False, {}))
     margins = nearest_first(margins)
     stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
-    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
+    nearest = next((margin for margin in margins if margin.ends_stability), None)
+    distorted = distortions(device, motions, nearest)
+    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable, distorted)
 
 
 def _labelled(margins: Sequence[Margin]) -> list[Margin]:
@@ -222,7 +228,7 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
     """
     sweep = around_length(device)
     n, level = device.period_ratio, sweep.level
-    d, gbar, r = device.groups(Parameter.LENGTH, device.length_m)
+    d, gbar, r, _ = device.groups(Parameter.LENGTH, device.length_m)
     guesses = find_motions(Groups(np.array([d]), np.array([gbar]), r), n)
     rows = []
     for k, gap in enumerate(guesses.wall_gap):

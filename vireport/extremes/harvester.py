@@ -49,7 +49,7 @@ class Harvester:
 
     def with_groups(self, d: float | None = None, gbar: float | None = None) -> Harvester:
         """A harvester with these groups: the force gives gbar, at 90 degrees where the capsule was horizontal."""
-        changed, (own_d, own_gbar, _) = self, self.groups
+        changed, (own_d, own_gbar, *_) = self, self.groups
         if gbar is not None:
             changed = changed if own_gbar > 0 else changed.with_device(inclination_deg=90.0)
             weight = changed.groups[1] * changed.device.amplitude_n

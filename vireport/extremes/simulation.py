@@ -92,7 +92,7 @@ Rows = tuple[Any, Any]
 
 def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     """Every case of the simulation."""
-    d, gbar, r = harvester.groups
+    d, gbar, r, _ = harvester.groups
     slight, bouncing = min(gbar, 0.5), min(max(r, 0.1), 0.9)
 
     def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], CaseFinding]) -> Case:
@@ -156,7 +156,7 @@ def _followed(model: Groups[float], start: Start, impacts: int) -> Rows:
 
 def _thrown(model: Groups[float]) -> Impact:
     """An impact on the bottom at which the forcing throws the ball upwards."""
-    d, gbar, r = model
+    d, gbar, r, _ = model
     velocity, phase = 0.7, 0.2
     if r * velocity < SLOWEST_REBOUND or gbar >= 1:
         phase = PULLING
@@ -171,7 +171,7 @@ def _exact_flight(model: Groups[float], start: Impact, row: Any) -> tuple[float,
     Relative to the time and to 1 + |velocity|.
     """
     with exact.precise():
-        d, gbar, r = (exact.mpf(x) for x in model)
+        d, gbar, r = (exact.mpf(x) for x in model[:3])
         left, speed, angle = d / 2, -r * exact.mpf(start.velocity), exact.mpf(start.phase)
         wall, duration = d / 2 * int(row[WALL]), float(row[FLIGHT])
         time = exact.newton(lambda x: [exact.flight(x[0], left, speed, angle, gbar)[0] - wall], [duration])[0]
@@ -241,7 +241,7 @@ def _hops(model: Groups[float], velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
-        d, g, r = (mpf(x) for x in model)
+        d, g, r = (mpf(x) for x in model[:3])
         speed, angle, total = r * mpf(velocity), mpf(phase), mpf(0)
         for _ in range(MOST_HOPS):
             press = g + mp.cos(angle)
@@ -328,7 +328,7 @@ def _check_many(model: Groups[float], answer: Rows) -> CaseFinding:
     plain = [i for i in range(1, len(rows)) if rows[i - 1, RIDING] + rows[i - 1, SETTLING] == 0]
     worst = 0.0
     with exact.precise():
-        d, gbar, r = (exact.mpf(x) for x in model)
+        d, gbar, r = (exact.mpf(x) for x in model[:3])
         for i in plain[-COMPARED:]:
             before, after = ([exact.mpf(float(x)) for x in rows[k]] for k in (i - 1, i))
             z, rate = exact.flight(after[FLIGHT], before[WALL] * d / 2, -r * before[VELOCITY], before[PHASE], gbar)

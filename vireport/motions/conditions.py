@@ -70,7 +70,7 @@ class Condition:
         The trace enters times the velocities of all impacts that have one: so it has no pole where one vanishes.
         """
         if self.held is not None:
-            return groups.pull(ops.cos(ops.pi * x[len(word) + self.held]))
+            return groups.pull(groups.wave(ops.pi * x[len(word) + self.held], ops).force)
         if self.event in (Event.GRAZING, Event.ZERO_VELOCITY):
             return x[self.rests[0]]
         if self.event is Event.DEGENERATE_GRAZING:
@@ -95,7 +95,7 @@ class Condition:
         x : ndarray
             Velocities and times of the impacts, and what varies of the device.
         groups : Groups
-        gradients : ndarray, shape (4, varied)
+        gradients : ndarray, shape (numbers, varied)
             Of `Groups.numbers` by what varies.
         """
         own = 2 * len(word)
@@ -103,7 +103,7 @@ class Condition:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
         at = np.append(x[:own], groups.numbers)
         steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
-        values = self.value(word, steps[:own], Groups.of(*steps[own:]), ARRAYS)
+        values = self.value(word, steps[:own], groups.with_numbers(steps[own:]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY
         gradient = np.append(slopes[:own], slopes[own:] @ gradients)
         length = float(np.linalg.norm(gradient)) or 1.0

@@ -202,7 +202,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
         # Signs of residuals are not known: the sizes of the pseudo-inverse's entries, times the largest residuals.
         change = np.abs(np.einsum("nki,nk,njk->nij", v, 1 / sizes, u)) @ most[..., None]
         # Second derivatives of a flight: of its phases, pi, over at most the period, and of its accelerations.
-        _, gbar, _ = model.groups(np.abs(x[:, -1]))
+        _, gbar, *_ = model.groups(np.abs(x[:, -1]))
         bend = 2 * np.pi * (1 + 2 * word.periods) * (2 + gbar) * np.sqrt(2 * len(word))
         eta = np.linalg.norm(change, axis=1)[:, 0]
         near = bend * eta / sizes[:, -1]

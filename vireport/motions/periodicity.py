@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf
+from math import cos, inf, pi, sin
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
-from vireport.physics import FLOATS, Groups, Restitutions, Word, by_wall, flight
+from vireport.physics import ARRAYS, FLOATS, Groups, Restitutions, Wave, Word, by_wall, flight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -38,7 +38,7 @@ class Varied(Grouped, Protocol):
     """What varies of a device, with the derivatives of the groups by it."""
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Derivatives of `Groups.numbers`, (4, len(varied))."""
+        """Derivatives of `Groups.numbers`, 4 of a sine, by what varies: (numbers, len(varied))."""
 
 
 class Variation(Varied, Protocol):
@@ -115,25 +115,27 @@ class Model:
 
 
 class Leg(NamedTuple):
-    """One flight: indices of the impacts at its ends, flight time, sines and cosines of the phase there."""
+    """One flight: indices of the impacts at its ends, flight time, and the force there."""
 
     start: int
     end: int
     duration: Any
-    sine_start: Any
-    cosine_start: Any
-    sine_end: Any
-    cosine_end: Any
+    starts: Wave
+    ends: Wave
 
 
-def legs(word: Word, time: Sequence[Any], ops: Any = FLOATS) -> Iterator[Leg]:
+def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Iterator[Leg]:
     """The flights of a motion, by the times of its impacts."""
-    count, phases = len(word), [ops.pi * t for t in time]
-    sines, cosines = [ops.sin(phase) for phase in phases], [ops.cos(phase) for phase in phases]
+    count, waves = len(word), [groups.wave(ops.pi * t, ops) for t in time]
     for i in range(count):
         j = (i + 1) % count
         duration = time[j] - time[i] + (0 if j > i else 2 * word.periods)
-        yield Leg(i, j, duration, sines[i], cosines[i], sines[j], cosines[j])
+        yield Leg(i, j, duration, waves[i], waves[j])
+
+
+def forces_at(time: Any, groups: Groups[Any]) -> Any:
+    """The relative acceleration of the ball at times, arrays [-]."""
+    return groups.pull(groups.wave(np.pi * time, ARRAYS).force)
 
 
 def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
@@ -149,12 +151,12 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
     """
     count, values = len(word), []
     groups = model.at(x[2 * count :])
-    d, gbar, _ = groups
-    for leg in legs(word, x[count : 2 * count], ops):
+    d, gbar, *_ = groups
+    for leg in legs(word, x[count : 2 * count], groups, ops):
         after, t = groups.after(word.walls[leg.start], x[leg.start]), leg.duration
         way = (word.walls[leg.end] - word.walls[leg.start]) // 2
-        speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar, ops.pi)
-        covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar, ops.pi)
+        speed = flight.velocity(t, after, leg.starts.impulse, leg.ends.impulse, gbar, ops.pi)
+        covered = flight.displacement(t, after, leg.starts.impulse, leg.starts.path, leg.ends.path, gbar, ops.pi)
         values += [speed - x[leg.end], covered - way * d]
     return values
 
@@ -163,24 +165,40 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
     """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
     count, row = len(word), x.tolist()
     groups = model.at(row[2 * count :])
-    d, gbar, _ = groups
+    d, gbar, *_ = groups
     values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
-    for leg in legs(word, row[count : 2 * count]):
+    for leg in legs(word, row[count : 2 * count], groups):
         i, j, t = leg.start, leg.end, leg.duration
         r, after = groups.restitution_at(word.walls[i]), groups.after(word.walls[i], row[i])
-        pull_start, pull_end = groups.pull(leg.cosine_start), groups.pull(leg.cosine_end)
+        pull_start, pull_end = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
         way = (word.walls[j] - word.walls[i]) // 2
-        speed = flight.velocity(t, after, leg.sine_start, leg.sine_end, gbar)
-        covered = flight.displacement(t, after, leg.sine_start, leg.cosine_start, leg.cosine_end, gbar)
+        speed = flight.velocity(t, after, leg.starts.impulse, leg.ends.impulse, gbar)
+        covered = flight.displacement(t, after, leg.starts.impulse, leg.starts.path, leg.ends.path, gbar)
         values += [speed - row[j], covered - way * d]
         by_impacts += [-r, -pull_start, -r * t, -after - pull_start * t, -1.0, pull_end, speed]
         of_bottom, of_top = (-row[i], 0.0) if word.walls[i] > 0 else (0.0, -row[i])
-        by_groups += [0.0, t, of_bottom, of_top, -way, t * t / 2, of_bottom * t, of_top * t]
+        by_velocity, by_way = [0.0, t, of_bottom, of_top], [-way, t * t / 2, of_bottom * t, of_top * t]
+        if groups.harmonics:
+            ends = (row[count + i], row[count + j])
+            more = [_by_harmonic(own.order, *ends, t) for own in groups.harmonics]
+            by_velocity += [slope for own in more for slope in own[0]]
+            by_way += [slope for own in more for slope in own[1]]
+        by_groups += [by_velocity, by_way]
     # with one impact both ends of the flight are the same, and their derivatives are added
     entries = np.asarray(np.bincount(_places(count, len(row)), by_impacts, 2 * count * len(row)), float)
     matrix = entries.reshape(2 * count, len(row))
-    matrix[:, 2 * count :] = np.array(by_groups).reshape(-1, 4) @ model.slopes(row[2 * count :])
+    matrix[:, 2 * count :] = np.array(by_groups) @ model.slopes(row[2 * count :])
     return np.array(values), matrix
+
+
+def _by_harmonic(order: int, start: float, end: float, t: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Derivatives of velocity and position at the end of a flight by the cosine and the sine of a harmonic."""
+    # What is linear in a harmonic is what a force of it alone does: of cos jx and of sin jx in the place of cos x.
+    turns = order * pi
+    s0, c0, s1, c1 = sin(turns * start), cos(turns * start), sin(turns * end), cos(turns * end)
+    velocity = (s1 - s0) / turns, (c0 - c1) / turns
+    position = (c0 - c1) / turns**2 - s0 * t / turns, (s0 - s1) / turns**2 + c0 * t / turns
+    return velocity, position
 
 
 @lru_cache
@@ -202,10 +220,10 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
     count = len(word)
     groups = model.at(x[2 * count :])
     flights = []
-    for leg in legs(word, x[count : 2 * count], ops):
+    for leg in legs(word, x[count : 2 * count], groups, ops):
         r, pulls = (
             groups.restitution_at(word.walls[leg.start]),
-            (groups.pull(leg.cosine_start), groups.pull(leg.cosine_end)),
+            (groups.pull(leg.starts.force), groups.pull(leg.ends.force)),
         )
         flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r))
     return product_trace(flights)
@@ -217,9 +235,9 @@ def weighted_trace(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any =
     The times of `x` follow the velocities.
     """
     count, flights = len(word), []
-    for leg in legs(word, x[count : 2 * count], ops):
+    for leg in legs(word, x[count : 2 * count], groups, ops):
         r, speed = groups.restitution_at(word.walls[leg.start]), x[leg.end]
-        start, end = groups.pull(leg.cosine_start), groups.pull(leg.cosine_end)
+        start, end = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
         time, velocity = start * leg.duration - r * x[leg.start], r * leg.duration
         flights.append((time, velocity, time * end - start * speed, velocity * end - r * speed))
     return product_trace(flights)

@@ -25,7 +25,7 @@ from vireport.motions.periodicity import Model, Varied, trace
 from vireport.motions.polish import DECIMALS, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
-from vireport.physics import ARRAYS, FLOATS, Word, each
+from vireport.physics import ARRAYS, FLOATS, Groups, Word, each
 
 AT_ONCE = 1e-9
 """Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
@@ -238,11 +238,11 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
         try:
             solved = solved_on_sweep(sweep, motion, equation, event is Event.PITCHFORK)
         except (NumericalError, ArithmeticError):
-            d, gbar, _ = model.groups(motion.coordinate)
+            d, gbar, *_ = model.groups(motion.coordinate)
             # An infinite bound is told to the reader; a point that is left out would not be, and its families would
             # lose their vertex.
             return Point(event, motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
-        d, gbar, _ = solved.groups
+        d, gbar, *_ = solved.groups
         return point_of(solved, event, sweep.value(d, gbar, DECIMALS), motion.rests)
 
 
@@ -270,13 +270,7 @@ def motion_at(motions: Motions, row: int, n: int) -> Motion:
 
 
 def solve_one_to_one(
-    grouped: Callable[[Any], Varied],
-    orbit: Orbits,
-    r: Any,
-    n: int,
-    coordinate: float,
-    condition: Condition,
-    symmetric: bool,
+    grouped: Callable[[Any], Varied], motion: Motion, condition: Condition, symmetric: bool
 ) -> tuple[Solved, tuple[int, ...]]:
     """Solve for a 1:1 motion at which a condition holds; within `in_decimals`.
 
@@ -284,14 +278,8 @@ def solve_one_to_one(
     ----------
     grouped : callable
         As for `polish.solve_motion`.
-    orbit : Orbits
-        The motion as far as it is known (arrays of length one).
-    r : float or Restitutions
-        Restitution coefficient there.
-    n : int
-        Forcing periods per motion.
-    coordinate : float
-        What varies there.
+    motion : Motion
+        As far as it is known.
     condition : Condition
         The impacts in `rests` are 0 for the bottom and 1 for the top; not needed for grazing.
     symmetric : bool
@@ -308,24 +296,22 @@ def solve_one_to_one(
     NumericalError
         If it does not settle.
     """
-    motion = motion_of(orbit, n, coordinate)
     touched: tuple[int, ...] = ()
     if condition.event is Event.GRAZING:
-        touch = near_touch(orbit, r)
+        touch = near_touch(motion, grouped(FLOATS).at((motion.coordinate,)).as_floats())
         if touch.acceleration is not None:
-            pressing = _pressing(motion.word, 0 if touch.upward else 1, touch.acceleration)
-            solved = solve_motion(grouped, motion, pressing, symmetric)
+            solved = solve_motion(grouped, motion, _pressing(motion.word, touch.after, touch.acceleration), symmetric)
             if touch.time < AT_ONCE:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold
                 return solved, ()
             velocity, time = (np.array([float(v) for v in part]) for part in (solved.x[:2], solved.x[2:4]))
             motion = Motion(motion.word, velocity, time, float(solved.x[-1]))
         # Of a symmetric motion the touch half a period later comes with it.
-        for after in (1, 0) if symmetric else (0 if touch.upward else 1,):
+        for after in (1, 0) if symmetric else (touch.after,):
             wall = motion.word.walls[after] if touch.at_start else -motion.word.walls[after]
             motion = motion.with_impact(after, wall, float(motion.time[after]) + touch.time)
         # Not all that have next to no velocity: for r = 0 and a small inclination the impacts themselves have as
         # little, and would be taken for touches.
-        touched = (1, 3) if symmetric else (1 if touch.upward else 2,)
+        touched = (1, 3) if symmetric else (touch.after + 1,)
         condition = Condition(Event.GRAZING, touched)
     return solve_motion(grouped, motion, condition.equation(motion.word), symmetric), touched
 
@@ -333,7 +319,11 @@ def solve_one_to_one(
 def _pressing(word: Word, leaves: int, acceleration: float) -> Equation:
     """The equation that the ball is pressed to the membrane of an impact with an acceleration."""
     wall, count = word.walls[leaves], len(word)
-    return lambda x, groups, ops: wall * groups.pull(ops.cos(ops.pi * x[count + leaves])) - ops.exact(acceleration)
+
+    def pressing(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
+        return wall * groups.pull(groups.wave(ops.pi * x[count + leaves], ops).force) - ops.exact(acceleration)
+
+    return pressing
 
 
 def at_value(sweep: Sweep, value: float) -> Equation:

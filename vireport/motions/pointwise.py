@@ -122,7 +122,7 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     n : int
         Forcing periods per motion, the same for all.
     """
-    d, gbar, r = groups
+    d, gbar, r, _ = groups
     of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
     every = np.arange(len(d))
     kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]
@@ -230,9 +230,9 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
     formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
     """
-    d, gbar, r = groups
+    d, gbar, r, _ = groups
     motions = find_motions(groups.each(np.real), n)
-    d, gbar, r = groups.each(itemgetter(motions.cell))
+    d, gbar, r, _ = groups.each(itemgetter(motions.cell))
     u, phi, real = motions.orbit.u, motions.orbit.phi, each(r, np.real)
     # Two real derivatives, by u and by phi, and the part of d and gbar that r moves with u and phi held.
     along_u, along_phi, at = (

@@ -109,7 +109,7 @@ class Sweep:
         """What stays the same along the sweep, in a kind of number."""
         # Of a sweep over the force, both groups are the largest, and best resolved, at its lower end.
         at = min(self.start, self.end) if self.parameter is Parameter.AMPLITUDE else self.start
-        d, gbar, _ = self.device.groups(self.parameter, at, ops)
+        d, gbar, *_ = self.device.groups(self.parameter, at, ops)
         if self.parameter is Parameter.INCLINATION:
             return Level(Held.D, d)
         if self.parameter is Parameter.AMPLITUDE and gbar != 0:
@@ -144,7 +144,7 @@ class Sweep:
 
     def coordinate_of(self, value: Any, ops: Any = ARRAYS) -> Any:
         """The coordinate at a value of the parameter."""
-        d, gbar, _ = self.device.groups(self.parameter, value, ops)
+        d, gbar, *_ = self.device.groups(self.parameter, value, ops)
         return gbar if self.parameter is Parameter.INCLINATION else d
 
     def coordinate(self, orbit: Any) -> Any:

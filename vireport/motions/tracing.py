@@ -347,10 +347,9 @@ def _polished(
     """An event of a piece, polished; `orbit` is the motion as far as it is known (arrays of length one)."""
     sweep, coordinate = curve.sweep, float(curve.sweep.coordinate(orbit)[0])
     with in_decimals():
-        solved, touches = solve_one_to_one(
-            lambda ops: model_of(sweep, ops), orbit, curve.r, curve.n, coordinate, condition, symmetric
-        )
-        d, gbar, _ = solved.groups
+        motion = motion_of(orbit, curve.n, coordinate)
+        solved, touches = solve_one_to_one(lambda ops: model_of(sweep, ops), motion, condition, symmetric)
+        d, gbar, *_ = solved.groups
         return point_of(solved, event, sweep.value(d, gbar, DECIMALS), (*rests, *touches), touches)
 
 
@@ -395,7 +394,7 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
         end = _end_value(curve, piece.condition_at(row))
         if end is not None:
             motions.sweep_value[row] = end
-            motions.d[row], motions.gbar[row], _ = sweep.device.groups(sweep.parameter, end)
+            motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end)
     for row, point in points.items():
         closed = point.closed
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits
 from vireport.motions.roots import newton_root
-from vireport.physics import Flight, Groups, flight
+from vireport.physics import Flight, Groups, flight, force_rate, unaccelerated, wave
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -223,12 +223,12 @@ def touches(orbit: Orbits, flights: tuple[Flight, Flight]) -> list[Touch]:
 
 
 class NearTouch(NamedTuple):
-    """The turning point of a 1:1 motion that is as good as a touch of a membrane.
+    """The turning point of a motion that is as good as a touch of a membrane.
 
     Attributes
     ----------
-    upward : bool
-        Whether it is in the flight from the bottom.
+    after : int
+        The impact that its flight begins with.
     at_start : bool
         Whether the membrane is the one that the flight left.
     time : float
@@ -237,28 +237,31 @@ class NearTouch(NamedTuple):
         Towards the membrane left, as the flight begins, where the ball is back before it has really left.
     """
 
-    upward: bool
+    after: int
     at_start: bool
     time: float
     acceleration: float | None
 
 
-def near_touch(orbit: Orbits, r: Any) -> NearTouch:
-    """The turning point of a 1:1 motion (arrays of length one) that is nearest to a membrane.
+def near_touch(motion: Motion, groups: Groups[float]) -> NearTouch:
+    """The turning point of a motion that is nearest to a membrane.
 
     A ball that touches again shortly after an impact has v t = a t^2/2 + j t^3/6 and v = a t + j t^2/2, which give the
     acceleration a = (-8 j v/3)^(1/2) towards the wall that it leaves, and t = -3 a/(2 j).
     """
-    up, down = flights = orbit.flights(r)
-    nearest = next(iter(touches(orbit, flights)), None)
-    if nearest is not None and not (nearest.time < SHORT and nearest.at_start):
-        return NearTouch(nearest.upward, nearest.at_start, nearest.time, None)
-    pressed_less = float(abs(up.pressing(up.cosine)[0])) < float(abs(down.pressing(down.cosine)[0]))
-    upward = nearest.upward if nearest is not None else pressed_less
-    way = up if upward else down
-    jerk = -float(way.jerk(way.sine)[0])
-    acceleration = sqrt(max(-8 * jerk * abs(float(way.velocity[0])) / 3, 0.0))
-    return NearTouch(upward, True, -1.5 * acceleration / jerk if acceleration else 0.0, acceleration)
+    walls, times = motion.word.walls, motion.time.tolist()
+    nearest = min(turns(motion, groups), key=lambda turn: abs(turn.gap), default=None)
+    if nearest is not None:
+        since, at_start = nearest.time - times[nearest.after], nearest.wall == walls[nearest.after]
+        if not (since < SHORT and at_start):
+            return NearTouch(nearest.after, at_start, since, None)
+    waves = [(sin(pi * t), cos(pi * t)) for t in times]
+    pressed = [abs(groups.pull(wave(*at, groups.harmonics).force)) for at in waves]
+    after = nearest.after if nearest is not None else pressed.index(min(pressed))
+    jerk = -walls[after] * pi * force_rate(*waves[after], groups.harmonics)
+    speed = abs(float(groups.after(walls[after], float(motion.velocity[after]))))
+    acceleration = sqrt(max(8 * jerk * speed / 3, 0.0))
+    return NearTouch(after, True, 1.5 * acceleration / jerk if acceleration else 0.0, acceleration)
 
 
 class Turn(NamedTuple):
@@ -275,42 +278,53 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
 
     The distance is negative where the ball would have passed through the membrane.
     """
-    d, gbar, _ = groups
-    # Z'' = gbar + cos(pi t) is zero at t = lift and 2 - lift of each forcing period; sines there are swing and -swing.
-    lift = acos(-gbar) / pi if gbar < 1 else 1.0
-    swing = sin(pi * lift)
-    still = ((lift, swing), (2 - lift, -swing)) if gbar < 1 else ()
+    d, gbar, _, harmonics = groups
+    # Z'' is zero at known times of each forcing period, of a sine at `lift` and 2 - `lift`, with the sine `swing` and
+    # its opposite.
+    if harmonics:
+        still = [(x / pi, wave(sin(x), cos(x), harmonics).impulse) for x in unaccelerated(gbar, harmonics)]
+    elif gbar < 1:
+        lift = acos(-gbar) / pi
+        swing = sin(pi * lift)
+        still = [(lift, swing), (2 - lift, -swing)]
+    else:
+        still = []
     walls, times, velocities = motion.word.walls, motion.time.tolist(), motion.velocity.tolist()
     times.append(times[0] + 2 * motion.word.periods)
     velocities.append(velocities[0])
     for i, wall in enumerate(walls):
         start, end, after, phase = times[i], times[i + 1], groups.after(wall, velocities[i]), pi * times[i]
-        sine, cosine = sin(phase), cos(phase)
+        begun = wave(sin(phase), cos(phase), harmonics)
         laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
         inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]
-        speeds = [(t, flight.velocity(t - start, after, sine, there, gbar)) for t, there in inner]
+        speeds = [(t, flight.velocity(t - start, after, begun.impulse, there, gbar)) for t, there in inner]
         for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
             if low[1] * high[1] < 0:
-                time = _rest(low, high, (start, after, sine), gbar)
+                time = _rest(low, high, (start, after, begun.impulse), groups)
                 towards = 1 if low[1] > 0 else -1
                 # From the wall that it left: of Z itself, half of a large d would leave no digit of the gap.
-                way = flight.displacement(time - start, after, sine, cosine, cos(pi * time), gbar)
+                path = wave(sin(pi * time), cos(pi * time), harmonics).path if harmonics else cos(pi * time)
+                way = flight.displacement(time - start, after, begun.impulse, begun.path, path, gbar)
                 yield Turn(i, time, towards, (0.0 if wall == towards else d) - towards * way)
 
 
-def _rest(low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], gbar: float) -> float:
+def _rest(
+    low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], groups: Groups[float]
+) -> float:
     """Time at which a monotone Z' is zero, between two at which it is given with them.
 
-    `flown` are the time, Z' and the sine of the phase at the beginning of the flight.
+    `flown` are the time, Z' and the impulse of the force at the beginning of the flight.
     """
-    start, after, sine = flown
+    start, after, impulse = flown
     (a, before), (b, behind) = low, high
     # where it would be if Z' were half a wave, as it is where gbar = 0
     # Z' = A + B cos(pi s) over a share s of the way, with A + B and A - B at the ends, vanishes at cos(pi s) = -A/B.
     t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
     for _ in range(BISECTIONS):
         phase = pi * t
-        value, slope = flight.velocity(t - start, after, sine, sin(phase), gbar), gbar + cos(phase)
+        here = wave(sin(phase), cos(phase), groups.harmonics)
+        value = flight.velocity(t - start, after, impulse, here.impulse, groups.gbar)
+        slope = groups.pull(here.force)
         a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
         new = t - value / slope if slope else a
         if abs(new - t) < SETTLED and slope:

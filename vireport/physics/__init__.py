@@ -29,6 +29,7 @@ from vireport.physics.energy import (
     voltages,
 )
 from vireport.physics.flight import Flight
+from vireport.physics.forcing import Harmonic, Wave, force_rate, unaccelerated, wave
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import (
     ARRAYS,
@@ -70,11 +71,13 @@ __all__ = [
     "Fitting",
     "Flight",
     "Groups",
+    "Harmonic",
     "Membrane",
     "Restitutions",
     "Rounded",
     "Shaker",
     "Voltages",
+    "Wave",
     "Word",
     "between",
     "by_wall",
@@ -88,12 +91,15 @@ __all__ = [
     "each",
     "fitting",
     "flight",
+    "force_rate",
     "generated_voltage",
     "infinite_where_undefined",
     "law_of",
     "magnitude",
+    "unaccelerated",
     "voltage_bounds",
     "voltages",
+    "wave",
     "word_name",
     "wrapped",
 ]

@@ -5,7 +5,8 @@ Turns a state just after an impact into the state any time later. Everything her
 solution and the simulation both stand on it, and share nothing else.
 
 The functions take the sines and cosines they need instead of phases, so that a caller who already has them
-(arrays of orbits, a simulation that carries them from impact to impact) does not pay for them twice.
+(arrays of orbits, a simulation that carries them from impact to impact) does not pay for them twice. Where the force
+has harmonics, its `Wave` has what stands in their places: the force and the path for a cosine, the impulse for a sine.
 """
 
 from __future__ import annotations

@@ -5,12 +5,13 @@ With n they are all of the dynamics, Eqs. (2.8)-(2.12).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from math import prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from vireport.physics import flight
+from vireport.physics.forcing import Harmonic, Wave, wave
 
 Number = TypeVar("Number")
 
@@ -52,11 +53,14 @@ class Groups(NamedTuple, Generic[Number]):
         Gravity along the capsule over the forcing's acceleration, M g sin(beta)/F.
     restitution : array_like or Restitutions
         r of both membranes, or of each where they are not alike.
+    harmonics : tuple of Harmonic
+        Of the force, none of a sine.
     """
 
     d: Number
     gbar: Number
     restitution: Any
+    harmonics: tuple[Harmonic, ...] = ()
 
     def as_floats(self) -> Groups[float]:
         """The groups as Python's numbers, in which one motion is evaluated ten times as fast as in NumPy's."""
@@ -64,12 +68,21 @@ class Groups(NamedTuple, Generic[Number]):
 
     def each(self, function: Callable[[Any], Any]) -> Groups[Any]:
         """What a function makes of each number."""
-        return Groups(function(self.d), function(self.gbar), each(self.restitution, function))
+        harmonics = tuple(Harmonic(own.order, function(own.cosine), function(own.sine)) for own in self.harmonics)
+        return Groups(function(self.d), function(self.gbar), each(self.restitution, function), harmonics)
 
     @property
-    def numbers(self) -> tuple[Any, Any, Any, Any]:
-        """d, gbar, and the restitution at the bottom and at the top."""
-        return self.d, self.gbar, *by_wall(self.restitution)
+    def numbers(self) -> tuple[Any, ...]:
+        """d, gbar, the restitution at the bottom and at the top, and the cosine and the sine of each harmonic."""
+        parts = [part for own in self.harmonics for part in (own.cosine, own.sine)]
+        return self.d, self.gbar, *by_wall(self.restitution), *parts
+
+    def with_numbers(self, numbers: Sequence[Any]) -> Groups[Any]:
+        """The groups with other `numbers`, whether or not the membranes are alike, and harmonics of the same orders."""
+        d, gbar, bottom, top, *parts = numbers
+        pairs = zip(self.harmonics, parts[::2], parts[1::2], strict=True)
+        harmonics = tuple(Harmonic(own.order, cosine, sine) for own, cosine, sine in pairs)
+        return Groups(d, gbar, Restitutions(bottom, top), harmonics)
 
     @property
     def alike(self) -> bool:
@@ -78,7 +91,7 @@ class Groups(NamedTuple, Generic[Number]):
 
     @staticmethod
     def of(d: Any, gbar: Any, bottom: Any, top: Any) -> Groups[Any]:
-        """The groups of `numbers`, whether or not the membranes are alike."""
+        """The groups of a sine's `numbers`, whether or not the membranes are alike."""
         return Groups(d, gbar, Restitutions(bottom, top))
 
     def restitution_at(self, wall: int) -> Any:
@@ -94,6 +107,10 @@ class Groups(NamedTuple, Generic[Number]):
         """The root of the determinant of a motion's Jacobian: the product of r over its impacts, as in Eq. (A.3)."""
         return prod(map(self.restitution_at, walls))
 
-    def pull(self, cosine: Any) -> Any:
-        """The relative acceleration where the forcing phase has this cosine, Eq. (2.8)."""
-        return flight.acceleration(cosine, self.gbar)
+    def pull(self, force: Any) -> Any:
+        """The relative acceleration where the force over its amplitude is this, of a sine a cosine, Eq. (2.8)."""
+        return flight.acceleration(force, self.gbar)
+
+    def wave(self, phase: Any, ops: Any) -> Wave:
+        """The force at a phase, in the kind of number of `ops`."""
+        return wave(ops.sin(phase), ops.cos(phase), self.harmonics)

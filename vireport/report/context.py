@@ -422,7 +422,7 @@ def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:
 def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, float]:
     """Units in SI, dimensionless groups and what the shaker must do, where one parameter has a value."""
     x = device.at(parameter, value)
-    d, gbar, _ = device.groups(parameter, value)
+    d, gbar, *_ = device.groups(parameter, value)
     frequency, force = x[Parameter.FREQUENCY], x[Parameter.AMPLITUDE]
     shaker = device.shaker(parameter, value)
     return {

@@ -86,6 +86,8 @@ def wrapped(phase: float) -> float:
 
 def check_model(groups: Groups[Any]) -> Array:
     """Groups as an array (n, 4) of `Groups.numbers`, after broadcasting; ValueError if they describe no device."""
+    if groups.harmonics:
+        raise ValueError("the simulation is of a force that is a sine")
     model = np.stack(np.broadcast_arrays(*np.atleast_1d(*groups.numbers)), axis=-1).astype(float)
     if not np.isfinite(model).all():
         raise ValueError("d, gbar and r must be finite")

@@ -59,7 +59,7 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
         In t_c, x_c and y_c.
     """
     groups = Groups.of(*map(float, model))
-    d, gbar, _ = groups
+    d, gbar, *_ = groups
     clock = 0.0
     pieces = [(np.zeros(0),) * 3]
     for before, after in pairwise(rows):
@@ -128,4 +128,4 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") ->
         if len(settled) > 1:
             begin = as_start(settled[-1])
     rows, _ = follow_one(model, begin, count)
-    return Portrait(label, *groups, shown, float(rows[0, PHASE]), *path(model, rows))
+    return Portrait(label, *groups[:3], shown, float(rows[0, PHASE]), *path(model, rows))

@@ -20,6 +20,7 @@ import yaml
 
 from vireport.design import (
     DesignPoint,
+    Distortion,
     Margin,
     Solution,
     StableInterval,
@@ -285,6 +286,19 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "margins": [_margin(margin) for margin in design.margins],
         "margins_unresolved": list(design.unresolved),
         "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable],
+        "distortion": [_distortion(distortion) for distortion in design.distortions],
+    }
+
+
+def _distortion(distortion: Distortion) -> dict[str, Any]:
+    found = distortion.share is not None
+    return {
+        "order": distortion.order,
+        "percent": None if distortion.share is None else 100 * distortion.share,
+        "phase_deg": distortion.phase_deg if found else None,
+        "kind": distortion.event,
+        "error_bound_percent": None if distortion.error_bound is None else 100 * distortion.error_bound,
+        "searched_to_percent": 100 * distortion.searched_to,
     }
 
 
@@ -303,6 +317,10 @@ def _margin(margin: Margin) -> dict[str, Any]:
         "taken_over": margin.taken_over,
         "error_bound": margin.error_bound,
         "derivatives": dict(margin.derivatives),
+        "derivatives_by_harmonic": {
+            str(order): None if slopes is None else {"cosine": slopes[0] / 100, "sine": slopes[1] / 100}
+            for order, slopes in margin.by_harmonics.items()
+        },
     }
 
 

@@ -1,0 +1,292 @@
+"""The harmonics of the force that end stable motion: against flights in 40 digits, a simulator, and rays all round."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, hypot, inf, pi, radians, sin
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from vireport.checks import reference
+from vireport.design import distortion
+from vireport.design.distortion import ORDERS, Distortion, Ray, distortions
+from vireport.design.lines import ends_along, mirrored
+from vireport.design.margins import Margin, margins_of
+from vireport.design.point import motions_at
+from vireport.motions import Curve, Event, Motions, linearised, motion_at, residuals, turns
+from vireport.physics import FLOATS, Device, Groups, Harmonic, Restitutions, unaccelerated, wave
+from vireport.scenario import DesignInput, Parameter
+
+INCLINED = Device(
+    capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.6934, amplitude_n=3.0, frequency_hz=2.0,
+    inclination_deg=45.0,
+)  # fmt: skip
+LEVEL = replace(INCLINED, length_m=0.32, inclination_deg=0.0)
+UNEQUAL = replace(INCLINED, restitution=Restitutions(0.49, 0.5))
+
+
+def found(device: Device) -> tuple[Motions, tuple[Distortion, ...], Margin]:
+    motions, _, _ = motions_at(device, Parameter.LENGTH)
+    nearest = next(margin for margin in margins_of(device, motions).found if margin.ends_stability)
+    return motions, distortions(device, motions, nearest), nearest
+
+
+class Flights:
+    """The force with harmonics (order, share, phase), and flights under it, in 40 digits and written by themselves."""
+
+    def __init__(self, groups: Groups, harmonics: list[tuple[int, float, float]]) -> None:
+        self.d, self.gbar = mpf(groups.d), mpf(groups.gbar)
+        r = groups.restitution
+        self.r = (mpf(r.bottom), mpf(r.top)) if isinstance(r, Restitutions) else (mpf(r), mpf(r))
+        self.parts = [(1, mpf(1), mpf(0)), *((k, mpf(p), mpf(psi)) for k, p, psi in harmonics)]
+
+    def flown(self, velocity: mpf, start: mpf, t: mpf) -> tuple[mpf, mpf]:
+        """Velocity and way after a time, from a time on."""
+        speed, way = velocity + self.gbar * t, velocity * t + self.gbar * t * t / 2
+        for k, p, psi in self.parts:
+            turns_ = k * mp.pi
+            first, last = turns_ * start + psi, turns_ * (start + t) + psi
+            speed += p * (mp.sin(last) - mp.sin(first)) / turns_
+            way += -p * (mp.cos(last) - mp.cos(first)) / turns_**2 - p * mp.sin(first) * t / turns_
+        return speed, way
+
+    def arrival(self, wall: int, velocity: mpf, start: mpf, guess: mpf) -> tuple[mpf, mpf]:
+        """Velocity before the next impact, on the other membrane, and its time."""
+        r = self.r[0] if wall > 0 else self.r[1]
+        t = mp.findroot(lambda t: self.flown(-r * velocity, start, t)[1] + wall * self.d, guess - start)
+        return self.flown(-r * velocity, start, t)[0], start + t
+
+    def lap(self, velocity: mpf, start: mpf, top: mpf, end: mpf) -> tuple[mpf, mpf]:
+        """Velocity and time of the next impact on the bottom."""
+        return self.arrival(-1, *self.arrival(1, velocity, start, top), end)
+
+
+@pytest.mark.parametrize("device", [INCLINED, LEVEL, UNEQUAL])
+def test_the_least_harmonic_doubles_the_period_of_the_raw_maps_in_40_digits(device: Device) -> None:
+    motions, told, _ = found(device)
+    motion = motion_at(motions, 0, 1)
+    for each in told:
+        assert each.share is not None and each.event is Event.PERIOD_DOUBLING
+        flights = Flights(
+            device.groups(Parameter.LENGTH, device.length_m).as_floats(),
+            [(each.order, each.share, radians(each.phase_deg))],
+        )
+        curve = Curve(motion.word, Ray.of(device, each.order, radians(each.phase_deg), FLOATS), -1.0, 1.0, 1.0)
+        x = next(end[1] for end in ends_along(curve, motion, 1.0, mirrored(device) and each.order == 3))
+        with reference.precise():
+            top, end = mpf(x[3]), mpf(x[2]) + 2
+
+            def missed(velocity: mpf, start: mpf) -> list[mpf]:
+                after, then = flights.lap(velocity, start, top, end)
+                return [after - velocity, then - start - 2]
+
+            velocity, start = mp.findroot(missed, (mpf(x[0]), mpf(x[2])))
+            step = mpf(10) ** -12
+            columns = [
+                [(a - b) / (2 * step) for a, b in zip(*ends, strict=True)]
+                for ends in (
+                    [flights.lap(velocity + way * step, start, top, end) for way in (1, -1)],
+                    [flights.lap(velocity, start + way * step, top, end) for way in (1, -1)],
+                )
+            ]
+            trace = columns[0][0] + columns[1][1]
+            determinant = columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0]
+            product = flights.r[0] ** 2 * flights.r[1] ** 2
+            assert abs(determinant - product) < mpf(10) ** -15
+            # The phase is that of degrees in doubles, at which the share is least: off by the square of its error.
+            assert abs(trace + 1 + product) < mpf(10) ** -9
+
+
+def settled(flights: Flights, velocity: float, start: float) -> list[float]:
+    """Velocities at the bottom of the last eight periods of 300, by a simulator of fixed steps and bisections."""
+    d, gbar, r = float(flights.d), float(flights.gbar), [float(x) for x in flights.r]
+    parts = [(k * pi, float(p), float(psi)) for k, p, psi in flights.parts]
+
+    def state(after: float, begun: float, t: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        speed, way = after + gbar * t, after * t + gbar * t * t / 2
+        for turns_, p, psi in parts:
+            first, last = turns_ * begun + psi, turns_ * (begun + t) + psi
+            speed = speed + p * (np.sin(last) - np.sin(first)) / turns_
+            way = way - p * (np.cos(last) - np.cos(first)) / turns_**2 - p * np.sin(first) * t / turns_
+        return speed, way
+
+    grid, wall, speeds = np.linspace(1e-6, 4, 2001), 1, []
+    for _ in range(600):
+        after = -(r[0] if wall > 0 else r[1]) * velocity
+        _, way = state(after, start, grid)
+        risen = -wall * way
+        first = int(np.argmax((risen < 0) | (risen > d)))
+        low, high = (grid[first - 1] if first else 0.0), grid[first]
+        target = d if risen[first] > d else 0.0
+        for _ in range(50):
+            middle = (low + high) / 2
+            inside = (
+                0 < -wall * state(after, start, middle)[1] < d if target else -wall * state(after, start, middle)[1] > 0
+            )
+            low, high = (middle, high) if inside else (low, middle)
+        velocity, start = float(state(after, start, high)[0]), start + high
+        wall = -wall if target else wall
+        if wall > 0:
+            speeds.append(velocity)
+    return speeds[-8:]
+
+
+@pytest.mark.parametrize("device", [INCLINED, LEVEL])
+def test_a_simulator_repeats_every_period_short_of_it_and_every_second_one_beyond(device: Device) -> None:
+    motions, told, _ = found(device)
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    for each in told:
+        spread = {}
+        for share in (0.95 * each.share, 1.05 * each.share):
+            flights = Flights(groups, [(each.order, share, radians(each.phase_deg))])
+            last = settled(flights, float(motions.velocity_bottom[0]), float(motions.phi_bottom[0]) / pi)
+            spread[share] = abs(last[-1] - last[-2]), abs(last[-1] - last[-3])
+        short, beyond = spread.values()
+        assert short[0] < 1e-3 < 1e-2 < beyond[0]
+        assert beyond[1] < 1e-2 * beyond[0] or each.share > 0.3
+
+
+def least_of_rays(device: Device, motions: Motions, order: int, rays: int) -> float:
+    """The least share on many rays, for the first stable motion."""
+    least, motion = inf, motion_at(motions, 0, device.period_ratio)
+    for phase in np.linspace(0, 2 * pi, rays, endpoint=False):
+        curve = Curve(
+            motion.word, Ray.of(device, order, float(phase), FLOATS), -1.0, min(least, distortion.LARGEST), 1.0
+        )
+        for event, x, _, taken_over in ends_along(curve, motion, 1.0, False):
+            if event is not Event.SWEEP_END and not taken_over:
+                least = min(least, float(x[-1]))
+    return least
+
+
+def random_device(rng: np.random.Generator) -> Device | None:
+    device = Device(
+        0.1245, rng.uniform(0.2, 0.7), 9.8, rng.uniform(0.15, 0.8), 3.0, rng.uniform(1.6, 2.6), rng.uniform(5, 85)
+    )
+    motions, _, _ = motions_at(device, Parameter.LENGTH)
+    return device if motions.stable.sum() == 1 else None
+
+
+def no_ray_is_shorter(seed: int, count: int, rays: int) -> None:
+    rng, seen = np.random.default_rng(seed), 0
+    while seen < count:
+        if (device := random_device(rng)) is None:
+            continue
+        motions, told, _ = found(device)
+        for each in told:
+            least = least_of_rays(device, motions, each.order, rays)
+            reached = inf if each.share is None else each.share
+            assert reached <= least * (1 + 1e-9), (device, each)
+            # Between two rays a straight border is as much nearer as this.
+            assert least == inf or least <= reached / cos(pi / rays) * 1.02, (device, each)
+        seen += 1
+
+
+def test_no_ray_is_shorter() -> None:
+    no_ray_is_shorter(3, 2, 8)
+
+
+@pytest.mark.slow
+def test_no_ray_of_many_is_shorter() -> None:
+    no_ray_is_shorter(11, 12, 36)
+
+
+def test_derivatives_of_an_end_are_those_of_the_end_with_a_little_of_a_harmonic() -> None:
+    """Along the length, with harmonics of 1e-6 of either part: the end moves by what its derivative says."""
+    motions, _, _ = found(INCLINED)
+    margin = next(x for x in margins_of(INCLINED, motions).found if x.parameter is DesignInput.LENGTH)
+    word, x = margin.point.motion.word, margin.point.motion
+    unknown = np.array([*x.velocity, *x.time, INCLINED.length_m])
+    for order in ORDERS:
+        for part, slope in enumerate(margin.by_harmonics[order]):
+            moved = []
+            for size in (1e-6, -1e-6):
+                harmonic = Harmonic(order, *(size if k == part else 0.0 for k in (0, 1)))
+                moved.append(_length_of_doubling(word, unknown, margin.sweep_value, harmonic))
+            assert (moved[0] - moved[1]) / 2e-6 == pytest.approx(slope, rel=1e-6)
+
+
+def _length_of_doubling(word, guess, length, harmonic):
+    """The length at which the period doubles, by Newton's method on the residuals and the trace in differences."""
+    from vireport.motions import trace
+
+    class AtLength:
+        def at(self, varied):
+            groups = INCLINED.groups(Parameter.LENGTH, varied[0])
+            return groups._replace(harmonics=(harmonic,))
+
+    def equations(x):
+        return np.array([*residuals(word, x, AtLength()), trace(word, x, AtLength()) + 1 + 0.5**4])
+
+    x = np.array([*guess[:4], length])
+    for _ in range(20):
+        value = equations(x)
+        jacobian = np.array([(equations(x + h) - equations(x - h)) / 2e-7 for h in 1e-7 * np.eye(5)]).T
+        x = x - np.linalg.solve(jacobian, value)
+    return x[-1]
+
+
+def test_the_second_harmonic_moves_the_papers_device_as_published_theory_says() -> None:
+    """Of the device of 45 degrees and 0.6934 m, 2 % of the second harmonic take 2.6 % of frequency at the worst phase."""
+    _, told, nearest = found(INCLINED)
+    assert nearest.parameter is DesignInput.FREQUENCY
+    per_percent = {order: hypot(*slopes) / 100 / nearest.sweep_value for order, slopes in nearest.by_harmonics.items()}
+    assert 2 * per_percent[2] == pytest.approx(0.026, abs=5e-4)
+    assert 5 * per_percent[3] == pytest.approx(0.040, abs=2e-3)
+    assert [each.order for each in told] == [2, 3]
+    assert told[0].share == pytest.approx(0.0385, abs=5e-5)
+    assert told[0].phase_deg == pytest.approx(225.7, abs=0.05)
+    # To first order, the margin over what a share takes of it, where the border is straight.
+    assert told[0].share == pytest.approx(-nearest.distance / hypot(*nearest.by_harmonics[2]), rel=0.02)
+
+
+def test_a_device_without_a_stable_motion_has_none() -> None:
+    motions, _, _ = motions_at(replace(INCLINED, length_m=0.3718), Parameter.LENGTH)
+    assert distortions(replace(INCLINED, length_m=0.3718), motions) == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_force_is_what_its_wave_says(seed: int) -> None:
+    """Derivatives of path and impulse are the impulse and the force; phases without acceleration are all there are."""
+    rng = np.random.default_rng(seed)
+    harmonics = tuple(Harmonic(int(k), *rng.normal(0, 0.4, 2)) for k in rng.choice(np.arange(2, 9), 2, replace=False))
+    x, h = rng.uniform(0, 2 * pi, 50), 1e-5
+    here, (before, after) = wave(np.sin(x), np.cos(x), harmonics), (
+        wave(np.sin(x + way), np.cos(x + way), harmonics) for way in (-h, h)
+    )  # fmt: skip
+    np.testing.assert_allclose((after.impulse - before.impulse) / (2 * h), here.force, atol=1e-8)
+    np.testing.assert_allclose((before.path - after.path) / (2 * h), here.impulse, atol=1e-8)
+    grid, gbar = np.linspace(0, 2 * pi, 20001), float(rng.uniform(0, 0.8))
+    signs = gbar + wave(np.sin(grid), np.cos(grid), harmonics).force > 0
+    crossed = grid[:-1][signs[1:] != signs[:-1]]
+    zeros = unaccelerated(gbar, harmonics)
+    assert all(min(abs(zero - near) for zero in zeros) < 1e-3 for near in crossed)
+    assert all(abs(gbar + wave(sin(zero), cos(zero), harmonics).force) < 1e-2 for zero in zeros)
+
+
+@pytest.mark.parametrize("share", [1e-12, 1e-6, 0.05, 0.5])
+def test_turning_points_are_those_of_the_flights(share: float) -> None:
+    device = replace(INCLINED, length_m=0.2, inclination_deg=20.0)
+    motion = motion_at(motions_at(device, Parameter.LENGTH)[0], 0, 1)
+    groups = device.groups(Parameter.LENGTH, 0.2).as_floats()._replace(harmonics=(Harmonic(3, share, share),))
+    velocity, start = groups.after(1, float(motion.velocity[0])), float(motion.time[0])
+    begun = groups.wave(pi * start, FLOATS)
+    t = np.linspace(0, float(motion.time[1]) - start, 40001)
+    waves = wave(np.sin(pi * (start + t)), np.cos(pi * (start + t)), groups.harmonics)
+    speed = velocity + groups.gbar * t + (waves.impulse - begun.impulse) / pi
+    seen = start + t[:-1][speed[1:] * speed[:-1] < 0]
+    told = [turn.time for turn in turns(motion, groups) if turn.after == 0]
+    assert len(seen) == len(told)
+    np.testing.assert_allclose(told, seen, atol=1e-4)
+
+
+def test_derivatives_by_what_varies_are_differences() -> None:
+    motions, _, _ = found(UNEQUAL)
+    motion, ray = motion_at(motions, 0, 1), Ray.of(UNEQUAL, 3, 0.7, FLOATS)
+    x = np.array([*motion.velocity, *motion.time, 0.02])
+    _, matrix = linearised(motion.word, x, ray)
+    steps = 1e-6 * np.eye(5)
+    columns = [(linearised(motion.word, x + h, ray)[0] - linearised(motion.word, x - h, ray)[0]) / 2e-6 for h in steps]
+    np.testing.assert_allclose(matrix, np.array(columns).T, atol=1e-8)

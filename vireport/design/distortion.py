@@ -1,0 +1,230 @@
+"""What distortion of the force a design stands: the least harmonic, at its worst phase, that ends stable motion.
+
+A harmonic p cos(order x + psi) of the force cos x is a vector of length p in the plane of its cosine and sine. Stable
+motion is followed from the origin of that plane along rays; where it ends is a border in the plane, nearly straight
+where p is small. The nearest point of a border is where its normal points away from the origin: rays follow normals
+until they do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan2, cos, degrees, pi, sin
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError
+from vireport.design.lines import Line, along, ends_along, mirrored
+from vireport.design.margins import HARMONICS, Margin, normal_of, solved_end
+from vireport.motions import Curve, Event, Motion, Motions, in_decimals, motion_at
+from vireport.physics import FLOATS, Device, Groups, Harmonic
+
+Floats = NDArray[np.float64]
+
+ORDERS = tuple(own.order for own in HARMONICS)
+"""Orders of the harmonics that are looked at."""
+
+LARGEST = 0.5
+"""Harmonic, as a share of the force, up to which an end is looked for."""
+
+RAYS, BEYOND = 6, 1.25
+"""Rays all round, and the share to which they are followed over the least that is known: a straight border nearer than
+that is met before 1/cos(30 degrees) = 1.155 of it."""
+
+SAME_WAY = 0.05
+"""Angle between the nearest points of two borders up to which they are one, of which the nearer end is known [rad]."""
+
+TURNED = 1e-5
+"""Angle between a ray and the normal where it ends, at which it is the nearest way: the share is off by about its
+square."""
+
+STILL = -0.1
+"""Change of that angle with the phase of the ray beyond which a border is bent so much that secants go astray."""
+
+
+@dataclass(frozen=True, slots=True)
+class Distortion:
+    """The least harmonic of one order that ends stable motion.
+
+    Attributes
+    ----------
+    order : int
+    share : float or None
+        Its amplitude over that of the force, at the phase at which least is needed; None where none up to `LARGEST`
+        ends stable motion.
+    phase_deg : float
+        That phase, in F [cos x + share cos(order x + phase)], x = omega t + phi.
+    event : Event or None
+        What happens there.
+    error_bound : float or None
+        Of the share, what the phase leaves open included; None where it was located in doubles only.
+    searched_to : float
+        Share up to which ends were looked for.
+    """
+
+    order: int
+    share: float | None
+    phase_deg: float
+    event: Event | None
+    error_bound: float | None
+    searched_to: float = LARGEST
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ray:
+    """A device with a harmonic of its force that grows from nothing at one phase, see `motions.Curve`.
+
+    Attributes
+    ----------
+    origin : Groups
+        Of the device, whose force is a sine.
+    order : int
+    cosine, sine : object
+        Of the harmonic, at a share of 1.
+    """
+
+    origin: Groups[Any]
+    order: int
+    cosine: Any
+    sine: Any
+
+    @staticmethod
+    def of(device: Device, order: int, phase: float, ops: Any) -> Ray:
+        """The ray of one phase, in a kind of number; the phase is that of the nearest double."""
+        origin = along(Line.LENGTHS, device, ops).origin
+        return Ray(origin, order, ops.exact(cos(phase)), -ops.exact(sin(phase)))
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether motions have mirror images: only odd harmonics change their sign after half a period."""
+        return bool(self.origin.gbar == 0) and self.origin.alike and self.order % 2 == 1
+
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """The groups at a share."""
+        (share,) = varied
+        return self.origin._replace(harmonics=(Harmonic(self.order, share * self.cosine, share * self.sine),))
+
+    def slopes(self, varied: Sequence[Any]) -> Floats:
+        """The derivatives of `Groups.numbers` by the share, shape (6, 1)."""
+        return np.array([[0.0], [0.0], [0.0], [0.0], [self.cosine], [self.sine]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _End:
+    """Where stable motion ends on a ray, and the angle from the ray to the normal of the border there."""
+
+    share: float
+    phase: float
+    event: Event
+    error_bound: float | None
+    turn: float
+
+
+def distortions(device: Device, motions: Motions, nearest: Margin | None = None) -> tuple[Distortion, ...]:
+    """The least harmonic of each of `ORDERS` that ends a stable motion of a design point.
+
+    Parameters
+    ----------
+    device : Device
+        All inputs given.
+    motions : Motions
+        At the design point.
+    nearest : Margin, optional
+        To an end of stable motion: the harmonic that brings this end to the design point is tried first.
+    """
+    flat, n = mirrored(device), device.period_ratio
+    own = [int(row) for row in np.flatnonzero(motions.stable) if not (flat and motions.u[row] < 0)]
+    followed = [(motion_at(motions, row, n), flat and not motions.u[row]) for row in own]
+    return tuple(
+        _least(order, [_Border(device, motion, symmetric, order) for motion, symmetric in followed], nearest)
+        for order in ORDERS
+        if followed
+    )
+
+
+def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:
+    """The nearest end of any of some motions."""
+    way = _towards(nearest, order)
+    best: _End | None = None
+    for border in borders:
+        best = border.nearest(way, best)
+    if best is None:
+        return Distortion(order, None, 0.0, None, None)
+    return Distortion(order, best.share, degrees(best.phase) % 360, best.event, best.error_bound)
+
+
+def _towards(margin: Margin | None, order: int) -> float:
+    """Phase of the harmonic that brings an end of stable motion towards the design point the most."""
+    if margin is None or (slopes := margin.by_harmonics.get(order)) is None:
+        return 0.0
+    cosine, sine = (-slope * margin.distance for slope in slopes)
+    return atan2(-sine, cosine)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Border:
+    """Where a stable motion of a device ends in the plane of the cosine and the sine of a harmonic."""
+
+    device: Device
+    motion: Motion
+    symmetric: bool
+    order: int
+
+    def nearest(self, towards: float, best: _End | None) -> _End | None:
+        """The nearest end, if there is a nearer one than what is known, by rays all round from one direction."""
+        # An even harmonic is the mirror image of its opposite, and the motion that of one whose distance is the same.
+        for k in range(RAYS // 2 if mirrored(self.device) and self.order % 2 == 0 else RAYS):
+            way = towards + 2 * pi * k / RAYS
+            last, end = None, self.end(way, min(BEYOND * best.share, LARGEST) if best is not None else LARGEST)
+            while end is not None and not _known(end, best):
+                if best is None or end.share < best.share:
+                    best = end
+                if abs(end.turn) <= TURNED:
+                    break
+                # To the normal, which turns with the ray where the border is bent: then by secants.
+                turned = (end.turn - last.turn) / (end.phase - last.phase) if last is not None else -1.0
+                step = -end.turn / turned if turned < STILL else end.turn
+                last, end = end, self.end(end.phase + step, end.share)
+        return best
+
+    def end(self, way: float, limit: float) -> _End | None:
+        """Where stable motion ends on a ray, short of a share."""
+        curve = Curve(self.motion.word, self._ray(way, FLOATS), -LARGEST, limit, 1.0)
+        ends = ends_along(curve, self.motion, 1.0, self.symmetric and self.order % 2 == 1)
+        return next((self._solved(way, *end) for end in ends if _is_end(*end)), None)
+
+    def _ray(self, way: float, ops: Any) -> Ray:
+        return Ray.of(self.device, self.order, way, ops)
+
+    def _solved(self, way: float, event: Event, x: Floats, symmetric: bool, _: bool) -> _End:
+        """An end in decimals, with the normal of its border; as it was located where it does not settle."""
+        kind = Event.GRAZING if event is Event.ZERO_VELOCITY else event
+        with in_decimals():
+            try:
+                solved, rests, _touches = solved_end(
+                    lambda ops: self._ray(way, ops), self.device.period_ratio, event, x, symmetric
+                )
+            except (NumericalError, ArithmeticError):
+                return _End(float(x[-1]), way, kind, None, 0.0)
+            share = float(solved.x[-1])
+            cosine, sine = normal_of(solved, event, rests)[4:]
+        # Of a harmonic p cos(jx + psi) cosine and sine are p cos(psi) and -p sin(psi). The normal may point to either
+        # side: its angle to the ray is the smaller one.
+        turn = (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0
+        return _End(share, way, kind, float(np.spacing(share)) + share * turn * turn, turn)
+
+
+def _known(end: _End, best: _End | None) -> bool:
+    """Whether an end that is farther than the best one is on the same border, or on one that is farther altogether."""
+    if best is None or end.share <= best.share:
+        return False
+    apart = abs((end.phase + end.turn - best.phase + pi) % (2 * pi) - pi)
+    return apart < SAME_WAY or end.share * cos(end.turn) > best.share
+
+
+def _is_end(event: Event, x: Floats, symmetric: bool, taken_over: bool) -> bool:
+    """Whether stable motion ends there for good."""
+    return event not in (Event.SWEEP_END, Event.LOST) and not taken_over
