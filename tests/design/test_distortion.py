@@ -15,7 +15,7 @@ from vireport.design.distortion import ORDERS, Distortion, Ray, distortions
 from vireport.design.lines import ends_along, mirrored
 from vireport.design.margins import Margin, margins_of
 from vireport.design.point import motions_at
-from vireport.motions import Curve, Event, Motions, linearised, motion_at, residuals, turns
+from vireport.motions import Curve, Event, Motions, linearised, motion_at, residuals, trace, turns
 from vireport.physics import FLOATS, Device, Groups, Harmonic, Restitutions, unaccelerated, wave
 from vireport.scenario import DesignInput, Parameter
 
@@ -23,7 +23,10 @@ INCLINED = Device(
     capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.6934, amplitude_n=3.0, frequency_hz=2.0,
     inclination_deg=45.0,
 )  # fmt: skip
-LEVEL = replace(INCLINED, length_m=0.32, inclination_deg=0.0)
+LEVEL, NEAR_PITCHFORK = (replace(INCLINED, length_m=length, inclination_deg=0.0) for length in (0.65, 0.32))
+SIGNS = {Event.PERIOD_DOUBLING: -1, Event.FOLD: 1}
+"""Of the trace at an event, of size 1 + determinant."""
+
 UNEQUAL = replace(INCLINED, restitution=Restitutions(0.49, 0.5))
 
 
@@ -63,40 +66,45 @@ class Flights:
         return self.arrival(-1, *self.arrival(1, velocity, start, top), end)
 
 
-@pytest.mark.parametrize("device", [INCLINED, LEVEL, UNEQUAL])
-def test_the_least_harmonic_doubles_the_period_of_the_raw_maps_in_40_digits(device: Device) -> None:
+def multipliers(flights: Flights, x: np.ndarray) -> tuple[mpf, mpf]:
+    """Trace and determinant of the return map, by differences in 40 digits, at the motion next to an end in doubles."""
+    top, end, step = mpf(x[3]), mpf(x[2]) + 2, mpf(10) ** -12
+
+    def lap(velocity: mpf, start: mpf) -> tuple[mpf, mpf]:
+        return flights.lap(velocity, start, top, end)
+
+    def missed(velocity: mpf, start: mpf) -> list[mpf]:
+        after, then = lap(velocity, start)
+        return [after - velocity, then - start - 2]
+
+    velocity, start = mp.findroot(missed, (mpf(x[0]), mpf(x[2])))
+    pairs = [[lap(velocity + way * a, start + way * b) for way in (step, -step)] for a, b in ((1, 0), (0, 1))]
+    (a, c), (b, d) = ([(p - q) / (2 * step) for p, q in zip(*pair, strict=True)] for pair in pairs)
+    return a + d, a * d - b * c
+
+
+@pytest.mark.parametrize("device", [INCLINED, LEVEL, NEAR_PITCHFORK, UNEQUAL])
+def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_digits(device: Device) -> None:
     motions, told, _ = found(device)
-    motion = motion_at(motions, 0, 1)
+    own = motions.stable & ((motions.u >= 0) | (device.inclination_deg > 0))
+    motion = motion_at(motions, int(np.argmax(own)), 1)
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for each in told:
-        assert each.share is not None and each.event is Event.PERIOD_DOUBLING
-        flights = Flights(
-            device.groups(Parameter.LENGTH, device.length_m).as_floats(),
-            [(each.order, each.share, radians(each.phase_deg))],
-        )
-        curve = Curve(motion.word, Ray.of(device, each.order, radians(each.phase_deg), FLOATS), -1.0, 1.0, 1.0)
-        x = next(end[1] for end in ends_along(curve, motion, 1.0, mirrored(device) and each.order == 3))
+        if each.share is None:
+            continue
+        phase = radians(each.phase_deg)
+        curve = Curve(motion.word, Ray.of(device, each.order, phase, FLOATS), -1.0, 1.0, 1.0)
+        event, x, _, _ = next(iter(ends_along(curve, motion, 1.0, mirrored(device) and each.order == 3)))
+        assert event is each.event
+        # At a fold two motions meet: with a little less of the harmonic they, and the trace, are off by its root.
+        short = 1e-12 if event is Event.FOLD else 0.0
         with reference.precise():
-            top, end = mpf(x[3]), mpf(x[2]) + 2
-
-            def missed(velocity: mpf, start: mpf) -> list[mpf]:
-                after, then = flights.lap(velocity, start, top, end)
-                return [after - velocity, then - start - 2]
-
-            velocity, start = mp.findroot(missed, (mpf(x[0]), mpf(x[2])))
-            step = mpf(10) ** -12
-            columns = [
-                [(a - b) / (2 * step) for a, b in zip(*ends, strict=True)]
-                for ends in (
-                    [flights.lap(velocity + way * step, start, top, end) for way in (1, -1)],
-                    [flights.lap(velocity, start + way * step, top, end) for way in (1, -1)],
-                )
-            ]
-            trace = columns[0][0] + columns[1][1]
-            determinant = columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0]
+            flights = Flights(groups, [(each.order, each.share * (1 - short), phase)])
+            trace, determinant = multipliers(flights, x)
             product = flights.r[0] ** 2 * flights.r[1] ** 2
             assert abs(determinant - product) < mpf(10) ** -15
-            # The phase is that of degrees in doubles, at which the share is least: off by the square of its error.
-            assert abs(trace + 1 + product) < mpf(10) ** -9
+            assert abs(trace - SIGNS[event] * (1 + product)) < mpf(10) ** (-4 if short else -9)
+    assert told[0].share is not None
 
 
 def settled(flights: Flights, velocity: float, start: float) -> list[float]:
@@ -122,9 +130,8 @@ def settled(flights: Flights, velocity: float, start: float) -> list[float]:
         target = d if risen[first] > d else 0.0
         for _ in range(50):
             middle = (low + high) / 2
-            inside = (
-                0 < -wall * state(after, start, middle)[1] < d if target else -wall * state(after, start, middle)[1] > 0
-            )
+            here = -wall * float(state(after, start, middle)[1])
+            inside = here < d if target else here > 0
             low, high = (middle, high) if inside else (low, middle)
         velocity, start = float(state(after, start, high)[0]), start + high
         wall = -wall if target else wall
@@ -137,24 +144,23 @@ def settled(flights: Flights, velocity: float, start: float) -> list[float]:
 def test_a_simulator_repeats_every_period_short_of_it_and_every_second_one_beyond(device: Device) -> None:
     motions, told, _ = found(device)
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    for each in told:
+    for each in (each for each in told if each.share is not None):
         spread = {}
-        for share in (0.95 * each.share, 1.05 * each.share):
+        for share in (0.9 * each.share, 1.1 * each.share):
             flights = Flights(groups, [(each.order, share, radians(each.phase_deg))])
             last = settled(flights, float(motions.velocity_bottom[0]), float(motions.phi_bottom[0]) / pi)
             spread[share] = abs(last[-1] - last[-2]), abs(last[-1] - last[-3])
         short, beyond = spread.values()
         assert short[0] < 1e-3 < 1e-2 < beyond[0]
-        assert beyond[1] < 1e-2 * beyond[0] or each.share > 0.3
+        assert beyond[1] < 5e-2 * beyond[0] or each.share > 0.3
 
 
 def least_of_rays(device: Device, motions: Motions, order: int, rays: int) -> float:
     """The least share on many rays, for the first stable motion."""
     least, motion = inf, motion_at(motions, 0, device.period_ratio)
     for phase in np.linspace(0, 2 * pi, rays, endpoint=False):
-        curve = Curve(
-            motion.word, Ray.of(device, order, float(phase), FLOATS), -1.0, min(least, distortion.LARGEST), 1.0
-        )
+        limit = min(least, distortion.LARGEST)
+        curve = Curve(motion.word, Ray.of(device, order, float(phase), FLOATS), -1.0, limit, 1.0)
         for event, x, _, taken_over in ends_along(curve, motion, 1.0, False):
             if event is not Event.SWEEP_END and not taken_over:
                 least = min(least, float(x[-1]))
@@ -190,7 +196,7 @@ def test_no_ray_is_shorter() -> None:
 
 @pytest.mark.slow
 def test_no_ray_of_many_is_shorter() -> None:
-    no_ray_is_shorter(11, 12, 36)
+    no_ray_is_shorter(11, 6, 24)
 
 
 def test_derivatives_of_an_end_are_those_of_the_end_with_a_little_of_a_harmonic() -> None:
@@ -210,7 +216,6 @@ def test_derivatives_of_an_end_are_those_of_the_end_with_a_little_of_a_harmonic(
 
 def _length_of_doubling(word, guess, length, harmonic):
     """The length at which the period doubles, by Newton's method on the residuals and the trace in differences."""
-    from vireport.motions import trace
 
     class AtLength:
         def at(self, varied):
@@ -229,7 +234,7 @@ def _length_of_doubling(word, guess, length, harmonic):
 
 
 def test_the_second_harmonic_moves_the_papers_device_as_published_theory_says() -> None:
-    """Of the device of 45 degrees and 0.6934 m, 2 % of the second harmonic take 2.6 % of frequency at the worst phase."""
+    """At 45 degrees and 0.6934 m, 2 % of the second harmonic take 2.6 % of frequency at the worst phase."""
     _, told, nearest = found(INCLINED)
     assert nearest.parameter is DesignInput.FREQUENCY
     per_percent = {order: hypot(*slopes) / 100 / nearest.sweep_value for order, slopes in nearest.by_harmonics.items()}

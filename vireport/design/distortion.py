@@ -178,17 +178,24 @@ class _Border:
         # An even harmonic is the mirror image of its opposite, and the motion that of one whose distance is the same.
         for k in range(RAYS // 2 if mirrored(self.device) and self.order % 2 == 0 else RAYS):
             way = towards + 2 * pi * k / RAYS
-            last, end = None, self.end(way, min(BEYOND * best.share, LARGEST) if best is not None else LARGEST)
-            while end is not None and not _known(end, best):
-                if best is None or end.share < best.share:
-                    best = end
-                if abs(end.turn) <= TURNED:
-                    break
-                # To the normal, which turns with the ray where the border is bent: then by secants.
-                turned = (end.turn - last.turn) / (end.phase - last.phase) if last is not None else -1.0
-                step = -end.turn / turned if turned < STILL else end.turn
-                last, end = end, self.end(end.phase + step, end.share)
+            end = self.end(way, min(BEYOND * best.share, LARGEST) if best is not None else LARGEST)
+            if end is not None and not _known(end, best):
+                end = self.turned(end)
+                best = end if best is None or end.share < best.share else best
         return best
+
+    def turned(self, end: _End) -> _End:
+        """The nearest end of a border, from one of its ends: to the normal, and where that turns by secants."""
+        step = end.turn
+        while abs(step) > TURNED:
+            onward = self.end(end.phase + step, end.share)
+            if onward is None or onward.share == end.share:
+                step /= 2  # too far: a border that is bent comes nearer before it goes off
+                continue
+            turned = (onward.turn - end.turn) / step
+            step = -onward.turn / turned if turned < STILL else onward.turn
+            end = onward
+        return end
 
     def end(self, way: float, limit: float) -> _End | None:
         """Where stable motion ends on a ray, short of a share."""
