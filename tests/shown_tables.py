@@ -408,6 +408,19 @@ def margins(x: Results) -> list[Row]:
     return rows
 
 
+def distortions(x: Results) -> list[Row]:
+    digits = 4 if x.data["own_stiffness"] is None else 2
+    return [
+        {
+            "Harmonic": number(found["order"]),
+            "amplitude": "none" if found["kind"] is None else Amount(found["percent"], "%", digits),
+            "phase": "—" if found["kind"] is None else Amount(found["phase_deg"], "deg", 3),
+            "ends in": "—" if found["kind"] is None else WORDS_OF[found["kind"]],
+        }
+        for found in x.design["distortion"]
+    ]
+
+
 def motions_at_design(x: Results) -> list[Row]:
     of = x.design
     columns = {
@@ -1022,6 +1035,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Where the values come from": remarks,
     "Stable ranges around the design point, one input varied at a time": ranges_around,
     "Critical points around the design point, nearest first": margins,
+    "Distortion of the force that ends stable motion": distortions,
     "1:1 motions at the design point": motions_at_design,
     "Voltages of the stable motions": voltages,
     "How Uave depends on the ball mass: .*": mass_effects,

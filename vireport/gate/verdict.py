@@ -10,12 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum, StrEnum
 from math import ceil, log10
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from vireport.design import DesignPoint, Margin, Solution, StableInterval
+from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
 from vireport.gate.requirements import unmet
@@ -142,6 +143,8 @@ class NearestEnd:
         Whether the first stable motion is its own mirror image.
     compliant : StabilityEnd or None
         The end with the membranes' own stiffness too; None where contacts are short.
+    distortion : Distortion or None
+        The least harmonic of the force that ends stable motion, of any order; None where none was found.
     """
 
     end: Margin | None
@@ -150,6 +153,7 @@ class NearestEnd:
     lost: Margin | None
     symmetric: bool
     compliant: StabilityEnd | None
+    distortion: Distortion | None
 
     @property
     def not_known(self) -> bool:
@@ -556,7 +560,9 @@ def _margin(design: DesignPoint, own: OwnStiffness | None) -> Fact[NearestEnd]:
     if own is not None and end is not None:
         compliant = own.end_of(end.parameter, end.point)
     symmetric = design.families[:1] == (Symmetry.SYMMETRIC,)
-    nearest = NearestEnd(end, design.unresolved, handover, lost, symmetric, compliant)
+    shares = [(found.share, found) for found in design.distortions if found.share is not None]
+    distortion = min(shares, key=itemgetter(0))[1] if shares else None
+    nearest = NearestEnd(end, design.unresolved, handover, lost, symmetric, compliant, distortion)
     sizes = [end.relative if end is not None else None, compliant.compliant_margin if compliant is not None else None]
     near = any(size is not None and abs(size) < NEAR_CRITICAL for size in sizes)
     gone = own is not None and own.margin_gone
