@@ -246,6 +246,16 @@ LEFT_OUT = (
     bad("no capsule mass", without(4), (3, "device.capsule_mass_kg", f"{MISSING} (a number from")),
     bad("no length, no sweep", without(7, 16, 17, 18, 19), (3, LENGTH, UNSWEPT)),
     bad("no amplitude", without(11), (10, AMPLITUDE, f"{UNSWEPT} (a number from 1e-15 to 1e15, in N)")),
+    bad(
+        "a free capsule without its ball",
+        MINIMAL.replace("restitution: 0.5", "restitution: 0.5, capsule: free"),
+        (2, "device.capsule", "a free capsule recoils from the ball, whose mass is not given (give ball_mass_kg"),
+    ),
+    bad(
+        "a capsule of no kind",
+        MINIMAL.replace("restitution: 0.5", "restitution: 0.5, capsule: heavy"),
+        (2, "device.capsule", "got 'heavy' (one of prescribed, free)"),
+    ),
     bad("no angle", without(13), (1, ANGLE, f"{UNSWEPT} (a number from 0 to 90, in deg)")),
     bad(
         "no excitation",

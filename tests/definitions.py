@@ -46,6 +46,7 @@ class Device:
     membrane: dict[str, Any]
     restitution_bottom: float
     restitution_top: float
+    free: bool = False  # the capsule recoils
 
     def at(self, parameter: str, value: float) -> Device:
         """The device with another value of an input."""
@@ -67,16 +68,34 @@ class Device:
 
     @property
     def gbar(self) -> float:
-        return self.capsule_mass_kg * self.gravity_m_s2 * sin(pi / 180 * self.inclination_deg) / self.amplitude_n
+        """The weight that is held up, that of the ball too where it is not the shaker's motion that holds it."""
+        return (self.capsule_mass_kg + self.recoiling_kg) * self.along_capsule / self.amplitude_n
+
+    @property
+    def along_capsule(self) -> float:
+        return self.gravity_m_s2 * sin(pi / 180 * self.inclination_deg)
+
+    @property
+    def recoiling_kg(self) -> float:
+        """Mass that a capsule recoils from."""
+        return self.ball_mass_kg if self.free else 0.0
 
     @property
     def acceleration(self) -> float:
-        return self.amplitude_n / self.capsule_mass_kg
+        """Of the capsule while the ball flies: the force, and the part of the support that is the ball's."""
+        return (self.amplitude_n + self.recoiling_kg * self.along_capsule) / self.capsule_mass_kg
 
     @property
     def stroke(self) -> float:
-        """Twice the amplitude F / (M omega^2)."""
-        return 2 * self.acceleration / (2 * pi * self.frequency_hz) ** 2
+        """Twice the amplitude F / (M omega^2); with a free one, of the centre of mass, and the ball on either side."""
+        moved = 2 * self.amplitude_n / (2 * pi * self.frequency_hz) ** 2
+        ball = self.recoiling_kg * self.length_m if self.free else 0.0
+        return (moved + ball) / (self.capsule_mass_kg + self.recoiling_kg)
+
+    @property
+    def reduced_kg(self) -> float:
+        """Mass of the relative motion: 1/m + 1/M of a free capsule."""
+        return 1 / (1 / self.ball_mass_kg + (1 / self.capsule_mass_kg if self.free else 0.0))
 
     @property
     def period_s(self) -> float:
@@ -86,7 +105,7 @@ class Device:
     def deflection(self, speed: float) -> float:
         """(5.5)."""
         h, stiffness = self.membrane["exponent"], self.membrane["stiffness"]
-        return float(((h + 1) / (2 * stiffness) * self.ball_mass_kg * speed**2) ** (1 / (h + 1)))
+        return float(((h + 1) / (2 * stiffness) * self.reduced_kg * speed**2) ** (1 / (h + 1)))
 
     def gain(self, speed: float) -> float:
         """U_imp - U_in of (5.2) to (5.4)."""
@@ -106,7 +125,7 @@ class Device:
     def lost(self, bottom: float, top: float) -> float:
         """Kinetic energy that impacts at the bottom and at the top lose."""
         shares = (1 - self.restitution_bottom**2) * bottom**2 + (1 - self.restitution_top**2) * top**2
-        return self.ball_mass_kg * shares / 2
+        return self.reduced_kg * shares / 2
 
     @property
     def determinant(self) -> float:
@@ -145,7 +164,7 @@ def device_of(scenario: dict[str, Any]) -> Device:
     return Device(
         given["capsule_mass_kg"], (bottom + top) / 2, force["amplitude_n"], force["frequency_hz"],
         given["length_m"], scenario["inclination_deg"], scenario["gravity_m_s2"], scenario["period_ratio"],
-        given["ball_mass_kg"], given["membrane"], bottom, top,
+        given["ball_mass_kg"], given["membrane"], bottom, top, given["capsule"] == "free",
     )  # fmt: skip
 
 

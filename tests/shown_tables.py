@@ -595,6 +595,17 @@ def stable_ranges(x: Results) -> list[Row]:
     ]
 
 
+ACCELERATION = {
+    False: ("Acceleration amplitude of the capsule", "F/M"),
+    True: ("Largest acceleration of the capsule between impacts", "(F + m g sin β)/M"),
+}
+STROKE = {
+    False: ("Stroke of the capsule, end to end", "2F/(Mω²)"),
+    True: ("Stroke of the capsule, at most", "(2F/ω² + m s)/(M + m)"),
+}
+"""What the shaker must do, and of a free capsule."""
+
+
 def what_follows(x: Results) -> list[Row]:
     columns: dict[str, float] = {}
     if x.sweep:
@@ -607,9 +618,9 @@ def what_follows(x: Results) -> list[Row]:
         ("Unit of time", "tc", "s", lambda at: 1 / (2 * at.frequency_hz)),
         ("Dimensionless length", "d = s/xc", "", lambda at: at.d),
         ("Dimensionless gravity", "ḡ", "", lambda at: at.gbar),
-        ("Acceleration amplitude of the capsule", "F/M", "m/s²", lambda at: at.acceleration),
+        (*ACCELERATION[x.device.free], "m/s²", lambda at: at.acceleration),
         ("the same over 9.80665 m/s²", "", "g", lambda at: at.acceleration / STANDARD_GRAVITY),
-        ("Stroke of the capsule, end to end", "2F/(Mω²)", "m", lambda at: at.stroke),
+        (*STROKE[x.device.free], "m", lambda at: at.stroke),
         ("Force amplitude on the capsule", "F", "N", lambda at: at.amplitude_n),
     )
     return [
@@ -1145,8 +1156,11 @@ def _shaker(x: Results) -> Iterator[Said]:
     numbers = Amount(device.acceleration / STANDARD_GRAVITY, "g"), Amount(device.stroke, "m")
     if any(key in REQUIRED and "shaker" in REQUIRED[key][0] for key, *_ in _asked(x)):
         mark = "✓" if all(met for *_, title, met in _asked(x) if "shaker" in title) else "✗"
+        says = "{}, stroke {} Amplitudes of acceleration {} and force {} "
+        if device.free:
+            says = "{}, stroke at most {} Largest acceleration between impacts {}, amplitude of the force {} "
         yield Said(
-            f"What must the shaker do? {mark}{{}}, stroke {{}} Amplitudes of acceleration {{}} and force {{}} ",
+            f"What must the shaker do? {mark}{says}",
             *numbers, Amount(device.acceleration, "m/s²"), Amount(device.amplitude_n, "N"),
         )  # fmt: skip
     else:
@@ -1288,7 +1302,8 @@ def _of_membrane(x: Results) -> Iterator[Said]:
             number(1e3 * deepest, 3), number(deepest / radius, 2), number(1e3 * radius, 2),
         )  # fmt: skip
         ratio = (deepest / radius) ** (h + 1)
-        yield Said("a ball of at most {};", Rounded(1e3 * device.ball_mass_kg / ratio, "g"))
+        lighter = 1 / (ratio / device.reduced_kg - (1 / device.capsule_mass_kg if device.free else 0.0))
+        yield Said("a ball of at most {};", Rounded(1e3 * lighter, "g"))
         yield Said("a stiffness of at least {};", Rounded(of["stiffness"] * ratio, "N/mʰ", up=True))
     else:
         own = [mean([device.gain(speed) for speed in speeds]) for speeds in _stable_speeds(x)]
@@ -1648,7 +1663,11 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
     amounts += [Amount(x.device.capsule_mass_kg, "kg", 8), *(number(getattr(x.device, key), 8) for key in names)]
     restitutions = ", ".join(f"{SYMBOLS[key][1]} = {{}}" for key in names)
     ends = [swept(x, x.sweep[end]) for end in ("from", "to")]
-    conditions = Said(f"{held}, M = {{}}, {restitutions}; {x.symbol} from {{}} to {{}}", *amounts, *ends)
+    free = ""
+    if x.device.free:
+        free = "m = {}, capsule free, "
+        amounts.insert(-len(names), Amount(1e3 * x.device.ball_mass_kg, "g", 3))
+    conditions = Said(f"{held}, M = {{}}, {free}{restitutions}; {x.symbol} from {{}} to {{}}", *amounts, *ends)
     for figure in ("figure-2", "figure-4", "figure-7"):
         yield figure, conditions
         places = [f"{point['label']} {{}}" for point in x.points]

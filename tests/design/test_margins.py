@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from itertools import islice, product
+from dataclasses import replace
+from itertools import cycle, islice, product
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ from vireport.motions import (
     touches,
 )
 from vireport.physics import RESTITUTIONS, Device, Groups, Restitutions, by_wall
-from vireport.scenario import DesignInput, Parameter
+from vireport.scenario import CapsuleMotion, DesignInput, Parameter
 
 NEAR = 0.06
 """Distance in q and radians within which a motion is the one that ends nearby."""
@@ -45,14 +46,19 @@ JUMP = 0.3
 
 
 def stable_devices(count: int, seed: int) -> list[tuple[Device, Any]]:
-    """Random devices with stable motion, and their design points."""
+    """Random devices with stable motion, every other one a free capsule, and their design points."""
 
     def all_of_them() -> Iterator[tuple[Device, Any]]:
+        kinds = cycle([CapsuleMotion.FREE, CapsuleMotion.PRESCRIBED])
+        kind = next(kinds)
         for part in range(100):
             for sweep in random_sweeps(100, seed + part):
-                design = design_point(sweep.device, None)
+                mass = 0.2 * sweep.device.capsule_mass_kg
+                device = replace(sweep.device, capsule=kind, ball_mass_kg=mass)
+                design = design_point(device, None)
                 if design.motions.stable.any():
-                    yield sweep.device, design
+                    kind = next(kinds)
+                    yield device, design
 
     return list(islice(all_of_them(), count))
 
@@ -162,7 +168,8 @@ def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
         of = inputs | {end.parameter.value: x[3]}
         force, r = of["amplitude_n"], restitution(end.parameter, of)
         d = 4 * of["capsule_mass_kg"] * of["length_m"] * of["frequency_hz"] ** 2 / force
-        gbar = of["capsule_mass_kg"] * mpf(device.gravity_m_s2) * mp.sin(mp.pi * of["inclination_deg"] / 180) / force
+        held_up = of["capsule_mass_kg"] + (mpf(device.ball_mass_kg) if device.recoils else 0)
+        gbar = held_up * mpf(device.gravity_m_s2) * mp.sin(mp.pi * of["inclination_deg"] / 180) / force
         state = (reference.symmetric_velocity(x[1], r), x[1], mpf(0)) if symmetric else (x[0], x[1], x[2])
         closed = reference.periodicity(state, d, gbar, r, n)
         if symmetric:

@@ -24,10 +24,10 @@ from vireport import (
 from vireport.base import UsageError
 from vireport.cli import main
 from vireport.design import design_point, devices_off, prove_again, region_of
-from vireport.design.devices import SYMBOLS, Region, stable_motions
+from vireport.design.devices import Region, stable_motions
 from vireport.design.proof import Leaf, prove_region
 from vireport.physics import AFFINE, Affine, Device, Groups
-from vireport.scenario import DesignInput, Parameter
+from vireport.scenario import CapsuleMotion, DesignInput, Parameter
 from vireport.simulation import (
     BOTTOM,
     PHASE,
@@ -39,6 +39,7 @@ from vireport.simulation import (
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
 BINARY = (operator.add, operator.sub, operator.mul, operator.truediv)
 UNARY = ("sin", "cos", "sinc", "square", "inverse")
+SYMBOLS = 10
 
 
 def random_numbers(rng: np.random.Generator, count: int) -> Affine:
@@ -148,6 +149,46 @@ def test_corners_of_a_region_are_the_extremes_of_all_devices(example) -> None:
     corners = region_of(design, widths).devices(CORNERS)
     for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m)[:3] for x in (ends, corners)), strict=True):
         assert (one.min(), one.max()) == pytest.approx((other.min(), other.max()), rel=1e-14)
+
+
+def test_a_free_capsule_has_its_mass_for_itself(example) -> None:
+    """Its d has M/F and its gbar (M + m)/F, which no one factor counts: all devices are in, and all are proved."""
+    design = replace(device(example, "inclined"), length_m=0.85, capsule=CapsuleMotion.FREE, ball_mass_kg=0.03)
+    region = relative(design, 0.01)
+    ends = devices_off(design, region_widths(region), np.array(list(product([-1.0, 1.0], repeat=6))).T)
+    corners = region.devices(region.corners)
+    for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m) for x in (ends, corners)), strict=True):
+        assert (one.min(), one.max()) == pytest.approx((other.min(), other.max()), rel=1e-14)
+    low, high, _ = region.faces
+    boxes, rng = region.groups(low, high), np.random.default_rng(5)
+    for _ in range(40):
+        inside = low + (high - low) * rng.random(low.shape)
+        some = region.devices(inside).groups(Parameter.LENGTH, region.devices(inside).length_m)
+        for group, box in zip(some, boxes, strict=True):
+            assert ((box.lower <= group) & (group <= box.upper)).all()
+    # Every device of the region has the groups of one on a face: 1/F scaled up, s f^2 and sin(beta) scaled down.
+    x = region.devices(rng.random((region.factors, 500)))
+    scale = np.minimum.reduce(
+        [
+            x.amplitude_n / region.end[DesignInput.AMPLITUDE],
+            x.length_m * x.frequency_hz**2
+            / (region.start[DesignInput.LENGTH] * region.start[DesignInput.FREQUENCY] ** 2),
+            np.sin(np.radians(x.inclination_deg)) / np.sin(np.radians(region.start[DesignInput.INCLINATION])),
+        ]
+    )  # fmt: skip
+    moved = replace(x, amplitude_n=x.amplitude_n / scale, length_m=x.length_m / scale)
+    moved = replace(moved, inclination_deg=np.degrees(np.arcsin(np.sin(np.radians(x.inclination_deg)) / scale)))
+    for one, other in zip(*(y.groups(Parameter.LENGTH, y.length_m)[:2] for y in (x, moved)), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-13)
+    proof = prove_region(region)
+    assert proof.open_share == 0
+    assert prove_again(region, proof.halved, proof.motions) == 1
+    only_mass = region_of(design, {DesignInput.CAPSULE_MASS: 0.001})
+    assert prove_region(only_mass).open_share == 0
+
+
+def region_widths(region: Region) -> dict[DesignInput, float]:
+    return {varied: (high - low) / 2 for varied, (low, high) in region.ranges.items()}
 
 
 @pytest.mark.parametrize("tilt", [0.5, pytest.param(5.0, marks=pytest.mark.slow)])

@@ -91,6 +91,21 @@ def test_impacts_are_those_of_the_cycle(name: str) -> None:
         np.testing.assert_allclose(marks[:, 1], end, atol=1e-12)
 
 
+@pytest.mark.parametrize("name", [*PAPER, "sticking"])
+def test_a_free_capsule_recoils_as_the_force_moves_the_centre_of_mass(name: str) -> None:
+    shown, mu = motion(name), 0.3
+    (panel,) = figure_6([shown], mass_ratio=mu).axes
+    (path,), (low,), (high,) = (of_look(panel, look) for look in (BALL, BOTTOM_MEMBRANE, TOP_MEMBRANE))
+    centre = np.interp(path[:, 0], low[:, 0], (low[:, 1] + high[:, 1]) / 2)
+    by_force = capsule(shown, 2 * path[:, 0])
+    np.testing.assert_allclose(centre + mu * path[:, 1], by_force, atol=2e-4)
+    assert np.abs(centre - by_force).max() > 0.01
+    for look, wall in ((BOTTOM_IMPACT, -1), (TOP_IMPACT, 1)):
+        (marks,) = of_look(panel, look)
+        end = np.interp(marks[:, 0], low[:, 0], (low[:, 1] + high[:, 1]) / 2) + wall * shown.d / 2
+        np.testing.assert_allclose(marks[:, 1], end, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", list(PAPER))
 def test_rebounds_lose_the_right_part(name: str) -> None:
     left, right = figure_3([motion(name)]).axes

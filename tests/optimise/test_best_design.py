@@ -54,8 +54,9 @@ def text_of(objective: str, vary: tuple[str, ...], required: str = "", cells: in
     return f"{DEVICE}requirements: {{{unlimited(required)}}}\n{design}"
 
 
-def problem(*arguments: object) -> Problem:
-    return problem_of(loads(text_of(*arguments)))
+def problem(*arguments: object, free: bool = False) -> Problem:
+    text = text_of(*arguments)
+    return problem_of(loads(text.replace("  restitution", "  capsule: free\n  restitution") if free else text))
 
 
 def best_of_map(problem: Problem, count: int) -> float:
@@ -95,6 +96,16 @@ def test_cells_are_what_a_run_has(objective: Objective) -> None:
         elif compared == 4:
             break
     assert outcomes == {False, True}
+
+
+def test_a_ball_on_a_free_capsule_moves_it_and_strikes_with_less() -> None:
+    search = problem(Objective.U_AVE, (CAPSULE, BALL), "stroke_at_most_m: 0.3", free=True)
+    t = np.array([[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+    cells = evaluate(search, t)
+    assert cells.stable.all()
+    for row in range(len(t)):
+        study = search.study(t[row])
+        assert cells.value[row] == pytest.approx(search.value_of(study), rel=1e-10)
 
 
 NEARLY_LEVEL = DEVICE.replace("inclination_deg: 45", "inclination_deg: 0.3").replace("length_m: 0.7", "length_m: 0.33")
@@ -261,9 +272,9 @@ BOUNDED = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", BOUNDED)
-def test_no_random_design_exceeds_the_bound_of_its_box(name: str) -> None:
-    search, count = problem(*BOUNDED[name]), 24
+@pytest.mark.parametrize(("name", "free"), [*((name, False) for name in BOUNDED), ("ball", True), ("capsule", True)])
+def test_no_random_design_exceeds_the_bound_of_its_box(name: str, free: bool) -> None:
+    search, count = problem(*BOUNDED[name], free=free), 24
     corner = np.indices((count, count)).reshape(2, -1) / count
     bound, _ = _bounds(search, corner, corner + 1 / count, [], together=True)
     t = np.random.default_rng(1).uniform(size=(20_000, 2))

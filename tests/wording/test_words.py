@@ -537,6 +537,10 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "not met: [Margin](requirement-margin_any_percent), [Margin](requirement-margin_any_percent). The ball",
         ],
     ),
+    "a free capsule": (
+        lambda: Evidence(solved("inclined", device__capsule="free"), criteria=(required(True, "SHAKER"),)),
+        ["2.48 g, stroke at most 318 mm Largest acceleration between impacts 24.3 m/s², amplitude of the force 3 N"],
+    ),
     "one requirement": (
         lambda: Evidence(solved("inclined"), criteria=(required(False),)),
         ["1 of 1 requirement is not met: Margin", "1 of 1 requirement is not met: [Margin]"],

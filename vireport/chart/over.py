@@ -8,7 +8,7 @@ import numpy as np
 
 from vireport.base import Progress, UsageError
 from vireport.chart.chart import Chart, chart
-from vireport.chart.plane import Plane
+from vireport.chart.plane import Plane, is_swept
 from vireport.design import HIGHEST_RESTITUTION, reach
 from vireport.motions import Limits
 from vireport.physics import RESTITUTIONS, Device
@@ -44,9 +44,12 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     inputs, ranges = zip(*(_axis(scenario, part) for part in parts), strict=True)
     if inputs[0] is inputs[1]:
         raise UsageError(f"--over: {inputs[0]} is named twice ({FORM})")
-    if inputs[0] in RESTITUTIONS and inputs[1] in RESTITUTIONS:
-        # Curves are found from sweeps across the plane, and there is none along a restitution.
-        raise UsageError(f"--over: {inputs[0]} and {inputs[1]} are both restitutions (allowed: at most one of the two)")
+    if not any(is_swept(varied, Device.of(scenario).recoils) for varied in inputs):
+        # Curves are found from sweeps across the plane.
+        both = (
+            "both restitutions" if set(inputs) <= set(RESTITUTIONS) else "a restitution and the mass of a free capsule"
+        )
+        raise UsageError(f"--over: {inputs[0]} and {inputs[1]} are {both} (allowed: at most one of the two)")
     low, high = np.array(ranges, dtype=float).T
     device = Device.of(scenario).with_values(dict(zip(inputs, low.tolist(), strict=True)))
     highest = DesignInput.RESTITUTION.limits[1]

@@ -140,11 +140,19 @@ class StraightSweep:
 
 
 def straight_sweeps(plane: Plane, count: int) -> Iterator[StraightSweep]:
-    """Sweeps across a plane, as many along each input, at equal distances; none is along a restitution."""
+    """Sweeps across a plane, as many along each input that can be swept, at equal distances."""
     for k in (1, 0):
-        if plane.inputs[k] not in RESTITUTIONS:
+        if is_swept(plane.inputs[k], plane.device.recoils):
             for share in (np.arange(count) + 0.5) / count:
                 yield StraightSweep(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
+
+
+def is_swept(varied: DesignInput, recoils: bool) -> bool:
+    """Whether there are sweeps along an input: none along a restitution, nor along the mass of a free capsule.
+
+    Of a capsule that recoils neither gbar nor d/gbar is held where its mass varies.
+    """
+    return varied not in RESTITUTIONS and not (recoils and varied is DesignInput.CAPSULE_MASS)
 
 
 def _mass(device: Device, amplitude: float) -> float:

@@ -153,7 +153,8 @@ def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Any, Any]:
     """Return d and gbar of a device whose `parameter` has `value`, Eqs. (2.5) and (2.6)."""
     x, mass = _at(device, parameter, value), mpf(device.capsule_mass_kg)
     force, omega = x[Parameter.AMPLITUDE], 2 * mp.pi * x[Parameter.FREQUENCY]
-    weight = mass * mpf(device.gravity_m_s2) * mp.sin(x[Parameter.INCLINATION] * mp.pi / 180)
+    supported = mass + mpf(device.ball_mass_kg) if device.recoils else mass
+    weight = supported * mpf(device.gravity_m_s2) * mp.sin(x[Parameter.INCLINATION] * mp.pi / 180)
     return x[Parameter.LENGTH] * mass * omega**2 / (force * mp.pi**2), weight / force
 
 
@@ -319,7 +320,9 @@ def voltage(speed: Any, membrane: Membrane) -> tuple[Any, Any]:
     with mp.workdps(VOLTAGE_DIGITS):
         h, k, uin = mpf(membrane.exponent), mpf(membrane.stiffness), mpf(membrane.bias_voltage_v)
         rc, rb = mpf(membrane.active_radius_m), mpf(membrane.ball_radius_m)
-        delta = ((h + 1) / (2 * k) * mpf(membrane.ball_mass_kg) * mpf(speed) ** 2) ** (1 / (h + 1))
+        ball = mpf(membrane.ball_mass_kg)
+        mass = ball / (1 + ball / mpf(membrane.free_capsule_kg))
+        delta = ((h + 1) / (2 * k) * mass * mpf(speed) ** 2) ** (1 / (h + 1))
         root = mp.sqrt(rc**2 + delta**2 - 2 * delta * rb)
         cosine = (-2 * rb * (delta - rb) + 2 * rc * root) / (2 * (rc**2 + (delta - rb) ** 2))
         area = 2 * mp.pi * rb**2 * (1 - cosine) + (mp.pi * rc**2 - mp.pi * rb**2 * (1 - cosine**2)) / cosine

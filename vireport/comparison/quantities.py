@@ -160,7 +160,7 @@ class ComparedScenario:
         scenario = self.results["scenario"]
         optional: dict[str, Any] = dict.fromkeys(Parameter)
         given = {**optional, **scenario, **scenario["device"], **scenario["excitation"]}
-        return Device(**{field.name: given[field.name] for field in fields(Device)})
+        return Device(**{field.name: given[field.name] for field in fields(Device) if field.name in given})
 
     @cached_property
     def swept(self) -> Parameter | None:

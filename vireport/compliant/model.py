@@ -1,15 +1,16 @@
 """The dimensionless model of the ball between two compliant membranes.
 
 Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where delta = Z - d/2 > 0, and the
-mirror image of the last term at the top one. The membranes move with the capsule, which does not feel the ball;
-k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact alone would have the
-restitution coefficient r (`physics.contact`). Between contacts the flights are those of the simulation, in closed form.
+mirror image of the last term at the top one. The membranes move with the capsule; k = K x_c^h M/(m F).
+For each contact lambda is set from its impact velocity so that the contact alone would have the
+restitution coefficient r (`physics.contact`). Of a free capsule gbar and m are those of the relative motion, see
+`Device`. Between contacts the flights are those of the simulation, in closed form.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import pi
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -59,9 +60,10 @@ def compliant_model(
     d, gbar, restitution, _ = device.groups(parameter, float(value)).as_floats()
     speed = float(device.velocity_unit(parameter, float(value)))
     length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
-    # Force K delta^h over the ball's mass m, in units of F/M: x_c^h K M/(m F).
-    per_ball = length**h * device.capsule_mass_kg / (membrane.ball_mass_kg * at[Parameter.AMPLITUDE])
-    scaled = replace(membrane, stiffness=factor * membrane.stiffness * per_ball, ball_mass_kg=1.0)
+    # Force K delta^h over the mass m of the relative motion, in units of F/M: x_c^h K M/(m F).
+    per_ball = length**h * device.capsule_mass_kg / (membrane.reduced_mass_kg * at[Parameter.AMPLITUDE])
+    stiffness = factor * membrane.stiffness * per_ball
+    scaled = replace(membrane, stiffness=stiffness, ball_mass_kg=1.0, free_capsule_kg=inf)
     return CompliantModel(d, gbar, scaled, restitution, 2.0 * device.period_ratio, length, speed)
 
 

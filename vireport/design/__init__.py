@@ -1,7 +1,7 @@
 """The design point: its motions, their margins, tolerances and yield, and how strongly they hang on each input."""
 
 from vireport.design import margins
-from vireport.design.devices import FACTOR_OF, devices_off, region_of
+from vireport.design.devices import devices_off, factor_of, region_of
 from vireport.design.distortion import Distortion
 from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.lines import HIGHEST_RESTITUTION, mirrored, reach
@@ -13,7 +13,6 @@ from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of, stabl
 from vireport.design.tolerances import Failure, Tolerances, assess_tolerances, sample_steps
 
 __all__ = [
-    "FACTOR_OF",
     "HIGHEST_RESTITUTION",
     "SMALLEST_LOSS",
     "DesignPoint",
@@ -29,6 +28,7 @@ __all__ = [
     "contact_share",
     "design_point",
     "devices_off",
+    "factor_of",
     "followed_motion",
     "input_error",
     "margins",

@@ -28,12 +28,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-FACTORS = 6
-"""M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third. What r of
-either membrane has of its own are the last two."""
-
-SYMBOLS = FACTORS + 4
-"""Symbols of the affine numbers: those of the factors, three of the motion, and that of time."""
+OTHER_SYMBOLS = 4
+"""Symbols of the affine numbers beside those of the factors: three of the motion, and that of time."""
 
 FACTOR_OF = {
     DesignInput.CAPSULE_MASS: 0,
@@ -45,7 +41,19 @@ FACTOR_OF = {
     DesignInput.RESTITUTION_BOTTOM: 4,
     DesignInput.RESTITUTION_TOP: 5,
 }
-"""Which factor an input is part of. No two factors share one, so that a box of inputs is a box of factors."""
+"""Which factor an input is part of. No two factors share one, so that a box of inputs is a box of factors.
+
+M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third. What r of
+either membrane has of its own are the last two.
+"""
+
+OF_FREE_CAPSULE = FACTOR_OF | {DesignInput.CAPSULE_MASS: len(set(FACTOR_OF.values()))}
+"""The same for a free capsule: gbar has (M + m)/F where d has M/F, so that M is a factor of its own."""
+
+
+def factor_of(device: Device) -> Mapping[DesignInput, int]:
+    """Which factor an input of a device is part of."""
+    return OF_FREE_CAPSULE if device.recoils else FACTOR_OF
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +76,11 @@ class Region:
     end: dict[DesignInput, float]
 
     @property
+    def factors(self) -> int:
+        """How many factors there are."""
+        return len(set(factor_of(self.design).values()))
+
+    @property
     def ranges(self) -> dict[DesignInput, tuple[float, float]]:
         """The least and the largest value of the inputs that vary."""
         ends = {varied: (self.start[varied], self.end[varied]) for varied in DesignInput}
@@ -76,7 +89,7 @@ class Region:
     @property
     def design_shares(self) -> Floats:
         """Where the design is, shape (factors, 1)."""
-        shares = np.full((FACTORS, 1), 0.5)
+        shares = np.full((self.factors, 1), 0.5)
         low, high = (ends[DesignInput.INCLINATION] for ends in (self.start, self.end))
         shares[FACTOR_OF[DesignInput.INCLINATION]] = (self.design.inclination_deg - low) / (high - low or 1.0)
         return shares
@@ -89,14 +102,14 @@ class Region:
     @property
     def corners(self) -> Floats:
         """Where all factors are at an end, shape (factors, k)."""
-        own = FACTORS if self.parts_membranes else FACTOR_OF[DesignInput.RESTITUTION] + 1
-        ends = [[0.0, 1.0] if factor < own else [0.0] for factor in range(FACTORS)]
-        return np.stack(np.meshgrid(*ends, indexing="ij")).reshape(FACTORS, -1)
+        held = [] if self.parts_membranes else [FACTOR_OF[varied] for varied in RESTITUTIONS[1:]]
+        ends = [[0.0] if factor in held else [0.0, 1.0] for factor in range(self.factors)]
+        return np.stack(np.meshgrid(*ends, indexing="ij")).reshape(self.factors, -1)
 
     def devices(self, shares: Floats) -> Device:
         """Devices at shares, shape (factors, k), with an array for each input."""
         values = {}
-        for varied, factor in FACTOR_OF.items():
+        for varied, factor in factor_of(self.design).items():
             first, last, share = self.start[varied], self.end[varied], shares[factor]
             values[varied] = np.where(share == 1, last, first + share * (last - first))
         restitution = self._restitution(*(values.pop(varied) for varied in RESTITUTIONS))
@@ -112,13 +125,16 @@ class Region:
     def groups(self, low: Floats, high: Floats) -> tuple[Affine, Affine, Any]:
         """(d, gbar, r) of all devices in boxes of shares, ends of shape (factors, k), Eqs. (2.5), (2.6)."""
         x: dict[DesignInput, Affine] = {}
-        for varied, factor in FACTOR_OF.items():
+        symbols = self.factors + OTHER_SYMBOLS
+        for varied, factor in factor_of(self.design).items():
             first, width = self.start[varied], self.end[varied] - self.start[varied]
-            x[varied] = between(first + low[factor] * width, first + high[factor] * width, factor, SYMBOLS)
+            x[varied] = between(first + low[factor] * width, first + high[factor] * width, factor, symbols)
         frequency, sine = x[DesignInput.FREQUENCY], AFFINE.sin(AFFINE.pi * x[DesignInput.INCLINATION] / 180)
         mass_over_force = x[DesignInput.CAPSULE_MASS] / x[DesignInput.AMPLITUDE]
         d = 4 * mass_over_force * (x[DesignInput.LENGTH] * frequency * frequency)
         restitution = self._restitution(*(x[varied] for varied in RESTITUTIONS))
+        if self.design.recoils:
+            mass_over_force = (x[DesignInput.CAPSULE_MASS] + self.design.ball_mass_kg) / x[DesignInput.AMPLITUDE]
         return d, self.design.gravity_m_s2 * mass_over_force * sine, restitution
 
     @property
@@ -127,18 +143,20 @@ class Region:
 
         M/F scaled up and s f^2 and sin(beta) scaled down alike leave d and gbar as they are, until one of the three is
         at that end of its range. So the three faces on which one of them is have all there is, and one dimension less;
-        they do not overlap. A factor without a tolerance is at its end already. The parts are areas in (d, gbar).
+        they do not overlap. A factor without a tolerance is at its end already. The parts are areas in (d, gbar). Of a
+        free capsule 1/F stands for M/F, and M takes all its values on each face.
         """
-        fixed = [k for k in range(3) if all(self.start[x] == self.end[x] for x, of in FACTOR_OF.items() if of == k)]
+        of_factor = factor_of(self.design)
+        fixed = [k for k in range(3) if all(self.start[x] == self.end[x] for x, of in of_factor.items() if of == k)]
         fixed = fixed[:1] or [0, 1, 2]
-        low, high = np.zeros((FACTORS, len(fixed))), np.ones((FACTORS, len(fixed)))
+        low, high = np.zeros((self.factors, len(fixed))), np.ones((self.factors, len(fixed)))
         low[fixed, range(len(fixed))] = high[fixed, range(len(fixed))] = np.equal(fixed, 0)
         if len(fixed) == 1:
             return low, high, np.ones(1)
-        ends = self.devices(np.tile([0.0, 1.0], (FACTORS, 1)))
+        ends = self.devices(np.tile([0.0, 1.0], (self.factors, 1)))
         (mass, length, sine), (to_mass, to_length, to_sine) = np.transpose(
             [
-                ends.capsule_mass_kg / ends.amplitude_n,
+                (1.0 if self.design.recoils else ends.capsule_mass_kg) / ends.amplitude_n,
                 ends.length_m * ends.frequency_hz**2,
                 ARRAYS.sin_degrees(ends.inclination_deg),
             ]

@@ -94,7 +94,7 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
     line = next(line for line in LINES if varied in line.value)
     d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     least, most = extent(line, device, d, gbar)
-    if line in (Line.LENGTHS, Line.FORCES):
+    if line in (Line.LENGTHS, Line.FORCES, Line.MASSES):
         least, most = max(least, -FARTHEST), min(most, FARTHEST)
     curve = Curve(motion.word, along(line, device, FLOATS), least, most, 1.0)
     x = curve.at(curve.vector(replace(motion, coordinate=0.0)), 0.0)

@@ -1,7 +1,8 @@
 """The lines in (d, gbar, r_b, r_t) on which inputs move a device, and where the motions that are followed there end.
 
-Length and frequency move a device along a line of constant gbar, the force and the capsule's mass along a ray from the
-origin, inclination and restitution along gbar and r: that of both membranes together, or of one alone.
+Length and frequency move a device along a line of constant gbar, the force along a ray from the origin, and so does the
+mass of a capsule that does not feel the ball; inclination and restitution along gbar and r: that of both membranes
+together, or of one alone.
 """
 
 from __future__ import annotations
@@ -34,12 +35,13 @@ HANDOVERS = 4
 class Line(Enum):
     """A line through a design point in (d, gbar, r_b, r_t); the value is the inputs that move a device along it.
 
-    The position on it is 0 at the design point. Along the first two it is the logarithm of the factor of d, along the
+    The position on it is 0 at the design point. Along the first three it is the logarithm of the factor of d, along the
     others the change of gbar and of r: of both restitutions alike, or of one.
     """
 
     LENGTHS = DesignInput.LENGTH, DesignInput.FREQUENCY
-    FORCES = DesignInput.AMPLITUDE, DesignInput.CAPSULE_MASS
+    FORCES = (DesignInput.AMPLITUDE,)
+    MASSES = (DesignInput.CAPSULE_MASS,)
     GRAVITY = (DesignInput.INCLINATION,)
     RESTITUTION = (DesignInput.RESTITUTION,)
     RESTITUTION_BOTTOM = (DesignInput.RESTITUTION_BOTTOM,)
@@ -70,11 +72,14 @@ class AlongLine:
         Those of the design point.
     ops
         Functions of the kind of number.
+    capsule_share
+        M over the mass that gravity acts on, `Device.supported_kg`.
     """
 
     line: Line
     origin: Groups[Any]
     ops: Any
+    capsule_share: Any
 
     @property
     def horizontal(self) -> bool:
@@ -90,6 +95,9 @@ class AlongLine:
             case Line.FORCES:
                 grown = self.ops.exp(position)
                 return Groups(d * grown, gbar * grown, r)
+            case Line.MASSES:
+                grown = self.ops.exp(position)
+                return Groups(d * grown, gbar * (1 + self.capsule_share * (grown - 1)), r)
             case Line.GRAVITY:
                 return Groups(d, gbar + position, r)
             case Line.RESTITUTION:
@@ -107,6 +115,9 @@ class AlongLine:
                 return np.array([[d], [0.0], [0.0], [0.0]])
             case Line.FORCES:
                 return np.array([[d], [gbar], [0.0], [0.0]])
+            case Line.MASSES:
+                by_capsule = self.capsule_share * self.origin.gbar * self.ops.exp(varied[0])
+                return np.array([[d], [by_capsule], [0.0], [0.0]])
             case Line.GRAVITY:
                 return np.array([[0.0], [1.0], [0.0], [0.0]])
             case Line.RESTITUTION:
@@ -120,7 +131,8 @@ class AlongLine:
 def along(line: Line, device: Device, ops: Any) -> AlongLine:
     """A line through a device, all of whose inputs are given, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
-    return AlongLine(line, groups.as_floats() if ops is FLOATS else groups, ops)
+    share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
+    return AlongLine(line, groups.as_floats() if ops is FLOATS else groups, ops, share)
 
 
 def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:
@@ -157,7 +169,7 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
 def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
     """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
     if line is Line.GRAVITY:
-        upright = device.capsule_mass_kg * device.gravity_m_s2 / device.amplitude_n
+        upright = device.supported_kg * device.gravity_m_s2 / device.amplitude_n
         # Beyond 0 and 90 degrees the same capsules come again, mirrored. Without gravity the inclination moves
         # nothing.
         return (-gbar, upright - gbar if device.inclination_deg != 90 else 0.0) if upright > NO_GRAVITY else (0.0, 0.0)
@@ -218,7 +230,7 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     """
     d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for row in np.flatnonzero(motions.stable):
-        for line, inputs in _inputs_along(lines, gbar).items():
+        for line, inputs in _inputs_along(lines, device, gbar).items():
             low, high = extent(line, device, d, gbar)
             # Gravity breaks the symmetry, and so does the restitution of one membrane: along such a line a motion and
             # its mirror image part, and both are followed.
@@ -233,11 +245,19 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
                     yield from (Ending(line, inputs, *end) for end in ends)
 
 
-def _inputs_along(lines: Sequence[Line], gbar: float) -> dict[Line, tuple[DesignInput, ...]]:
+def _inputs_along(lines: Sequence[Line], device: Device, gbar: float) -> dict[Line, tuple[DesignInput, ...]]:
     """The lines that differ from one another, and the inputs that move a device along each."""
-    inputs = {line: line.value for line in lines}
-    if gbar == 0 and Line.LENGTHS in inputs and Line.FORCES in inputs:
-        inputs[Line.LENGTHS] += inputs.pop(Line.FORCES)  # the ray from the origin is the line of gbar = 0
+    inputs: dict[Line, tuple[DesignInput, ...]] = {line: line.value for line in lines}
+
+    def same(line: Line, other: Line) -> None:
+        if line in inputs and other in inputs:
+            inputs[line] += inputs.pop(other)
+
+    if not device.recoils:
+        same(Line.FORCES, Line.MASSES)  # by M/F alone
+    if gbar == 0:
+        same(Line.LENGTHS, Line.FORCES)  # the ray from the origin is the line of gbar = 0
+        same(Line.LENGTHS, Line.MASSES)
     return inputs
 
 

@@ -2,7 +2,8 @@
 
 The inputs act through a few factors alone: M/F and s f^2, of which d is the product, sin(beta), which gives gbar with
 the first, and r, with what r of either membrane has of its own. No two of them share an input, so that a box of inputs
-is a box of factors, and nothing is lost. A box of factors is halved until each part is proved:
+is a box of factors, and nothing is lost. Of a free capsule gbar has (M + m)/F instead, and the factors are 1/F and M. A
+box of factors is halved until each part is proved:
 
 - Krawczyk's operator maps a tube about a linear prediction of the motion's (q, phase) into itself, for every device in
   the part: by Brouwer's theorem each has a motion in the tube;
@@ -23,8 +24,7 @@ from typing import Any
 import numpy as np
 
 from vireport.design.devices import (
-    FACTORS,
-    SYMBOLS,
+    OTHER_SYMBOLS,
     Floats,
     Ints,
     Mask,
@@ -42,7 +42,7 @@ from vireport.physics import (
     each,
 )
 
-TIME = SYMBOLS - 1
+TIME = -1
 """The symbol of time; those before it and after the factors' are of how far the motion is from its prediction."""
 
 MOST_BOXES = 40_000
@@ -110,23 +110,24 @@ def _tube(d: Affine, gbar: Affine, r: Any, n: int, guess: Floats) -> tuple[Mask,
 
     Its axis is linear in the shares, by the implicit function theorem.
     """
-    width, along = np.full_like(guess, PROBE), np.zeros((len(guess), FACTORS, guess.shape[1]))
+    factors = len(d.linear) - OTHER_SYMBOLS
+    width, along = np.full_like(guess, PROBE), np.zeros((len(guess), factors, guess.shape[1]))
     # The linear parts of the residuals in a narrow tube are their derivatives, by the motion and by the factors: no
     # formula for the Jacobian is needed, and a wrong one would only leave boxes open.
     _, residual = _residual(guess, along, width, d, gbar, r, n)
-    jacobian = np.stack([g.linear[FACTORS:TIME] / PROBE for g in residual])
+    jacobian = np.stack([g.linear[factors:TIME] / PROBE for g in residual])
     singular = np.linalg.det(jacobian.T) == 0
     inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
     # dx/dp = -(df/dx)^-1 df/dp: the tube goes along with the motion, and need only hold what bends. About a fixed
     # point, and without the sizes by which the factor to halve is chosen, a box of 1.5 to 3 % of three inputs of an
     # inclined capsule stays wholly open, which is proved in two parts.
-    along = -_applied(inverse, [g.linear[:FACTORS] for g in residual])
+    along = -_applied(inverse, [g.linear[:factors] for g in residual])
     guess = guess - _applied(inverse, [g.centre for g in residual])
     width = np.zeros_like(guess)
     for _ in range(TUBES):
         orbit, residual = _residual(guess, along, width, d, gbar, r, n)
         linear = _applied(inverse, [g.linear for g in residual])
-        linear[:, FACTORS:TIME] -= np.eye(3)[:, :, None] * width[:, None]  # the identity less Y times the Jacobian
+        linear[:, factors:TIME] -= np.eye(3)[:, :, None] * width[:, None]  # the identity less Y times the Jacobian
         rest = _applied(np.abs(inverse), [g.radius + AFFINE_ROUNDING * (np.abs(g.centre) + g.reach) for g in residual])
         image = np.abs(_applied(inverse, [g.centre for g in residual])) + np.abs(linear).sum(axis=1) + rest
         mapped = np.asarray((image * (1 + AFFINE_ROUNDING) < width).all(axis=0))
@@ -149,9 +150,10 @@ def _residual(
     The equations as they are, not solved for the velocity, gbar and d as in `vireport.motions.orbits`: the division
     by K(q) would widen the enclosures where r is not small. gbar/2 stands in (3.10), where g/2 is printed.
     """
-    symbols = np.zeros((len(guess), SYMBOLS, guess.shape[1]))
-    symbols[:, :FACTORS] = along
-    symbols[range(3), range(FACTORS, TIME)] = width
+    factors, count = along.shape[1:]
+    symbols = np.zeros((len(guess), factors + OTHER_SYMBOLS, count))
+    symbols[:, :factors] = along
+    symbols[range(3), range(factors, factors + 3)] = width
     u, phi, velocity = (Affine(*parts, np.zeros_like(parts[0])) for parts in zip(guess, symbols, strict=True))
     ops, period = AFFINE, 2 * n
     top = phi + ops.pi * period * u  # less n half turns, which are a sign
@@ -191,7 +193,7 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
         # Time is a symbol like the others: where it stands in several terms of the position, these cancel as they
         # should.
         part = way.select(row)
-        time = part.duration * between(place / parts, (place + 1) / parts, TIME, SYMBOLS)
+        time = part.duration * between(place / parts, (place + 1) / parts, TIME, len(part.d.linear))
         angle = ops.pi * time
         sine, cosine = part.turned(ops.sin(angle), ops.cos(angle))
         covered, speed, away = part.covered(time, cosine, ops.pi), part.speed(time, sine, ops.pi), part.pressing(cosine)
@@ -288,7 +290,7 @@ def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
         # Where the boxes are follows from how they are halved: it is not read, so that no proof can leave out a part.
         rows = np.flatnonzero(generation == Leaf.PROVED)
         guess = motions[:, done : (done := done + len(rows))]
-        if len(generation) < low.shape[1] or guess.shape[1] < len(rows) or generation.max() >= FACTORS:
+        if len(generation) < low.shape[1] or guess.shape[1] < len(rows) or generation.max() >= region.factors:
             raise ValueError("the boxes of the proof are not complete")
         holds, _ = prove(region, low[:, rows], high[:, rows], guess)
         lacking = generation < 0

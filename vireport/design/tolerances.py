@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -201,6 +202,9 @@ def _sampled(
     bottom, top = unit * orbit.velocity_bottom, unit * orbit.velocity_top
     values = {"velocity_bottom_m_s": bottom, "velocity_top_m_s": top}
     if membrane is not None:
+        if devices.recoils:
+            of_cell: Any = devices.capsule_mass_kg
+            membrane = replace(membrane, free_capsule_kg=of_cell[cell])
         values["u_ave_v"] = voltages(bottom, top, membrane).average_v
     return sampled, {
         name: {key: float(np.percentile(each, percent)) for key, percent in PERCENTILES.items()}

@@ -28,8 +28,9 @@ class Harvester:
     Attributes
     ----------
     device : Device
-        With all its parameters given.
+        With all its parameters and the ball's mass given.
     membrane : Membrane
+        That of this device.
     span : tuple of float
         Sweep of the length, as factors of the device's.
     """
@@ -45,7 +46,8 @@ class Harvester:
 
     def with_device(self, **changes: Any) -> Harvester:
         """A harvester with other values of the device."""
-        return replace(self, device=replace(self.device, **changes))
+        device = replace(self.device, **changes)
+        return replace(self, device=device, membrane=self.membrane.of_device(device))
 
     def with_groups(self, d: float | None = None, gbar: float | None = None) -> Harvester:
         """A harvester with these groups: the force gives gbar, at 90 degrees where the capsule was horizontal."""
@@ -64,7 +66,8 @@ class Harvester:
     def scenario(self, sweep: SweepRange | None) -> Loaded:
         """The device as a scenario; ScenarioError where that is invalid."""
         device, membrane = self.device, asdict(self.membrane)
-        ball_mass = membrane.pop("ball_mass_kg")
+        for said_by_device in ("ball_mass_kg", "free_capsule_kg"):
+            membrane.pop(said_by_device)
         membrane |= membrane.pop("dielectric") or {}
         tree: dict[str, Any] = {
             "schema_version": 1,
@@ -74,7 +77,8 @@ class Harvester:
             "excitation": {"amplitude_n": device.amplitude_n, "frequency_hz": device.frequency_hz},
             "device": {
                 "capsule_mass_kg": device.capsule_mass_kg,
-                "ball_mass_kg": ball_mass,
+                "ball_mass_kg": device.ball_mass_kg,
+                "capsule": device.capsule,
                 "restitution": device.restitution,
                 "length_m": device.length_m,
                 "membrane": membrane,
@@ -94,7 +98,7 @@ class Harvester:
 
 
 PAPER = Harvester(
-    Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0),
+    Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0, ball_mass_kg=0.0041),
     Membrane(4.0847e5, 2.6, 6.3e-3, 5.0e-3, 2000.0, 0.0041),
     (0.59 / 0.6934, 0.75 / 0.6934),
 )
@@ -116,5 +120,6 @@ def harvester_of(loaded: Loaded | None) -> Harvester:
     membrane = Membrane.of(scenario)
     if membrane is None:
         mass = PAPER.membrane.ball_mass_kg / PAPER.device.capsule_mass_kg * device.capsule_mass_kg
-        membrane = replace(PAPER.membrane, ball_mass_kg=float(mass))
+        device = replace(device, ball_mass_kg=float(mass))
+        membrane = PAPER.membrane.of_device(device)
     return Harvester(device, membrane, span)

@@ -26,7 +26,7 @@ from vireport.motions import eigenvalues
 from vireport.physics import RESTITUTIONS, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.study import Study, Task
-from vireport.text import AlertCode, exact
+from vireport.text import AlertCode, exact, scaled
 from vireport.wording import Words
 
 LAMBDA_LIMIT = 1.6
@@ -115,6 +115,8 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
         if name not in varied and (value := getattr(device, name)) is not None
     ]
     parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
+    if device.recoils and "ball_mass_kg" not in varied:
+        parameters.append(f"m = {scaled(device.ball_mass_kg, 3)} g, capsule free")
     parameters += [text for name, text in _restitutions(device) if name not in varied]
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
 

@@ -132,7 +132,8 @@ def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:
 def _masses(study: Study) -> list[str]:
     device, membrane = study.solution.device, study.solution.membrane
     ball = [f"m = {scaled(membrane.ball_mass_kg, 3)} g"] if membrane is not None else []
-    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, *restitutions_of(device)]
+    free = ["capsule free"] if device.recoils else []
+    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, *free, *restitutions_of(device)]
 
 
 def _value(study: Study, parameter: Parameter) -> str:

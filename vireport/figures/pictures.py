@@ -54,7 +54,8 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
     others = held(study, check.parameter)
     for name, motions in ((Task.FIGURE_3, check.portraits), (Task.FIGURE_6, check.displacements)):
         if study.plan.runs(name):
-            yield portraits_picture(motions, others, name, templates)
+            mass_ratio = float(study.solution.device.mass_ratio)
+            yield portraits_picture(motions, others, name, templates, mass_ratio)
     if study.plan.runs(Task.FIGURE_DIAGRAM) and check.diagram is not None:
         yield diagram.picture(study, check.diagram, check.values, check.groups.d, templates)
     if study.plan.runs(Task.FIGURE_HYSTERESIS) and check.hysteresis is not None:

@@ -108,6 +108,7 @@ def portraits_picture(
     held: Sequence[str],
     name: Task = Task.FIGURE_PORTRAITS,
     templates: Path | None = None,
+    mass_ratio: float = 0.0,
 ) -> Picture:
     """One of these figures with its words.
 
@@ -119,9 +120,15 @@ def portraits_picture(
     name : Task
     templates : Path, optional
         A folder whose words come before the package's own.
+    mass_ratio : float
+        As in `capsule`.
     """
-    draw = {Task.FIGURE_3: figure_3, Task.FIGURE_6: figure_6, Task.FIGURE_PORTRAITS: figure_portraits}[name]
-    return pictured(name, portraits_shown(name, portraits, held), draw(portraits, ", ".join(held)), templates)
+    words = ", ".join(held)
+    if name == Task.FIGURE_6:
+        figure = figure_6(portraits, words, mass_ratio)
+    else:
+        figure = (figure_3 if name == Task.FIGURE_3 else figure_portraits)(portraits, words)
+    return pictured(name, portraits_shown(name, portraits, held), figure, templates)
 
 
 def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
@@ -160,10 +167,10 @@ def _beside_phase_portraits(
         return finished(figure, height * len(portraits) + 0.3, _head(held), [legend], labels)
 
 
-def figure_6(portraits: Sequence[Portrait], held: str = "") -> Figure:
+def figure_6(portraits: Sequence[Portrait], held: str = "", mass_ratio: float = 0.0) -> Figure:
     """Absolute displacement of the capsule's ends and of the ball, as in Fig. 6: a panel for each motion.
 
-    Parameters are those of `figure_3`.
+    Parameters are those of `figure_3` and of `capsule`.
     """
     height, ticks = _row_height(len(portraits))
     with style():
@@ -171,7 +178,7 @@ def figure_6(portraits: Sequence[Portrait], held: str = "") -> Figure:
         for k, (portrait, axes) in enumerate(zip(portraits, panels[:, 0], strict=True)):
             axes.set_title(f"({letter_of(k)}) {setting(portrait)}: {motion_words(portrait)}", loc="left")
             axes.set_ylabel("displacement X, x [–]" if height > WORDS_FROM else "X, x [–]")
-            _displacement(axes, portrait)
+            _displacement(axes, portrait, mass_ratio)
             fit_vertically([axes], ticks)
         axes.set_xlabel(TIME)
         legend: list[Entry] = [
@@ -241,18 +248,20 @@ def _path(axes: Axes, portrait: Portrait) -> None:
     _impacts(axes, portrait, arrivals(portrait), periods(portrait.time), portrait.position)
 
 
-def _displacement(axes: Axes, portrait: Portrait) -> None:
+def _displacement(axes: Axes, portrait: Portrait, mass_ratio: float) -> None:
     _time_axis(axes, portrait, LEFT + RIGHT)
     low, high = axes.get_xlim()
     time = even_times(2 * low, 2 * high)
-    bottom_end, top_end = (capsule(portrait, time) + side * portrait.d / 2 for side in (-1, 1))
+    if mass_ratio and moves(portrait):  # how it recoils is known where the ball's position is
+        time = np.sort(np.append(time[(time > 0) & (time < portrait.time[-1])], portrait.time))
+    bottom_end, top_end = (capsule(portrait, time, mass_ratio) + side * portrait.d / 2 for side in (-1, 1))
     axes.plot(periods(time), bottom_end, **BOTTOM_MEMBRANE)
     axes.plot(periods(time), top_end, **TOP_MEMBRANE)
     axes.set_xlim(low, high)
     if moves(portrait):
-        at, x = ball(portrait)
+        at, x = ball(portrait, mass_ratio)
         axes.plot(periods(at), x, **BALL)
-        displacement = capsule(portrait, portrait.time) - portrait.position
+        displacement = capsule(portrait, portrait.time, mass_ratio) - portrait.position
         _impacts(axes, portrait, arrivals(portrait), periods(portrait.time), displacement)
     elif portrait.attractor.outcome is Outcome.REST:
         axes.plot(periods(time), bottom_end, **BALL)
@@ -320,18 +329,36 @@ def periods(time: Floats) -> Floats:
     return time / 2
 
 
-def capsule(portrait: Portrait, time: Floats) -> Floats:
-    """Displacement of the capsule's centre X [x_c] that solves X'' = cos(pi t + phi) without drift."""
-    return np.asarray(-np.cos(np.pi * time + portrait.phase) / np.pi**2)
+def capsule(portrait: Portrait, time: Floats, mass_ratio: float = 0.0) -> Floats:
+    """Displacement of the capsule's centre X [x_c] without drift.
+
+    Parameters
+    ----------
+    portrait : Portrait
+    time : ndarray
+        [t_c].
+    mass_ratio : float
+        mu = m/M of a free capsule, 0 of one whose motion is prescribed.
+
+    Notes
+    -----
+    P'' = cos(pi t + phi) moves a prescribed capsule. Of a free one it moves the centre of mass with the ball,
+    (X + mu x)/(1 + mu) = P/(1 + mu), x = X - Z, which impacts leave alone: X = (P + mu Z)/(1 + mu).
+    """
+    steady = -np.cos(np.pi * time + portrait.phase) / np.pi**2
+    if not mass_ratio:
+        return np.asarray(steady)
+    position = np.interp(time, portrait.time, portrait.position)
+    return np.asarray((steady + mass_ratio * position) / (1 + mass_ratio))
 
 
-def ball(portrait: Portrait) -> DrawnCurve:
+def ball(portrait: Portrait, mass_ratio: float = 0.0) -> DrawnCurve:
     """Time and displacement x = X - Z of the ball [t_c, x_c], on the membrane where it rides."""
     time, position = portrait.time, portrait.position
     for i in rides(portrait)[::-1]:  # from the last one on, so that the others keep their places
         between = even_times(float(time[i]), float(time[i + 1]))
         time, position = np.insert(time, i + 1, between), np.insert(position, i + 1, np.full(len(between), position[i]))
-    return time, capsule(portrait, time) - position
+    return time, capsule(portrait, time, mass_ratio) - position
 
 
 def even_times(start: float, end: float) -> Floats:

@@ -39,7 +39,8 @@ DISPLACED = (
     *((varied, -1) for varied in (DesignInput.AMPLITUDE, DesignInput.CAPSULE_MASS)),
     *((varied, sign) for varied in (DesignInput.INCLINATION, *RESTITUTIONS) for sign in (-1, 1)),
 )
-"""Inputs that are moved, and whither. By d = 4 M s f^2/F and gbar = M g sin(beta)/F all others lie between these."""
+"""Inputs that are moved, and whither. By d = 4 M s f^2/F and gbar = M g sin(beta)/F all others lie between these,
+but for a larger mass of a free capsule, of which gbar has (M + m): that is left to a run."""
 
 BORDER = 1e-9
 """Gap and distance of the trace from its border up to which a motion is not said to be unstable: rounding is far

@@ -117,8 +117,7 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     """
     values = dict(zip(plan.names, cell_values(plan, numbers), strict=True))
     count = len(numbers)
-    # The ball's mass is no number of the device: it counts for the voltage alone.
-    device = plan.device.with_values({name: value for name, value in values.items() if name != "ball_mass_kg"})
+    device = plan.device.with_values(values)
     known = device.groups(Parameter.LENGTH, device.length_m)
     groups = known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), count))
     columns: dict[str, Any] = {**values, "d": groups.d, "gbar": groups.gbar}

@@ -135,7 +135,7 @@ class Sweep:
         low, high = self.coordinate_range
         finest = device.finest(FINEST_GBAR if over_gbar else FINEST_D)
         if not reason and high - low < finest:
-            name = "gbar = M g sin(beta)/F" if over_gbar else "d = s/x_c"
+            name = f"gbar = {device.weighed} g sin(beta)/F" if over_gbar else "d = s/x_c"
             reason = (
                 f"over the sweep {name} only varies from {low:.6g} to {high:.6g}, which rounding does not resolve "
                 f"(allowed: a range of at least {finest:.3g})"

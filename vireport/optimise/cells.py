@@ -9,7 +9,7 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.design import FACTOR_OF, devices_off
+from vireport.design import devices_off, factor_of
 from vireport.gate import Designs, extreme
 from vireport.motions import TRACE_LEVELS, Event, lap_decay
 from vireport.optimise.problem import Problem, objectives
@@ -84,13 +84,14 @@ def corner_slack(problem: Problem, t: Floats, share: float = 1.0) -> Floats:
     """
     designs = problem.designs(t)
     widths = problem.half_widths(designs)
-    factors = sorted({FACTOR_OF[varied] for varied in widths})
+    of_factor = factor_of(designs.device)
+    factors = sorted({of_factor[varied] for varied in widths})
     ends = np.array(list(product((-share, share), repeat=len(factors)))).T if widths else np.empty((0, 0))
     slack = []
     for end in ends.T:
         # Inputs of one factor move d or gbar alike, and the force moves them the other way: the corners are those of
-        # at most four factors instead of six inputs.
-        steps = np.array([end[factors.index(FACTOR_OF[x])] * (-1 if x is DesignInput.AMPLITUDE else 1) for x in widths])
+        # a few factors instead of six inputs.
+        steps = np.array([end[factors.index(of_factor[x])] * (-1 if x is DesignInput.AMPLITUDE else 1) for x in widths])
         corner = replace(designs, device=devices_off(designs.device, widths, np.tile(steps[:, None], len(t))))
         with np.errstate(all="ignore"):
             # One stable motion is enough for a device to work: the best of its motions counts, each by the worse of

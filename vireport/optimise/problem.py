@@ -193,6 +193,7 @@ class Problem:
             changed: dict[str, Any] = {name: column if column.ndim else float(column)}
             if hasattr(device, name):
                 device = device.with_values(changed)
+                membrane = membrane and membrane.of_device(device)
             elif hasattr(membrane, name):
                 membrane = replace(cast(Membrane, membrane), **changed)
             elif membrane is not None and membrane.dielectric is not None:

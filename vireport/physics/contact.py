@@ -105,7 +105,7 @@ def contacts(speed: Floats, membrane: Membrane, restitution: float) -> Contact:
     law = law_of(membrane.exponent, restitution)
     v, power = np.maximum(np.abs(speed), SLOWEST), membrane.exponent + 1
     # In logarithms: (m/K)^(1/(h+1)) over- or underflows for no membrane, but K times a ladder's factors may.
-    inertia = (np.log(membrane.ball_mass_kg) - np.log(membrane.stiffness)) / power
+    inertia = (np.log(membrane.reduced_mass_kg) - np.log(membrane.stiffness)) / power
     duration = law.duration * np.exp(inertia - (power - 2) / power * np.log(v))
     elastic = np.exp(inertia + (np.log(power / 2) + 2 * np.log(v)) / power)
     return Contact(duration, law.depth_ratio * elastic, elastic, law.damping / v)

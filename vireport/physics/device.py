@@ -16,7 +16,7 @@ from typing_extensions import TypeVar
 
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import ARRAYS, UNIT
-from vireport.scenario import DesignInput, Parameter, ScalarInput, Scenario
+from vireport.scenario import CapsuleMotion, DesignInput, Parameter, ScalarInput, Scenario
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
@@ -45,14 +45,16 @@ STANDARD_GRAVITY = 9.80665
 class Shaker:
     """What must drive the capsule: the harmonic motion of a mass M under a force of amplitude F; numbers or arrays.
 
+    A free capsule recoils as well, see `Device.shaker`.
+
     Attributes
     ----------
     acceleration_m_s2 : array_like
-        Amplitude F/M.
+        Amplitude F/M; of a free capsule the largest between impacts, (F + m g sin(beta))/M.
     velocity_m_s : array_like
-        Amplitude F/(M omega).
+        Amplitude F/(M omega), which the recoil is not part of.
     stroke_m : array_like
-        Displacement from end to end, 2 F/(M omega^2).
+        Displacement from end to end, 2 F/(M omega^2); of a free capsule at most, (2 F/omega^2 + m s)/(M + m).
     force_n : array_like
         Amplitude F.
     """
@@ -84,6 +86,22 @@ class Device(Generic[Quantity]):
         s, F, omega/2 pi, beta. Of one device, one of the four may be None where a sweep gives it.
     period_ratio : int
         n, forcing periods per motion, Eq. (3.14).
+    capsule : CapsuleMotion
+        Whether the shaker imposes the capsule's motion, or the force drives it and it recoils from the ball.
+    ball_mass_kg : float or ndarray, or None
+        m; None where it is not given, which a free capsule needs.
+
+    Notes
+    -----
+    On a free capsule an impact changes the velocities of both bodies, and the support carries both weights, so that
+    in the mean the capsule stays where it is. Along the capsule, over F/M and with mu = m/M,
+
+        X'' = cos(pi t + phi) + mu gbar,    x'' = -gbar,    Z'' = X'' - x'' = cos(pi t + phi) + (1 + mu) gbar,
+
+    gbar as with a prescribed motion. At an impact momentum and the law of restitution give Z'+ = -r Z'- and
+    X'+ = X'- - mu (1 + r) Z'-/(1 + mu). So the relative motion is that of a prescribed capsule, with gbar (1 + mu)
+    for gbar: `supported_kg` in place of M. The kinetic energy that an impact takes from both, their momentum being
+    kept, is that of the relative motion, m/(1 + mu) Z'^2 (1 - r^2)/2: see `Membrane.reduced_mass_kg`.
     """
 
     capsule_mass_kg: Quantity
@@ -94,6 +112,8 @@ class Device(Generic[Quantity]):
     frequency_hz: Quantity
     inclination_deg: Quantity
     period_ratio: int = 1
+    capsule: CapsuleMotion = CapsuleMotion.PRESCRIBED
+    ball_mass_kg: Any = None
 
     @staticmethod
     def of(scenario: Scenario) -> Device:
@@ -102,7 +122,13 @@ class Device(Generic[Quantity]):
         bottom, top = (given.pop(varied) for varied in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
         if given[DesignInput.RESTITUTION] is None:
             given[DesignInput.RESTITUTION] = _restitution(bottom, top)
-        return Device(**given, gravity_m_s2=scenario.gravity_m_s2, period_ratio=scenario.period_ratio)
+        return Device(
+            **given,
+            gravity_m_s2=scenario.gravity_m_s2,
+            period_ratio=scenario.period_ratio,
+            capsule=scenario.device.capsule,
+            ball_mass_kg=scenario.device.ball_mass_kg,
+        )
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
         """The four parameters that can be swept, with one of them (an array, say) replaced."""
@@ -118,6 +144,26 @@ class Device(Generic[Quantity]):
         for varied in (varied for varied in RESTITUTIONS if varied in values):
             restitution = _moved(restitution, varied, values[varied])
         return replace(self, restitution=restitution, **others)
+
+    @property
+    def recoils(self) -> bool:
+        """Whether the capsule is free: it feels the ball."""
+        return self.capsule == CapsuleMotion.FREE
+
+    @property
+    def mass_ratio(self) -> Any:
+        """m/M of a capsule that recoils; 0 where its motion is prescribed."""
+        return self.ball_mass_kg / self.capsule_mass_kg if self.recoils else 0.0
+
+    @property
+    def supported_kg(self) -> Any:
+        """Mass of which gravity along the capsule counts in gbar: M, and of a free capsule M + m."""
+        return self.capsule_mass_kg + self.ball_mass_kg if self.recoils else self.capsule_mass_kg
+
+    @property
+    def weighed(self) -> str:
+        """Symbols of `supported_kg`."""
+        return "(M + m)" if self.recoils else "M"
 
     @property
     def alike(self) -> bool:
@@ -142,7 +188,7 @@ class Device(Generic[Quantity]):
     def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> Groups[Any]:
         """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, Eqs. (2.5), (2.6), and r.
 
-        A gbar up to `NO_GRAVITY` is zero.
+        Of a free capsule gbar is (M + m) g sin(beta)/F. A gbar up to `NO_GRAVITY` is zero.
 
         Parameters
         ----------
@@ -155,7 +201,8 @@ class Device(Generic[Quantity]):
         x = {name: ops.exact(number) for name, number in self.at(parameter, value).items()}
         mass, force = ops.exact(self.capsule_mass_kg), x[Parameter.AMPLITUDE]
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
-        gbar = mass * ops.exact(self.gravity_m_s2) * ops.sin_degrees(x[Parameter.INCLINATION]) / force
+        weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
+        gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
         return Groups(d, gbar * (gbar > NO_GRAVITY), each(self.restitution, ops.exact))
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
@@ -165,19 +212,25 @@ class Device(Generic[Quantity]):
         """
         mass = ops.exact(self.capsule_mass_kg)
         if parameter is Parameter.INCLINATION:
-            return ops.arcsin_degrees(gbar * ops.exact(self.amplitude_n) / (mass * ops.exact(self.gravity_m_s2)))
+            weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
+            return ops.arcsin_degrees(gbar * ops.exact(self.amplitude_n) / weight)
         if parameter is Parameter.LENGTH:
             return d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.frequency_hz) ** 2)
         if parameter is Parameter.AMPLITUDE:
             return 4 * mass * ops.exact(self.length_m) * ops.exact(self.frequency_hz) ** 2 / d
         return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
 
+    def _supported(self, ops: Any) -> Any:
+        """`supported_kg` in a kind of number: the sum itself is not rounded."""
+        mass = ops.exact(self.capsule_mass_kg)
+        return mass + ops.exact(self.ball_mass_kg) if self.recoils else mass
+
     def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float, float]:
         """Derivatives of `Groups.numbers` by an input, where all are given; d and gbar are the device's."""
         value = float(self.value_of(varied))
         match varied:
             case DesignInput.INCLINATION:
-                upright = self.capsule_mass_kg * self.gravity_m_s2 / self.amplitude_n
+                upright = self.supported_kg * self.gravity_m_s2 / self.amplitude_n
                 return 0.0, float(upright * cos(radians(value)) * pi / 180), 0.0, 0.0
             case DesignInput.RESTITUTION:
                 return 0.0, 0.0, 1.0, 1.0
@@ -188,7 +241,7 @@ class Device(Generic[Quantity]):
             case DesignInput.AMPLITUDE:
                 return -d / value, -gbar / value, 0.0, 0.0
             case DesignInput.CAPSULE_MASS:
-                return d / value, gbar / value, 0.0, 0.0
+                return d / value, gbar / float(self.supported_kg), 0.0, 0.0
             case DesignInput.FREQUENCY:
                 return 2 * d / value, 0.0, 0.0, 0.0
         return d / value, 0.0, 0.0, 0.0
@@ -199,11 +252,26 @@ class Device(Generic[Quantity]):
         return x[Parameter.AMPLITUDE] / (2 * self.capsule_mass_kg * x[Parameter.FREQUENCY])
 
     def shaker(self, parameter: Parameter, value: Any) -> Shaker:
-        """What must drive the capsule where `parameter` has a value, by M X'' = F cos(omega t + phi), Eq. (2.1)."""
+        """What must drive the capsule where `parameter` has a value, by M X'' = F cos(omega t + phi), Eq. (2.1).
+
+        Notes
+        -----
+        Impacts do not move the centre of mass of ball and free capsule: with P'' = cos(pi t + phi) periodic,
+        X = (P + mu Z)/(1 + mu), and Z stays between the membranes, which are d apart. This bounds the stroke of every
+        motion, and is nearly its value where mu is small.
+        """
         x = self.at(parameter, value)
         force, omega = x[Parameter.AMPLITUDE], 2 * pi * x[Parameter.FREQUENCY]
         acceleration = force / self.capsule_mass_kg
-        return Shaker(acceleration, acceleration / omega, 2 * acceleration / omega**2, force)
+        stroke = 2 * acceleration / omega**2
+        velocity = acceleration / omega
+        if self.recoils:
+            ratio = self.mass_ratio
+            stroke = (stroke + ratio * x[Parameter.LENGTH]) / (1 + ratio)
+            # The rest of the ball's weight that the support carries pushes the free capsule up while the ball flies.
+            sine = ARRAYS.sin_degrees(x[Parameter.INCLINATION])
+            acceleration = acceleration + ratio * self.gravity_m_s2 * sine
+        return Shaker(acceleration, velocity, stroke, force)
 
     @property
     def period_s(self) -> float:
@@ -231,8 +299,8 @@ class Device(Generic[Quantity]):
         if gbar > 0 or self.at(parameter, value)[Parameter.INCLINATION] == 0:
             return ""
         return (
-            f"gbar = M g sin(beta)/F is positive and at most {NO_GRAVITY:g}: gravity is lost in rounding against "
-            "the forcing (allowed: inclination_deg: 0, a larger inclination, or a smaller force)"
+            f"gbar = {self.weighed} g sin(beta)/F is positive and at most {NO_GRAVITY:g}: gravity is lost in rounding "
+            "against the forcing (allowed: inclination_deg: 0, a larger inclination, or a smaller force)"
         )
 
     @property

@@ -5,15 +5,17 @@ SI units throughout. Takes plain arrays, so that analytic motions and simulated 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.numbers import ARRAYS, magnitude
-from vireport.scenario import LARGEST, SMALLEST, MembraneBlock, Scenario
+from vireport.scenario import LARGEST, SMALLEST, CapsuleMotion, MembraneBlock, Scenario
 
 Floats = NDArray[np.float64]
 
@@ -63,6 +65,8 @@ class Membrane:
         m [kg].
     dielectric : Dielectric or None
         None where only voltages are evaluated.
+    free_capsule_kg : float
+        M of a free capsule, whose membranes recoil with it; infinite where its motion is prescribed.
     """
 
     stiffness: float
@@ -72,6 +76,17 @@ class Membrane:
     bias_voltage_v: float
     ball_mass_kg: float
     dielectric: Dielectric | None = None
+    free_capsule_kg: float = inf
+
+    @property
+    def reduced_mass_kg(self) -> float:
+        """m/(1 + m/M), with which the relative motion has its energy: m, where the capsule's motion is prescribed."""
+        return self.ball_mass_kg / (1 + self.ball_mass_kg / self.free_capsule_kg)
+
+    def of_device(self, device: Device[Any]) -> Membrane:
+        """The membrane with the ball of a device that has one, on its capsule."""
+        free = device.capsule_mass_kg if device.recoils else inf
+        return replace(self, ball_mass_kg=device.ball_mass_kg, free_capsule_kg=free)
 
     @staticmethod
     def of(scenario: Scenario) -> Membrane | None:
@@ -87,6 +102,7 @@ class Membrane:
             given.bias_voltage_v,
             mass,
             _dielectric_of(given),
+            scenario.device.capsule_mass_kg if scenario.device.capsule is CapsuleMotion.FREE else inf,
         )
 
 
@@ -101,6 +117,8 @@ def _dielectric_of(given: MembraneBlock) -> Dielectric | None:
 def deflection(speed: Floats, membrane: Membrane) -> Floats:
     """Largest deflection of the membrane [m], where its work K delta^(h+1)/(h+1) equals the ball's energy, Eq. (5.5).
 
+    On a free capsule that is the energy of the relative motion.
+
     Parameters
     ----------
     speed : ndarray
@@ -108,7 +126,7 @@ def deflection(speed: Floats, membrane: Membrane) -> Floats:
     membrane : Membrane
     """
     power = membrane.exponent + 1
-    scale = (power * membrane.ball_mass_kg / (2 * membrane.stiffness)) ** (1 / power)
+    scale = (power * membrane.reduced_mass_kg / (2 * membrane.stiffness)) ** (1 / power)
     return np.asarray(scale * magnitude(speed) ** (2 / power))
 
 
@@ -196,7 +214,7 @@ class Conversion:
     power_mw : array_like
         Mean power: the energy of both impacts over the period of the motion [mW].
     efficiency : array_like
-        The energy of both impacts over the ball's kinetic energy that is lost at them [-].
+        The energy of both impacts over the kinetic energy that is lost at them [-].
     field_v_m : array_like
         Highest electric field in either membrane [V/m].
     """
@@ -296,16 +314,17 @@ def conversion(
     the area of the cycle in the plane of voltage and charge (Koh et al., IEEE/ASME Trans. Mechatronics 16 (2011)
     33-41). The field is highest then, U_imp/k: on the way the thickness grows as 1/A, and the voltage faster. Leakage,
     the circuit's losses and the electrical force on the membrane, which r stands for, are not included. An impact on a
-    membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball.
+    membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball, and one of a free capsule m/(1 + mu) for m from
+    both.
     """
     bias, capacitance = membrane.bias_voltage_v, flat_capacitance(membrane, dielectric)
     bottom, top = (capacitance / 2 * gain * (gain + bias) for gain in gains)
     squares = [speed * speed for speed in speeds]
     if isinstance(restitution, Restitutions):
         shares = [(1 - r) * (1 + r) for r in by_wall(restitution)]
-        spent = membrane.ball_mass_kg / 2 * (shares[0] * squares[0] + shares[1] * squares[1])
+        spent = membrane.reduced_mass_kg / 2 * (shares[0] * squares[0] + shares[1] * squares[1])
     else:
-        lost = membrane.ball_mass_kg * (1 - restitution) * (1 + restitution) / 2
+        lost = membrane.reduced_mass_kg * (1 - restitution) * (1 + restitution) / 2
         spent = lost * (squares[0] + squares[1])
     field = (ops.maximum(*gains) + bias) / dielectric.thickness_m
     return Conversion(bottom, top, 1e3 / period_s * (bottom + top), (bottom + top) / spent, field)
@@ -331,7 +350,7 @@ class Fitting:
 def fitting(membrane: Membrane, deepest_m: float) -> Fitting:
     """Solve (5.5) for what keeps a deflection within the membrane's geometry, the motion as it is.
 
-    By (5.5) delta^(h+1) is proportional to m/K and does not depend on Rc.
+    By (5.5) delta^(h+1) is proportional to m/K, m the reduced mass, and does not depend on Rc.
 
     Parameters
     ----------
@@ -341,5 +360,7 @@ def fitting(membrane: Membrane, deepest_m: float) -> Fitting:
     """
     with np.errstate(over="ignore", under="ignore"):
         factor = float(np.power(deepest_m / membrane.active_radius_m, membrane.exponent + 1)) * (1 + INSIDE)
-    values = membrane.ball_mass_kg / factor, membrane.stiffness * factor, deepest_m * (1 + INSIDE)
+    lighter = membrane.reduced_mass_kg / factor
+    ball = lighter / (1 - lighter / membrane.free_capsule_kg)
+    values = ball, membrane.stiffness * factor, deepest_m * (1 + INSIDE)
     return Fitting(*(value if SMALLEST <= value <= LARGEST else None for value in values))

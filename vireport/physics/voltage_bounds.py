@@ -47,7 +47,7 @@ def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
     power, value = membrane.exponent + 1, speed.value
     share = speed.error / value
     delta, volts = deflection(value, membrane), generated_voltage(value, membrane)
-    base = abs(np.log(power * membrane.ball_mass_kg / (2 * membrane.stiffness)))
+    base = abs(np.log(power * membrane.reduced_mass_kg / (2 * membrane.stiffness)))
     relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(value > 0, value, 1.0))))
     relative = relative + (base + 4) * UNIT / power + 6 * UNIT
     elasticity = np.abs(generated_voltage(value * (1 + GENTLE), membrane) / volts - 1) / GENTLE * power / 2

@@ -133,6 +133,13 @@ class MembraneBlock(Block):
     )
 
 
+class CapsuleMotion(StrEnum):
+    """What moves the capsule, and whether it feels the ball."""
+
+    PRESCRIBED = "prescribed"
+    FREE = "free"
+
+
 class DeviceBlock(Block):
     """The capsule, the ball in it, and the membranes that close it."""
 
@@ -142,8 +149,16 @@ class DeviceBlock(Block):
         "Ball mass",
         "kg",
         "Mass m of the ball; smaller than capsule_mass_kg. Energy and voltage are evaluated where it is given, and "
-        "left out where it is not.",
+        "left out where it is not. Needed where the capsule is free.",
         example=0.0041,
+    )
+    capsule: CapsuleMotion = _key(
+        CapsuleMotion.PRESCRIBED,
+        "Capsule",
+        "",
+        "Whether the shaker imposes the capsule's motion (prescribed), or the force drives it and it recoils from the "
+        "ball (free).",
+        strict=False,
     )
     restitution: float | None = _restitution(
         "Restitution",

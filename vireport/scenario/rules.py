@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 from vireport.scenario.blocks import (
     DEMANDS,
     AxisPath,
+    CapsuleMotion,
     DesignPath,
     Direction,
     LimitKind,
@@ -221,6 +222,9 @@ def _masses(tree: _Tree) -> Iterator[Finding]:
     if isinstance(tree.at("device.membrane"), dict) and tree.at("device.ball_mass_kg") is None:
         needs = "ball_mass_kg is required where energy is evaluated (give it in device, or delete this block)"
         yield _rule("device.membrane", needs)
+    if tree.at("device.capsule") == CapsuleMotion.FREE and tree.absent("device.ball_mass_kg"):
+        needs = "a free capsule recoils from the ball, whose mass is not given (give ball_mass_kg, or prescribed)"
+        yield _rule("device.capsule", needs)
 
 
 def _radii(tree: _Tree) -> Iterator[Finding]:

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vireport.scenario.blocks import Need, Scenario, percent_key
+from vireport.scenario.blocks import CapsuleMotion, Need, Scenario, percent_key
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.rules import (
     DIELECTRIC,
@@ -26,16 +26,22 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 # What a reader looks for first.
 _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
 
-# A membrane has no use, and so is a slip, where the ball's mass is not given.
-_MEMBRANE_NEEDS_BALL = {
-    "if": {
-        "required": ["device"],
-        "properties": {"device": {"required": ["membrane"], "properties": {"membrane": {"type": "object"}}}},
-    },
-    "then": {
-        "properties": {"device": {"required": ["ball_mass_kg"], "properties": {"ball_mass_kg": {"type": "number"}}}}
-    },
-}
+
+def _needs_ball(key: str, given: dict[str, Any]) -> dict[str, Any]:
+    """That the ball's mass is given where a key of the device is so."""
+    return {
+        "if": {
+            "required": ["device"],
+            "properties": {"device": {"required": [key], "properties": {key: given}}},
+        },
+        "then": {
+            "properties": {"device": {"required": ["ball_mass_kg"], "properties": {"ball_mass_kg": {"type": "number"}}}}
+        },
+    }
+
+
+# A membrane has no use, and so is a slip, where the ball's mass is not given; a free capsule recoils from it.
+_NEED_BALL = _needs_ball("membrane", {"type": "object"}), _needs_ball("capsule", {"const": CapsuleMotion.FREE.value})
 
 
 # One restitution of both membranes, or one of each.
@@ -84,7 +90,7 @@ def schema() -> dict[str, Any]:
         *map(_required_unless_swept, Parameter),
         *map(_limits_of_sweep, Parameter),
         _RESTITUTIONS,
-        _MEMBRANE_NEEDS_BALL,
+        *_NEED_BALL,
         _all_or_none("device.membrane", DIELECTRIC),
         _SOME_TOLERANCE,
         *_requirements(),
