@@ -9,17 +9,17 @@ until they do.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import atan2, cos, degrees, pi, sin
+from dataclasses import dataclass, replace
+from math import atan2, cos, degrees, hypot, pi, sin
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design.lines import Line, along, ends_along, mirrored
+from vireport.design.lines import Followed, Line, along, ends_along, mirrored, stable_ones
 from vireport.design.margins import HARMONICS, Margin, normal_of, solved_end
-from vireport.motions import Curve, Event, Motion, Motions, in_decimals, motion_at
+from vireport.motions import Curve, Event, Motion, Motions, in_decimals
 from vireport.physics import FLOATS, Device, Groups, Harmonic
 
 Floats = NDArray[np.float64]
@@ -99,8 +99,8 @@ class Ray:
 
     @property
     def horizontal(self) -> bool:
-        """Whether motions have mirror images: only odd harmonics change their sign after half a period."""
-        return bool(self.origin.gbar == 0) and self.origin.alike and self.order % 2 == 1
+        """Whether motions have mirror images."""
+        return bool(self.origin.gbar == 0) and self.at((1.0,)).symmetric
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a share."""
@@ -135,14 +135,39 @@ def distortions(device: Device, motions: Motions, nearest: Margin | None = None)
     nearest : Margin, optional
         To an end of stable motion: the harmonic that brings this end to the design point is tried first.
     """
-    flat, n = mirrored(device), device.period_ratio
-    own = [int(row) for row in np.flatnonzero(motions.stable) if not (flat and motions.u[row] < 0)]
-    followed = [(motion_at(motions, row, n), flat and not motions.u[row]) for row in own]
+    flat = mirrored(device)
+    followed = [own for own in stable_ones(device, motions) if not flat or own.u >= 0]
     return tuple(
-        _least(order, [_Border(device, motion, symmetric, order) for motion, symmetric in followed], nearest)
+        _least(order, [_Border(device, motion, flat and u == 0, order) for motion, u in followed], nearest)
         for order in ORDERS
         if followed
     )
+
+
+def with_harmonic(device: Device, motions: Motions, harmonic: Harmonic) -> tuple[Device, list[Followed]]:
+    """A device with a harmonic of its force, and those stable motions that are left of the ones without it.
+
+    Parameters
+    ----------
+    device : Device
+        All inputs given; its force is a sine.
+    motions : Motions
+        Of the device.
+    harmonic : Harmonic
+    """
+    distorted = replace(device, harmonics=(harmonic,))
+    share, phase = hypot(harmonic.cosine, harmonic.sine), atan2(-harmonic.sine, harmonic.cosine)
+    left = []
+    for motion, u in stable_ones(device, motions):
+        curve = Curve(motion.word, Ray.of(device, harmonic.order, phase, FLOATS), -LARGEST, share, 1.0)
+        symmetric = mirrored(distorted) and u == 0
+        *_, (event, x, symmetric, _) = ends_along(curve, motion, 1.0, symmetric)
+        if event is Event.SWEEP_END:
+            # What is followed from there begins where its own coordinate is zero.
+            left.append(
+                Followed(curve.motion(x), 0.0 if symmetric else (x[3] - x[2]) / (2 * device.period_ratio) - 0.5)
+            )
+    return distorted, left
 
 
 def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:

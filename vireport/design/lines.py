@@ -11,13 +11,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from math import inf, log
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions import Curve, Event, Limits, Motion, Motions, PathPoint, follow, motion_at, neighbours, off
-from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, RESTITUTIONS, Device, Groups, by_wall, each
+from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, RESTITUTIONS, Device, Groups, Restitutions, by_wall, each
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -84,48 +84,43 @@ class AlongLine:
     @property
     def horizontal(self) -> bool:
         """Whether motions have mirror images everywhere on the line: no gravity along the capsule, and equal ends."""
-        return bool(self.origin.gbar == 0) and self.origin.alike and self.line.keeps_symmetry
+        return bool(self.origin.gbar == 0) and self.origin.symmetric and self.line.keeps_symmetry
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
-        (position,), (d, gbar, r, _) = varied, self.origin
+        (position,), (d, gbar, r, _), origin = varied, self.origin, self.origin
         match self.line:
             case Line.LENGTHS:
-                return Groups(d * self.ops.exp(position), gbar, r)
+                return origin._replace(d=d * self.ops.exp(position))
             case Line.FORCES:
                 grown = self.ops.exp(position)
-                return Groups(d * grown, gbar * grown, r)
+                return origin._replace(d=d * grown, gbar=gbar * grown)
             case Line.MASSES:
                 grown = self.ops.exp(position)
-                return Groups(d * grown, gbar * (1 + self.capsule_share * (grown - 1)), r)
+                return origin._replace(d=d * grown, gbar=gbar * (1 + self.capsule_share * (grown - 1)))
             case Line.GRAVITY:
-                return Groups(d, gbar + position, r)
+                return origin._replace(gbar=gbar + position)
             case Line.RESTITUTION:
-                return Groups(d, gbar, each(r, lambda own: own + position))
+                return origin._replace(restitution=each(r, lambda own: own + position))
         bottom, top = by_wall(r)
         if self.line is Line.RESTITUTION_BOTTOM:
-            return Groups.of(d, gbar, bottom + position, top)
-        return Groups.of(d, gbar, bottom, top + position)
+            return origin._replace(restitution=Restitutions(bottom + position, top))
+        return origin._replace(restitution=Restitutions(bottom, top + position))
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives of `Groups.numbers` by the position, shape (4, 1)."""
+        """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics."""
         d, gbar, *_ = self.at(varied)
-        match self.line:
-            case Line.LENGTHS:
-                return np.array([[d], [0.0], [0.0], [0.0]])
-            case Line.FORCES:
-                return np.array([[d], [gbar], [0.0], [0.0]])
-            case Line.MASSES:
-                by_capsule = self.capsule_share * self.origin.gbar * self.ops.exp(varied[0])
-                return np.array([[d], [by_capsule], [0.0], [0.0]])
-            case Line.GRAVITY:
-                return np.array([[0.0], [1.0], [0.0], [0.0]])
-            case Line.RESTITUTION:
-                return np.array([[0.0], [0.0], [1.0], [1.0]])
-            case Line.RESTITUTION_BOTTOM:
-                return np.array([[0.0], [0.0], [1.0], [0.0]])
-            case Line.RESTITUTION_TOP:
-                return np.array([[0.0], [0.0], [0.0], [1.0]])
+        by_capsule = self.capsule_share * self.origin.gbar * self.ops.exp(varied[0])
+        slopes = {
+            Line.LENGTHS: (d, 0.0, 0.0, 0.0),
+            Line.FORCES: (d, gbar, 0.0, 0.0),
+            Line.MASSES: (d, by_capsule, 0.0, 0.0),
+            Line.GRAVITY: (0.0, 1.0, 0.0, 0.0),
+            Line.RESTITUTION: (0.0, 0.0, 1.0, 1.0),
+            Line.RESTITUTION_BOTTOM: (0.0, 0.0, 1.0, 0.0),
+            Line.RESTITUTION_TOP: (0.0, 0.0, 0.0, 1.0),
+        }
+        return np.array([*slopes[self.line], *[0.0] * 2 * len(self.origin.harmonics)])[:, None]
 
 
 def along(line: Line, device: Device, ops: Any) -> AlongLine:
@@ -209,11 +204,27 @@ class Ending:
 
 def mirrored(device: Device) -> bool:
     """Whether the motions have mirror images."""
-    return bool(device.inclination_deg == 0 and device.period_ratio % 2 == 1 and device.alike)
+    level = device.inclination_deg == 0 and device.period_ratio % 2 == 1
+    return bool(level and device.alike and all(own.order % 2 for own in device.harmonics))
 
 
-def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequence[float]) -> Iterator[Ending]:
-    """Follow the stable motions of a design point along lines until each stops being stable or admissible.
+class Followed(NamedTuple):
+    """A stable motion that is followed, and its q - 1/2, which is zero where it is its own mirror image."""
+
+    motion: Motion
+    u: float
+
+
+def stable_ones(device: Device, motions: Motions) -> list[Followed]:
+    """The stable motions among those of a device."""
+    n = device.period_ratio
+    return [Followed(motion_at(motions, int(row), n), float(motions.u[row])) for row in np.flatnonzero(motions.stable)]
+
+
+def endings(
+    device: Device, followed: Sequence[Followed], lines: Sequence[Line], signs: Sequence[float]
+) -> Iterator[Ending]:
+    """Follow stable motions of a device along lines until each stops being stable or admissible.
 
     A motion of a horizontal capsule ends at a pitchfork. Where another takes over its stability there, that one is
     followed on, to where stable motion ends altogether.
@@ -222,26 +233,25 @@ def endings(device: Device, motions: Motions, lines: Sequence[Line], signs: Sequ
     ----------
     device : Device
         All inputs given.
-    motions : Motions
-        At the design point.
+    followed : sequence of Followed
+        Motions of the device.
     lines : sequence of Line
     signs : sequence of float
         Directions of the position on them.
     """
     d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    for row in np.flatnonzero(motions.stable):
+    for motion, u in followed:
         for line, inputs in _inputs_along(lines, device, gbar).items():
             low, high = extent(line, device, d, gbar)
             # Gravity breaks the symmetry, and so does the restitution of one membrane: along such a line a motion and
             # its mirror image part, and both are followed.
             flat = mirrored(device) and line.keeps_symmetry
-            if flat and motions.u[row] < 0:
+            if flat and u < 0:
                 continue  # the mirror image of another
-            motion = motion_at(motions, int(row), device.period_ratio)
             curve = Curve(motion.word, along(line, device, FLOATS), low, high, 1.0)
             for sign in signs:
                 if (low if sign < 0 else high) != 0:
-                    ends = ends_along(curve, motion, sign, flat and bool(motions.u[row] == 0))
+                    ends = ends_along(curve, motion, sign, flat and u == 0)
                     yield from (Ending(line, inputs, *end) for end in ends)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design.lines import LINES, Ending, Line, along, endings, mirrored, value_at
+from vireport.design.lines import LINES, Ending, Followed, Line, along, endings, mirrored, stable_ones, value_at
 from vireport.motions import (
     DECIMALS,
     Condition,
@@ -167,9 +167,16 @@ def margins_of(
     signs : tuple of float
         Directions of the position on them.
     """
+    return margins_from(device, stable_ones(device, motions), lines, signs)
+
+
+def margins_from(
+    device: Device, followed: Sequence[Followed], lines: Sequence[Line], signs: tuple[float, ...]
+) -> Margins:
+    """Find where stable motions of a device end; see `margins_of`, where they are all of them."""
     margins: list[Margin] = []
     unresolved: list[DesignInput] = []
-    for end in endings(device, motions, lines, signs):
+    for end in endings(device, followed, lines, signs):
         if end.event is Event.LOST:
             unresolved += end.inputs
         elif end.event is not Event.SWEEP_END:
@@ -361,7 +368,7 @@ def _derivatives(
     # Where inputs overlap, the other moves the value itself as well.
     derivatives = {name: (-slope / own if own else inf) + carried(varied, name) for name, slope in slopes.items()}
     by_harmonics = {}
-    for harmonic, parts in zip(HARMONICS, normal[4:].reshape(-1, 2), strict=True):
+    for harmonic, parts in zip(device.harmonics or HARMONICS, normal[4:].reshape(-1, 2), strict=True):
         cosine, sine = (float(-part / own) if own else inf for part in parts)
         by_harmonics[harmonic.order] = (cosine, sine) if np.isfinite([cosine, sine]).all() else None
     return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}, by_harmonics

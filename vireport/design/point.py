@@ -31,7 +31,6 @@ from vireport.physics import (
     NO_GRAVITY,
     Conversion,
     Device,
-    Groups,
     Voltages,
 )
 from vireport.scenario import DesignInput, Parameter, ScalarInput
@@ -228,8 +227,9 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
     """
     sweep = around_length(device)
     n, level = device.period_ratio, sweep.level
-    d, gbar, r, _ = device.groups(Parameter.LENGTH, device.length_m)
-    guesses = find_motions(Groups(np.array([d]), np.array([gbar]), r), n)
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    d, gbar, r, _ = groups
+    guesses = find_motions(groups._replace(d=np.array([d]), gbar=np.array([gbar])), n)
     rows = []
     for k, gap in enumerate(guesses.wall_gap):
         orbit = guesses.orbit.select([k])

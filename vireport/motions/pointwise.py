@@ -122,6 +122,8 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     n : int
         Forcing periods per motion, the same for all.
     """
+    if groups.harmonics:
+        raise ValueError("the closed form is of a force that is a sine")
     d, gbar, r, _ = groups
     of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
     every = np.arange(len(d))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypeVar
 
+from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import ARRAYS, UNIT
 from vireport.scenario import CapsuleMotion, DesignInput, Parameter, ScalarInput, Scenario
@@ -90,6 +91,8 @@ class Device(Generic[Quantity]):
         Whether the shaker imposes the capsule's motion, or the force drives it and it recoils from the ball.
     ball_mass_kg : float or ndarray, or None
         m; None where it is not given, which a free capsule needs.
+    harmonics : tuple of Harmonic
+        Of the force, none of a sine.
 
     Notes
     -----
@@ -114,6 +117,7 @@ class Device(Generic[Quantity]):
     period_ratio: int = 1
     capsule: CapsuleMotion = CapsuleMotion.PRESCRIBED
     ball_mass_kg: Any = None
+    harmonics: tuple[Harmonic, ...] = ()
 
     @staticmethod
     def of(scenario: Scenario) -> Device:
@@ -203,7 +207,8 @@ class Device(Generic[Quantity]):
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
         weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
         gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
-        return Groups(d, gbar * (gbar > NO_GRAVITY), each(self.restitution, ops.exact))
+        harmonics = tuple(Harmonic(own.order, ops.exact(own.cosine), ops.exact(own.sine)) for own in self.harmonics)
+        return Groups(d, gbar * (gbar > NO_GRAVITY), each(self.restitution, ops.exact), harmonics)
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
         """The value of `parameter` that gives the groups, the other three parameters as they are.

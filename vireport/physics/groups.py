@@ -89,6 +89,14 @@ class Groups(NamedTuple, Generic[Number]):
         """Whether the membranes are alike: a horizontal capsule is then its own mirror image."""
         return not isinstance(self.restitution, Restitutions)
 
+    @property
+    def symmetric(self) -> bool:
+        """Whether without gravity the device is its own mirror image, half a forcing period later.
+
+        The membranes are alike then, and the harmonics odd, as the sine is: they change their sign in half a period.
+        """
+        return self.alike and all(own.order % 2 for own in self.harmonics)
+
     @staticmethod
     def of(d: Any, gbar: Any, bottom: Any, top: Any) -> Groups[Any]:
         """The groups of a sine's `numbers`, whether or not the membranes are alike."""
