@@ -41,9 +41,11 @@ class Plane:
         self.groups, self.order = groups, order
 
     def at(self, varied):
+        """The groups with a cosine and a sine."""
         return self.groups._replace(harmonics=(Harmonic(self.order, *varied),))
 
     def slopes(self, varied):
+        """Derivatives of their numbers by these."""
         return np.vstack([np.zeros((4, 2)), np.eye(2)])
 
 
@@ -98,11 +100,10 @@ def main() -> None:
                 "peer_percent": [100 * share for share in shares if np.isfinite(share)],
             }
         )  # fmt: skip
+        pairs = zip(known, shares, strict=True)
         print(
-            f"{name:<16} {1e3 * ours:5.1f} ms beside {1e3 * margins_ms:5.1f} ms of margins; SLSQP {1e3 * peer:5.1f} ms: "
-            + ", ".join(
-                f"{100 * share:.6g} against {100 * x.share:.6g} %" for x, share in zip(known, shares, strict=True)
-            )
+            f"{name:<16} {1e3 * ours:5.1f} ms, margins {1e3 * margins_ms:5.1f} ms; SLSQP {1e3 * peer:5.1f} ms: "
+            + ", ".join(f"{100 * share:.6g} against {100 * x.share:.6g} %" for x, share in pairs)
         )
     record("distortion", distortion=rows)
 

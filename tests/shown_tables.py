@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import ceil, floor, log, log10, pi, sqrt
+from math import ceil, floor, inf, log, log10, pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SWEPT, SYMBOLS, Device, contact_time, device_of, mean
@@ -74,7 +74,7 @@ class Results:
         ]
         h, stiffness = device.membrane["exponent"], device.membrane["stiffness"]
         unit, ends = (
-            (device.ball_mass_kg / stiffness) ** (1 / (h + 1)),
+            (device.reduced_kg / stiffness) ** (1 / (h + 1)),
             (device.restitution_bottom, device.restitution_top),
         )
         return max(
@@ -419,6 +419,48 @@ def distortions(x: Results) -> list[Row]:
         }
         for found in x.design["distortion"]
     ]
+
+
+def shifted_ends(x: Results) -> list[Row]:
+    """Of the nearest end of stable motion: where it is found, by how much it has moved, and how far it then is."""
+    of = x.data["effects"]
+    if not of["rows"]:
+        return []
+    parameter, end = of["parameter"], of["sweep_value"]
+    unit, rows = SYMBOLS[parameter][2], []
+    for shift in of["rows"]:
+        value = shift["sweep_value"]
+        moved = value is not None
+        left = "no end" if shift["stable"] else "no stable motion"
+        rows.append(
+            {
+                "With": effect_of(x, shift),
+                "end at": Amount(value, unit, 5) if moved else "—",
+                "moved by": Amount(value - end, unit, 3) if moved else "—",
+                "moved by 2": Amount(100 * (value / end - 1), "%", 3) if moved else "—",
+                "margin left": Amount(100 * margin_left(x, shift), "%", 2) if moved else left,
+            }
+        )
+    return rows
+
+
+def margin_left(x: Results, shift: dict[str, Any]) -> float:
+    """How far the design is from an end that has moved, on the side on which it was."""
+    of, value = x.data["effects"], shift["sweep_value"]
+    if value is None:
+        return inf if shift["stable"] else -inf
+    at = own = getattr(x.device, of["parameter"])
+    if shift["effect"] == of["parameter"]:  # the design is moved itself
+        own *= 1 + shift["change"]
+    return (1 - value / own) if of["sweep_value"] < at else (value / own - 1)
+
+
+def effect_of(x: Results, shift: dict[str, Any]) -> str:
+    other = "Capsule prescribed instead of free" if x.device.free else "Capsule free instead of prescribed"
+    names = {"membrane_stiffness": "The membranes' own stiffness", "capsule": other}
+    for membrane in ("bottom", "top"):
+        names[f"restitution_{membrane}"] = f"Restitution at the {membrane} −5 %"
+    return names[shift["effect"]]
 
 
 def motions_at_design(x: Results) -> list[Row]:
@@ -1047,6 +1089,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Stable ranges around the design point, one input varied at a time": ranges_around,
     "Critical points around the design point, nearest first": margins,
     "Distortion of the force that ends stable motion": distortions,
+    "Where the nearest end of stable motion would be": shifted_ends,
     "1:1 motions at the design point": motions_at_design,
     "Voltages of the stable motions": voltages,
     "How Uave depends on the ball mass: .*": mass_effects,
@@ -1238,12 +1281,40 @@ def _of_stable(x: Results) -> Iterator[Said]:
             )  # fmt: skip
         else:
             yield Said(f"), {{}} away in {quantity} by the model of rigid impacts; with the membranes'", share)
+    yield from _effects(x)
     yield from _compliant(x)
     if not x.sweep:
         nearest = x.ending[0]["parameter"]
         ordered = sorted(x.design["stable_range"], key=lambda part: part["parameter"] != nearest)
         for part in ordered:
             yield inequality(x, part, part["parameter"])
+
+
+def _effects(x: Results) -> Iterator[Said]:
+    of = x.data["effects"]
+    if not of["rows"]:
+        yield Said(f"Not told: {of['reason']}.")
+        return
+    parameter, end = of["parameter"], of["sweep_value"]
+    quantity, at = SYMBOLS[parameter][0], getattr(x.device, parameter)
+    share = percentage(abs(end / at - 1))
+    where = in_input(parameter, end, min(5, digits_of(x, parameter, end, 5)))
+    name = f"{WORDS_OF[of['kind']]} {of['label']}".strip()
+    yield Said(f"The nearest end of stable motion is {name} in {quantity}, at {{}}, {{}} away.", where, share)
+
+    worst = min(of["rows"], key=lambda shift: margin_left(x, shift))
+    room = margin_left(x, worst)
+    if 0 < room < inf:
+        yield Said(f"How far would it move? {effect_of(x, worst)}: {{}} left", percentage(room))
+    else:
+        yield Said(f"How far would it move? {'✗' if room < 0 else ''}{effect_of(x, worst)}: ")
+    if worst["sweep_value"] is not None:
+        moved = worst["sweep_value"] / end - 1
+        sign = "+" if moved > 0 else "−" if moved < 0 else ""
+        yield Said(
+            f"leaves out: the end of stable motion moves by {sign}{{}} in {quantity}; without it, {{}} are left",
+            percentage(abs(moved)), share,
+        )  # fmt: skip
 
 
 def _margin(x: Results, end: dict[str, Any]) -> tuple[str, list[Amount | str]]:

@@ -14,6 +14,7 @@ from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
 
+from vireport.design import LeftOut
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
@@ -154,6 +155,12 @@ def compliant(**changed: object) -> Evidence:
     usual = {"motion": thing(stable=True, contact_share=0.025), "absence": None, "margin_gone": False, "ends": (end,)}
     usual |= {"swept_ends": (end, end) if changed.pop("two", False) else (end,), "end_of": lambda *_: end}
     return Evidence(solved("inclined"), own_stiffness=thing(**usual | changed))
+
+
+def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
+    """A shift of the nearest end by something that the model leaves out."""
+    given = {"left": 0.01, "stable": True, "relative": 0.04} | of
+    return thing(effect=thing(left_out=LeftOut[left_out], size=-0.05), **given)
 
 
 def film(**given: float) -> dict[str, float]:
@@ -996,6 +1003,29 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         "summary",
         points(point("B1", beyond=("d",)), point("C1", beyond=("q",))),
         "stated for it; error bounds stated for other numbers are not proved for B1 (d), C1 (q).",
+    ),
+    ("effects", "effect", (shift("RESTITUTION_BOTTOM"), False), "restitution at the bottom −5 %"),
+    ("effects", "effect", (shift("RESTITUTION_TOP"), False), "restitution at the top −5 %"),
+    ("effects", "effect", (shift("CAPSULE"), False), "capsule free instead of prescribed"),
+    ("effects", "effect", (shift("CAPSULE"), True), "capsule prescribed instead of free"),
+    ("effects", "effect", (shift("STIFFNESS"), True), "the membranes' own stiffness"),
+    ("effects", "left", (shift(left=-0.0317),), "−3.2"),
+    ("effects", "left", (shift(left=None),), "no end"),
+    ("effects", "left", (shift(left=None, stable=False),), "no stable motion"),
+    ("effects", "answer", (shift("CAPSULE", left=0.0324), False), "Capsule free instead of prescribed: 3.2 % left"),
+    ("effects", "answer", (shift(left=None), False), "Restitution at the bottom −5 %: no end"),
+    ("effects", "answer", (shift(left=-0.1, stable=False), False), "Restitution at the bottom −5 %: not stable"),
+    (
+        "effects",
+        "detail",
+        (shift(relative=0.0391), thing(end=thing(parameter=Parameter.FREQUENCY, relative=-0.0472))),
+        "the end of stable motion moves by +3.9 % in frequency; without it, 4.7 % are left",
+    ),
+    (
+        "effects",
+        "detail",
+        (shift(relative=None), thing(end=thing(parameter=Parameter.FREQUENCY, relative=-0.0472))),
+        "the end of stable motion is not found in frequency; without it, 4.7 % are left",
     ),
     ("compliant", "head", ("critical",), "critical point"),
     ("compliant", "head", ("critical", "B1"), "B1"),

@@ -3,6 +3,7 @@
 from vireport.design import margins
 from vireport.design.devices import devices_off, factor_of, region_of
 from vireport.design.distortion import Distortion
+from vireport.design.effects import Effect, LeftOut, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.lines import HIGHEST_RESTITUTION, mirrored, reach
 from vireport.design.margins import Margin
@@ -17,12 +18,17 @@ __all__ = [
     "SMALLEST_LOSS",
     "DesignPoint",
     "Distortion",
+    "Effect",
     "Failure",
     "FollowedMotion",
+    "LeftOut",
     "Margin",
+    "Shift",
+    "Shifts",
     "Solution",
     "StableInterval",
     "Tolerances",
+    "Unmoved",
     "around_length",
     "assess_tolerances",
     "contact_share",
@@ -40,6 +46,8 @@ __all__ = [
     "region_of",
     "restitution_effect",
     "sample_steps",
+    "shift_to",
+    "shifts",
     "solution_of",
     "stable_motion",
     "stable_ranges",

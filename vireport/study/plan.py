@@ -37,6 +37,7 @@ class Task(StrEnum):
     SYMMETRIC = "symmetric", "the symmetric family"
     CRITICAL = "critical", "critical points and Table 1"
     DESIGN = "design", "the motions at the design point and their margins"
+    EFFECTS = "effects", "how far the nearest end of stable motion would move by what the model leaves out"
     ENERGY = "energy", "voltages"
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
@@ -237,6 +238,7 @@ STEPS = (
     DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD), "the capsule is horizontal"),
     DeclaredStep(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
+    DeclaredStep(Task.EFFECTS, (DESIGN, OUTPUT), "the design point is given"),
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),

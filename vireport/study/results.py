@@ -52,7 +52,7 @@ from vireport.text import inert_cell
 if TYPE_CHECKING:
     from vireport.attraction import Proved, Trap
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
-    from vireport.design import Failure, FollowedMotion, Tolerances
+    from vireport.design import Failure, FollowedMotion, Shifts, Tolerances
     from vireport.disturbances import Disturbances, Window
     from vireport.motions import Atlas, Family, Mark
     from vireport.shocks import AttractingMotion, AttractingMotions, Basins, Withstood
@@ -491,6 +491,33 @@ def _jitter(found: Withstood) -> dict[str, Any] | None:
         "valid_up_to_m_s": _finite(found.valid_up_to_m_s),
         "valid_up_to_restitution": _finite(found.valid_up_to_restitution),
         "reason": found.jitter_unknown or None,
+    }
+
+
+def effects_data(found: Shifts) -> dict[str, Any]:
+    """Where the nearest end of stable motion would be with what the model leaves out."""
+    end = found.end
+    return {
+        "parameter": end and end.parameter,
+        "label": end and end.label,
+        "kind": end and end.event,
+        "sweep_value": end and end.sweep_value,
+        "relative": end and end.relative,
+        "reason": found.absence,
+        "rows": [
+            {
+                "effect": shift.effect.left_out,
+                "change": shift.effect.size or None,
+                "sweep_value": shift.value,
+                "kind": shift.event,
+                "moved": shift.moved,
+                "moved_relative": shift.relative,
+                "margin_left": shift.left,
+                "stable": shift.stable,
+                "reason": shift.absence,
+            }
+            for shift in found.rows
+        ],
     }
 
 

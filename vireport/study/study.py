@@ -12,7 +12,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vireport.base import Progress, UsageError
-from vireport.design import Solution, assess_tolerances, prove_again, region_of, solution_of
+from vireport.design import (
+    Effect,
+    LeftOut,
+    Shift,
+    Shifts,
+    Solution,
+    Unmoved,
+    assess_tolerances,
+    prove_again,
+    region_of,
+    shift_to,
+    shifts,
+    solution_of,
+)
 from vireport.gate import (
     LONG_CONTACT,
     Alert,
@@ -51,6 +64,7 @@ from vireport.study.results import (
     SCHEMA_VERSION,
     branch_rows,
     disturbances_data,
+    effects_data,
     family_motions,
     json_bytes,
     simulation_data,
@@ -113,6 +127,8 @@ class Study:
         The stable motions of the design point, of any word, beside one another.
     basins : Basins or None
         Which impacts on the bottom membrane lead to which motion at the design point.
+    effects : Shifts or None
+        How far the nearest end of stable motion would move by what the model leaves out.
     proved : Proved or None
         What is proved of them: that they are reached from rest, and which shocks they survive.
     """
@@ -132,6 +148,7 @@ class Study:
     withstood: Withstood | None = None
     attracting: AttractingMotions | None = None
     basins: Basins | None = None
+    effects: Shifts | None = None
     proved: Proved | None = None
 
     @property
@@ -200,6 +217,7 @@ class Study:
             **_motions_data(self.atlas, solution.membrane, shown),
             **_accuracy_data(self.work, self.compliance),
             "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
+            "effects": self.effects and effects_data(self.effects),
             "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
@@ -326,6 +344,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = _with_accuracy(study, scenario.accuracy, progress)
     if steps.runs(Task.OWN_STIFFNESS):
         study = _with_own_stiffness(study)
+    if steps.runs(Task.EFFECTS):
+        study = _with_effects(study)
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
@@ -412,6 +432,24 @@ def _with_own_stiffness(study: Study) -> Study:
     from vireport.compliant import own_stiffness
 
     return replace(study, own_stiffness=own_stiffness(study.solution))
+
+
+def _with_effects(study: Study) -> Study:
+    """Add how far the nearest end would move, by the membranes' own stiffness as well where that is known."""
+    design, own = study.solution.design, study.own_stiffness
+    if design is None:
+        return study
+    found = shifts(study.solution.device, design)
+    at = own.end_of(found.end.parameter, found.end.point) if own is not None and found.end is not None else None
+    if own is None or at is None or found.end is None:
+        return replace(study, effects=found)
+    effect, end = Effect(LeftOut.STIFFNESS), found.end
+    if at.compliant is not None:
+        value = float(study.solution.device.value_of(end.parameter))
+        found = replace(found, rows=(*found.rows, shift_to(effect, end, at.compliant, end.event, value)))
+    elif own.margin_gone:
+        found = replace(found, rows=(*found.rows, Shift(effect, absence=Unmoved.NOT_STABLE)))
+    return replace(study, effects=found)
 
 
 def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:

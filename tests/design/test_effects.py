@@ -1,0 +1,121 @@
+"""How far the nearest end of stable motion moves by what the model leaves out, against devices that have it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from vireport import analyse, load
+from vireport.design import Effect, LeftOut, Shift, Unmoved, design_point, shifts
+from vireport.motions import Event, Sweep, solve
+from vireport.physics import Device, Restitutions
+from vireport.scenario import CapsuleMotion, DesignInput, Parameter
+
+PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0, ball_mass_kg=0.0041)
+FREE = replace(PAPER, capsule=CapsuleMotion.FREE)
+
+
+def of(device: Device, *effects: Effect) -> dict[LeftOut, Shift]:
+    found = shifts(device, design_point(device, None), *([effects] if effects else []))
+    return {shift.effect.left_out: shift for shift in found.rows}
+
+
+def doubling(device: Device) -> float:
+    points = solve(Sweep(device, Parameter.FREQUENCY, 1.5, 2.4)).critical_points
+    return next(point.sweep_value for point in points if point.event is Event.PERIOD_DOUBLING)
+
+
+def test_the_papers_device_has_the_shifts_that_were_derived_apart_from_this() -> None:
+    """By another method, in 45 digits: B1 in frequency, and what is left of the 4.7 % to it."""
+    found = of(PAPER)
+    expected = {
+        LeftOut.RESTITUTION_BOTTOM: (3.9, 1.0),
+        LeftOut.RESTITUTION_TOP: (-3.8, 8.3),
+        LeftOut.CAPSULE: (1.55, 3.2),
+    }
+    assert list(found) == list(expected)
+    for left_out, (moved, left) in expected.items():
+        assert 100 * found[left_out].relative == pytest.approx(moved, abs=0.05)
+        assert 100 * found[left_out].left == pytest.approx(left, abs=0.05)
+        assert found[left_out].event is Event.PERIOD_DOUBLING
+        assert found[left_out].stable
+    end = shifts(PAPER, design_point(PAPER, None)).end
+    assert (end.parameter, 100 * end.relative) == (DesignInput.FREQUENCY, pytest.approx(-4.722, abs=1e-3))
+
+
+@pytest.mark.slow
+def test_the_ends_are_those_of_the_changed_devices() -> None:
+    found, before = of(PAPER), doubling(PAPER)
+    changed = {
+        LeftOut.RESTITUTION_BOTTOM: replace(PAPER, restitution=Restitutions(0.475, 0.5)),
+        LeftOut.RESTITUTION_TOP: replace(PAPER, restitution=Restitutions(0.5, 0.475)),
+        LeftOut.CAPSULE: FREE,
+    }
+    for left_out, device in changed.items():
+        after, shift = doubling(device), found[left_out]
+        assert shift.value == pytest.approx(after, rel=1e-14)
+        assert shift.moved == pytest.approx(after - before, rel=1e-12)
+        assert shift.relative == pytest.approx(after / before - 1, rel=1e-12)
+        assert shift.left == pytest.approx(1 - after / 2, rel=1e-12)
+
+
+def test_a_free_capsule_has_the_way_back() -> None:
+    forth, back = of(PAPER)[LeftOut.CAPSULE], of(FREE)[LeftOut.CAPSULE]
+    assert (1 + forth.relative) * (1 + back.relative) == pytest.approx(1, rel=1e-12)
+    assert back.left == pytest.approx(0.0472, abs=1e-4)
+    level = replace(PAPER, inclination_deg=0.0, length_m=0.3)
+    assert of(level)[LeftOut.CAPSULE].moved == 0
+    assert LeftOut.CAPSULE not in of(replace(PAPER, ball_mass_kg=None))
+
+
+@pytest.mark.parametrize("length", [0.64, pytest.param(0.632, marks=pytest.mark.slow)])
+def test_an_end_that_passes_the_design_point_leaves_less_than_nothing(length: float) -> None:
+    """The motion is followed from where it is stable still, back to the end: the same as a sweep has there."""
+    device = replace(PAPER, length_m=length)
+    shift = of(device)[LeftOut.RESTITUTION_BOTTOM]
+    after = doubling(replace(device, restitution=Restitutions(0.475, 0.5)))
+    assert shift.value == pytest.approx(after, rel=1e-13)
+    assert shift.left == pytest.approx(1 - after / 2, rel=1e-11)
+    assert shift.left < 0
+    assert not shift.stable
+    found = shifts(device, design_point(device, None))
+    assert found.worst == shift
+
+
+@pytest.mark.slow
+def test_the_motion_that_ends_is_followed_and_not_another_one() -> None:
+    """Of two stable motions one ends at a fold in the restitution that is off, and is gone; the other goes on."""
+    device = replace(PAPER, inclination_deg=5.0, length_m=0.33)
+    design = design_point(device, None)
+    end = shifts(device, design).end
+    assert design.motions.stable.sum() == 2
+    assert (end.parameter, end.event) == (DesignInput.RESTITUTION_BOTTOM, Event.FOLD)
+    shift = of(device)[LeftOut.RESTITUTION_BOTTOM]
+    assert (shift.value, shift.moved) == (pytest.approx(end.sweep_value, rel=1e-13), pytest.approx(0, abs=1e-13))
+    assert shift.left == pytest.approx(1 - end.sweep_value / 0.475, rel=1e-11)
+
+
+def test_so_large_an_effect_that_nothing_is_stable() -> None:
+    effect = Effect(LeftOut.RESTITUTION_BOTTOM, -0.8)
+    shift = of(PAPER, effect)[effect.left_out]
+    assert (shift.value, shift.left, shift.stable, shift.absence) == (None, None, False, Unmoved.NOT_STABLE)
+    # Where there is no restitution, none is less.
+    assert effect.left_out not in of(replace(PAPER, restitution=Restitutions(0.0, 0.6)), effect)
+
+
+def test_a_run_has_them_and_says_why_not(example) -> None:
+    data = analyse(load(example("inclined")), ("json",)).to_dict()["effects"]
+    assert json.loads(json.dumps(data)) == data
+    assert (data["parameter"], data["label"], data["reason"]) == ("frequency_hz", "B1", None)
+    rows = {row["effect"]: row for row in data["rows"]}
+    assert list(rows) == ["restitution_bottom", "restitution_top", "capsule", "membrane_stiffness"]
+    own = analyse(load(example("inclined")), ("json",)).own_stiffness
+    end = next(end for end in own.ends if end.parameter == "frequency_hz")
+    assert rows["membrane_stiffness"]["sweep_value"] == end.compliant
+    assert rows["membrane_stiffness"]["margin_left"] == pytest.approx(end.compliant_margin, rel=1e-12)
+    short = load(example("inclined"), {"device.length_m": 0.6, "sweep.to": 0.62})
+    none = analyse(short, ("json",)).to_dict()["effects"]
+    assert (none["rows"], none["reason"]) == ([], "no 1:1 motion is stable at the design point")
+    assert analyse(load(example("inclined")), ()).effects is None

@@ -1,0 +1,227 @@
+"""How far the nearest end of stable motion would move by what the model of a scenario leaves out.
+
+Each effect makes another device of a design. Along the input in which the design is nearest to an end of stable motion,
+the stable motions of that device are followed to where they end, as those of the design are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from math import copysign, inf
+
+from vireport.design.lines import Line, reach
+from vireport.design.margins import Margin, margins_of
+from vireport.design.point import DesignPoint, motions_at
+from vireport.design.sensitivity import UNSURE
+from vireport.motions import Event
+from vireport.physics import Device
+from vireport.scenario import CapsuleMotion, DesignInput, Parameter
+
+RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
+"""Shares of the design value by which a device is moved away from the end, until it has stable motion to follow."""
+
+
+ALIKE = 0.25
+"""Relative difference of the faster impact's speed up to which two ends may be one; 5 % of restitution makes 5 %."""
+
+
+class LeftOut(StrEnum):
+    """What a model leaves out; the value is its name in results.json."""
+
+    RESTITUTION_BOTTOM = "restitution_bottom"
+    RESTITUTION_TOP = "restitution_top"
+    CAPSULE = "capsule"
+    STIFFNESS = "membrane_stiffness"
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """Something left out, of a size.
+
+    Attributes
+    ----------
+    left_out : LeftOut
+    size : float
+        Relative change of a restitution; 0 of what is there or not.
+    """
+
+    left_out: LeftOut
+    size: float = 0.0
+
+
+class Unmoved(StrEnum):
+    """Why there is no end with an effect."""
+
+    NOT_STABLE = "no stable motion is found with it"
+    ENDLESS = "stable motion does not end in this direction with it"
+    NO_MOTION = "no 1:1 motion is stable at the design point"
+    NO_END = "no end of the stable motion is known"
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """Where the nearest end of stable motion is with an effect.
+
+    Attributes
+    ----------
+    effect : Effect
+    value : float or None
+        Of the input there; None where there is no end, or none is known.
+    event : Event or None
+        What happens there.
+    moved : float or None
+        The value less that without the effect.
+    relative : float or None
+        The same over the latter.
+    left : float or None
+        The margin that is left, over the design value: negative where the end has passed the design point.
+    absence : Unmoved or None
+        Why there is no end.
+    """
+
+    effect: Effect
+    value: float | None = None
+    event: Event | None = None
+    moved: float | None = None
+    relative: float | None = None
+    left: float | None = None
+    absence: Unmoved | None = None
+
+    @property
+    def room(self) -> float:
+        """The margin that is left; infinite where stable motion does not end, and where there is none."""
+        endless = inf if self.absence is Unmoved.ENDLESS else -inf
+        return endless if self.left is None else self.left
+
+    @property
+    def stable(self) -> bool:
+        """Whether the design point has stable motion with the effect."""
+        return self.room > 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shifts:
+    """How far the nearest end of stable motion would move.
+
+    Attributes
+    ----------
+    end : Margin or None
+        The nearest end; None where there is none.
+    rows : tuple of Shift
+        With each effect that applies to the device.
+    absence : Unmoved or None
+        Why there is no end.
+    """
+
+    end: Margin | None
+    rows: tuple[Shift, ...] = ()
+    absence: Unmoved | None = None
+
+    @property
+    def worst(self) -> Shift | None:
+        """The one that leaves the least margin."""
+        return min(self.rows, key=lambda shift: shift.room, default=None)
+
+
+def _of_restitution(varied: DesignInput) -> Callable[[Device, float], Sequence[Device]]:
+    """Another restitution of one membrane."""
+
+    def changed(device: Device, size: float) -> Sequence[Device]:
+        value = float(device.value_of(varied))
+        return [device.with_values({varied: value * (1 + size)})] if value else ()
+
+    return changed
+
+
+def _of_capsule(device: Device, _: float) -> Sequence[Device]:
+    """The other motion of the capsule: it recoils, or does not."""
+    if device.ball_mass_kg is None:
+        return ()
+    other = CapsuleMotion.PRESCRIBED if device.recoils else CapsuleMotion.FREE
+    return [replace(device, capsule=other)]
+
+
+CHANGES: Mapping[LeftOut, Callable[[Device, float], Sequence[Device]]] = {
+    LeftOut.RESTITUTION_BOTTOM: _of_restitution(DesignInput.RESTITUTION_BOTTOM),
+    LeftOut.RESTITUTION_TOP: _of_restitution(DesignInput.RESTITUTION_TOP),
+    LeftOut.CAPSULE: _of_capsule,
+}
+"""The devices that an effect makes of a device and a size, of which the worst counts; none where it does not apply."""
+
+USUAL = (
+    Effect(LeftOut.RESTITUTION_BOTTOM, -UNSURE),
+    Effect(LeftOut.RESTITUTION_TOP, -UNSURE),
+    Effect(LeftOut.CAPSULE),
+)
+"""What every design is held against."""
+
+
+def shifts(device: Device, design: DesignPoint, effects: Sequence[Effect] = USUAL) -> Shifts:
+    """Follow the nearest end of stable motion of a design with each of some effects.
+
+    Parameters
+    ----------
+    device : Device
+        All four parameters given.
+    design : DesignPoint
+        Of that device.
+    effects : sequence of Effect
+        Those that change the device.
+    """
+    end = next((margin for margin in design.endings() if margin.relative is not None), None)
+    if end is None:
+        return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
+    rows = []
+    for effect in effects:
+        found = [_followed(other, end, effect) for other in CHANGES[effect.left_out](device, effect.size)]
+        rows += [min(found, key=lambda shift: shift.room)] if found else []
+    return Shifts(end, tuple(rows))
+
+
+def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float) -> Shift:
+    """The shift of an end to a value, the input being `own` at the design point."""
+    moved, way = value - end.sweep_value, copysign(1.0, end.distance)
+    return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
+
+
+def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
+    """Where the stable motions of a device end, those of the design at `end`."""
+    varied, own = end.parameter, float(device.value_of(end.parameter))
+    way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
+    here: Sequence[Margin] | None = None
+    for retreat in RETREATS:
+        value = own - way * retreat * abs(own)
+        at = device.with_values({varied: value})
+        if not low <= value <= high or at.unresolved:
+            break
+        ends = _ends(at, varied, way)
+        here = ends if not retreat else here
+        same = (margin for margin in ends or () if _becomes(end, margin))
+        if (chosen := min(same, key=lambda margin: abs(margin.distance), default=None)) is not None:
+            return shift_to(effect, end, chosen.sweep_value, chosen.event, own)
+    # The motion that ended there is gone, or ends otherwise: gravity and one membrane alone make a fold of a pitchfork.
+    if here is None:
+        return Shift(effect, absence=Unmoved.NOT_STABLE)
+    if not here:
+        return Shift(effect, absence=Unmoved.ENDLESS)
+    return shift_to(effect, end, here[0].sweep_value, here[0].event, own)
+
+
+def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[Margin] | None:
+    """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
+    motions, _, _ = motions_at(device, Parameter.LENGTH)
+    if not motions.stable.any():
+        return None
+    line = next(line for line in Line if varied in line.value)
+    found = margins_of(device, motions, [line], (Line.sense(varied) * way,)).found
+    return [margin for margin in found if margin.parameter is varied and margin.ends_stability]
+
+
+def _becomes(end: Margin, other: Margin) -> bool:
+    """Whether an end is what becomes of another: it has its kind, and its faster impact about its speed."""
+    speed, after = (
+        max(abs(margin.point.closed.velocity_bottom), abs(margin.point.closed.velocity_top)) for margin in (end, other)
+    )
+    return other.event is end.event and abs(after - speed) <= ALIKE * speed
