@@ -34,6 +34,7 @@ def test_the_papers_device_has_the_shifts_that_were_derived_apart_from_this() ->
         LeftOut.RESTITUTION_BOTTOM: (3.9, 1.0),
         LeftOut.RESTITUTION_TOP: (-3.8, 8.3),
         LeftOut.CAPSULE: (1.55, 3.2),
+        LeftOut.SECOND_HARMONIC: (2.6, 2.2),
     }
     assert list(found) == list(expected)
     for left_out, (moved, left) in expected.items():
@@ -110,7 +111,7 @@ def test_a_run_has_them_and_says_why_not(example) -> None:
     assert json.loads(json.dumps(data)) == data
     assert (data["parameter"], data["label"], data["reason"]) == ("frequency_hz", "B1", None)
     rows = {row["effect"]: row for row in data["rows"]}
-    assert list(rows) == ["restitution_bottom", "restitution_top", "capsule", "membrane_stiffness"]
+    assert list(rows) == ["restitution_bottom", "restitution_top", "capsule", "second_harmonic", "membrane_stiffness"]
     own = analyse(load(example("inclined")), ("json",)).own_stiffness
     end = next(end for end in own.ends if end.parameter == "frequency_hz")
     assert rows["membrane_stiffness"]["sweep_value"] == end.compliant

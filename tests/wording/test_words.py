@@ -159,8 +159,8 @@ def compliant(**changed: object) -> Evidence:
 
 def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
     """A shift of the nearest end by something that the model leaves out."""
-    given = {"left": 0.01, "stable": True, "relative": 0.04} | of
-    return thing(effect=thing(left_out=LeftOut[left_out], size=-0.05), **given)
+    given = {"left": 0.01, "stable": True, "relative": 0.04, "size": -0.05} | of
+    return thing(effect=thing(left_out=LeftOut[left_out], size=given["size"]), **given)
 
 
 def film(**given: float) -> dict[str, float]:
@@ -1008,6 +1008,7 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("effects", "effect", (shift("RESTITUTION_TOP"), False), "restitution at the top −5 %"),
     ("effects", "effect", (shift("CAPSULE"), False), "capsule free instead of prescribed"),
     ("effects", "effect", (shift("CAPSULE"), True), "capsule prescribed instead of free"),
+    ("effects", "effect", (shift("SECOND_HARMONIC", size=0.02), True), "a second harmonic of 2 % in the force"),
     ("effects", "effect", (shift("STIFFNESS"), True), "the membranes' own stiffness"),
     ("effects", "left", (shift(left=-0.0317),), "−3.2"),
     ("effects", "left", (shift(left=None),), "no end"),

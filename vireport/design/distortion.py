@@ -144,30 +144,27 @@ def distortions(device: Device, motions: Motions, nearest: Margin | None = None)
     )
 
 
-def with_harmonic(device: Device, motions: Motions, harmonic: Harmonic) -> tuple[Device, list[Followed]]:
-    """A device with a harmonic of its force, and those stable motions that are left of the ones without it.
+def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic) -> list[Followed]:
+    """Those stable motions of a device that are left where the force has a harmonic.
 
     Parameters
     ----------
     device : Device
         All inputs given; its force is a sine.
-    motions : Motions
+    stable : sequence of Followed
         Of the device.
     harmonic : Harmonic
     """
-    distorted = replace(device, harmonics=(harmonic,))
     share, phase = hypot(harmonic.cosine, harmonic.sine), atan2(-harmonic.sine, harmonic.cosine)
+    flat = mirrored(replace(device, harmonics=(harmonic,)))
     left = []
-    for motion, u in stable_ones(device, motions):
+    for motion, u in stable:
         curve = Curve(motion.word, Ray.of(device, harmonic.order, phase, FLOATS), -LARGEST, share, 1.0)
-        symmetric = mirrored(distorted) and u == 0
-        *_, (event, x, symmetric, _) = ends_along(curve, motion, 1.0, symmetric)
+        *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
         if event is Event.SWEEP_END:
-            # What is followed from there begins where its own coordinate is zero.
-            left.append(
-                Followed(curve.motion(x), 0.0 if symmetric else (x[3] - x[2]) / (2 * device.period_ratio) - 0.5)
-            )
-    return distorted, left
+            asymmetry = float(x[3] - x[2]) / (2 * device.period_ratio) - 0.5
+            left.append(Followed(curve.motion(x), 0.0 if symmetric else asymmetry))
+    return left
 
 
 def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:

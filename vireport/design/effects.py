@@ -9,19 +9,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import copysign, inf
+from math import copysign, hypot, inf
 
-from vireport.design.lines import Line, reach
-from vireport.design.margins import Margin, margins_of
+from vireport.design.distortion import with_harmonic
+from vireport.design.lines import Line, reach, stable_ones
+from vireport.design.margins import Margin, margins_from
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.motions import Event
-from vireport.physics import Device
+from vireport.physics import Device, Harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
 """Shares of the design value by which a device is moved away from the end, until it has stable motion to follow."""
 
+
+SECOND = 2
+"""Order of the harmonic."""
 
 ALIKE = 0.25
 """Relative difference of the faster impact's speed up to which two ends may be one; 5 % of restitution makes 5 %."""
@@ -33,6 +37,7 @@ class LeftOut(StrEnum):
     RESTITUTION_BOTTOM = "restitution_bottom"
     RESTITUTION_TOP = "restitution_top"
     CAPSULE = "capsule"
+    SECOND_HARMONIC = "second_harmonic"
     STIFFNESS = "membrane_stiffness"
 
 
@@ -44,7 +49,7 @@ class Effect:
     ----------
     left_out : LeftOut
     size : float
-        Relative change of a restitution; 0 of what is there or not.
+        Relative change of a restitution, share of a harmonic in the force; 0 of what is there or not.
     """
 
     left_out: LeftOut
@@ -125,17 +130,17 @@ class Shifts:
         return min(self.rows, key=lambda shift: shift.room, default=None)
 
 
-def _of_restitution(varied: DesignInput) -> Callable[[Device, float], Sequence[Device]]:
+def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Sequence[Device]]:
     """Another restitution of one membrane."""
 
-    def changed(device: Device, size: float) -> Sequence[Device]:
+    def changed(device: Device, size: float, _: Margin) -> Sequence[Device]:
         value = float(device.value_of(varied))
         return [device.with_values({varied: value * (1 + size)})] if value else ()
 
     return changed
 
 
-def _of_capsule(device: Device, _: float) -> Sequence[Device]:
+def _of_capsule(device: Device, _: float, __: Margin) -> Sequence[Device]:
     """The other motion of the capsule: it recoils, or does not."""
     if device.ball_mass_kg is None:
         return ()
@@ -143,17 +148,30 @@ def _of_capsule(device: Device, _: float) -> Sequence[Device]:
     return [replace(device, capsule=other)]
 
 
-CHANGES: Mapping[LeftOut, Callable[[Device, float], Sequence[Device]]] = {
+def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
+    """A harmonic at the phase that brings the end nearer the fastest; at four where that is not known."""
+    slopes = end.by_harmonics.get(SECOND)
+    parts = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+    if slopes is not None and (steepest := hypot(*slopes)) > 0:
+        towards = -copysign(1.0, end.distance) / steepest
+        parts = [(towards * slopes[0], towards * slopes[1])]
+    return [replace(device, harmonics=(Harmonic(SECOND, size * cosine, size * sine),)) for cosine, sine in parts]
+
+
+CHANGES: Mapping[LeftOut, Callable[[Device, float, Margin], Sequence[Device]]] = {
     LeftOut.RESTITUTION_BOTTOM: _of_restitution(DesignInput.RESTITUTION_BOTTOM),
     LeftOut.RESTITUTION_TOP: _of_restitution(DesignInput.RESTITUTION_TOP),
     LeftOut.CAPSULE: _of_capsule,
+    LeftOut.SECOND_HARMONIC: _of_harmonic,
 }
-"""The devices that an effect makes of a device and a size, of which the worst counts; none where it does not apply."""
+"""The devices that an effect of a size makes of a device with a nearest end, of which the worst counts; none where it
+does not apply."""
 
 USUAL = (
     Effect(LeftOut.RESTITUTION_BOTTOM, -UNSURE),
     Effect(LeftOut.RESTITUTION_TOP, -UNSURE),
     Effect(LeftOut.CAPSULE),
+    Effect(LeftOut.SECOND_HARMONIC, 0.02),
 )
 """What every design is held against."""
 
@@ -175,7 +193,7 @@ def shifts(device: Device, design: DesignPoint, effects: Sequence[Effect] = USUA
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
     rows = []
     for effect in effects:
-        found = [_followed(other, end, effect) for other in CHANGES[effect.left_out](device, effect.size)]
+        found = [_followed(other, end, effect) for other in CHANGES[effect.left_out](device, effect.size, end)]
         rows += [min(found, key=lambda shift: shift.room)] if found else []
     return Shifts(end, tuple(rows))
 
@@ -211,11 +229,14 @@ def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
 
 def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[Margin] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
-    motions, _, _ = motions_at(device, Parameter.LENGTH)
-    if not motions.stable.any():
+    # Of a force with harmonics the closed form knows no motions: those of the sine are followed to it.
+    followed = stable_ones(device, motions_at(replace(device, harmonics=()), Parameter.LENGTH)[0])
+    for harmonic in device.harmonics:
+        followed = with_harmonic(replace(device, harmonics=()), followed, harmonic)
+    if not followed:
         return None
     line = next(line for line in Line if varied in line.value)
-    found = margins_of(device, motions, [line], (Line.sense(varied) * way,)).found
+    found = margins_from(device, followed, [line], (Line.sense(varied) * way,)).found
     return [margin for margin in found if margin.parameter is varied and margin.ends_stability]
 
 
