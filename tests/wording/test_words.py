@@ -95,6 +95,7 @@ class Branches(CodeGenerator):
 def taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
     """The branches of the words, and those that were taken."""
     environment, told = environment_of(None), set()
+    environment.bytecode_cache = None  # where other runs would find templates that tell
 
     def tell(branch: str, value: object) -> object:
         told.add(branch)

@@ -1,6 +1,7 @@
 """What every room stands on: the ways a run can fail, Ctrl-C, streams, files written whole, progress, the version."""
 
 from vireport.base import interrupts, streams
+from vireport.base.deferred import deferred
 from vireport.base.errors import (
     EXTRAS,
     Mistake,
@@ -28,6 +29,7 @@ __all__ = [
     "UsageError",
     "VireportError",
     "__version__",
+    "deferred",
     "install_command",
     "interrupts",
     "require_writable",

@@ -20,9 +20,9 @@ from vireport.comparison.messages import Message, digits_apart, listed
 from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import margins_table, ranking_table
 from vireport.comparison.table import ComparisonRow
-from vireport.gate import SWEEP_END, WordedVerdict
+from vireport.gate import WordedVerdict
 from vireport.scenario import Parameter
-from vireport.study import Provenance
+from vireport.study import SWEEP_END, Provenance
 from vireport.text import ABSENT, Table, capital, numbers, percent, significant, texts, words, written
 
 if TYPE_CHECKING:

@@ -1,17 +1,24 @@
 """The design point: its motions, their margins, tolerances and yield, and how strongly they hang on each input."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.design import margins
-from vireport.design.devices import devices_off, factor_of, region_of
 from vireport.design.distortion import Distortion
 from vireport.design.effects import Effect, LeftOut, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.lines import HIGHEST_RESTITUTION, mirrored, reach
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
-from vireport.design.proof import prove_again
 from vireport.design.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of, stable_motion
-from vireport.design.tolerances import Failure, Tolerances, assess_tolerances, sample_steps
+
+if TYPE_CHECKING:
+    from vireport.design.devices import devices_off, factor_of, region_of
+    from vireport.design.proof import prove_again
+    from vireport.design.tolerances import Failure, Tolerances, assess_tolerances, sample_steps
+else:
+    __getattr__ = deferred(__name__, "devices", "proof", "tolerances")
 
 __all__ = [
     "HIGHEST_RESTITUTION",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from vireport.design import FollowedMotion, Solution, followed_motion
 from vireport.disturbances.from_rest import (
@@ -17,8 +18,10 @@ from vireport.disturbances.from_rest import (
     switched_on,
 )
 from vireport.disturbances.recovery import Recovery, recovery_of
-from vireport.disturbances.windows import ALONG, Edge, OutcomeRange, Window, along, outcomes_at, window
 from vireport.scenario import DesignInput, DisturbancesBlock, Parameter
+
+if TYPE_CHECKING:
+    from vireport.disturbances.windows import Edge, OutcomeRange, Window
 
 WIDEST = 0.5
 """How far from the design value it is looked for where a window ends, over that value, where no sweep says how far."""
@@ -83,6 +86,8 @@ class Disturbances:
     @property
     def values_along(self) -> int:
         """Values along the sweep at which the outcome was looked for before edges were located."""
+        from vireport.disturbances.windows import ALONG
+
         return ALONG if self.along else 0
 
     @property
@@ -142,6 +147,8 @@ def _along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
     sweep = solution.sweep
     if sweep is None:
         return ()
+    from vireport.disturbances.windows import along, outcomes_at
+
     return along(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
 
 
@@ -156,6 +163,8 @@ def _window(solution: Solution, compiled: bool) -> Window | None:
     low, high = sorted((sweep.start, sweep.end)) if sweep is not None else (value, value)
     if not low < value < high:
         low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])
+    from vireport.disturbances.windows import outcomes_at, window
+
     found = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
     own = [value + end.distance for end in ends if end.parameter == varied]
     return replace(found, low=_at_end(found.low, own), high=_at_end(found.high, own))

@@ -1,28 +1,33 @@
 """What a study comes to: requirements, alerts and the verdict."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.gate.alerts import LONG_CONTACT, Alert, alerts, cause_of
-from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
-from vireport.gate.evidence import Criterion, Evidence, Limit, Question
-from vireport.gate.impacts import generated, impacts_of
-from vireport.gate.requirements import (
-    REQUIREMENTS,
-    OfMargin,
-    OfMotions,
-    OfRun,
-    OfShaker,
-    Requirement,
-    assess,
-    required,
-    unmet,
-)
-from vireport.gate.verdict import SWEEP_END, Status, Verdict, WordedFact, WordedVerdict, verdict_of
+from vireport.gate.evidence import Criterion, Evidence, Limit, Question, unmet
+
+if TYPE_CHECKING:
+    from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
+    from vireport.gate.impacts import generated, impacts_of
+    from vireport.gate.requirements import (
+        REQUIREMENTS,
+        OfMargin,
+        OfMotions,
+        OfRun,
+        OfShaker,
+        Requirement,
+        assess,
+        required,
+    )
+    from vireport.gate.verdict import Status, Verdict, WordedFact, WordedVerdict, verdict_of
+else:
+    __getattr__ = deferred(__name__, "impacts", "designs", "verdict", "requirements")
 
 __all__ = [
     "DISPLACED",
     "LONG_CONTACT",
     "REQUIREMENTS",
     "RINGS",
-    "SWEEP_END",
     "Alert",
     "Criterion",
     "Designs",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
@@ -168,6 +169,16 @@ class Criterion:
             "error_bound": outcome.error_bound,
             "line": self.line,
         }
+
+
+def unmet(criteria: Sequence[Criterion]) -> str:
+    """Name what is not met, without a full stop; "" where all is."""
+    failed = [criterion for criterion in criteria if not criterion.passed]
+    if not failed:
+        return ""
+    names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)
+    count = f"{len(failed)} of {len(criteria)} requirement{'s' if len(criteria) != 1 else ''}"
+    return f"{count} {'is' if len(failed) == 1 else 'are'} not met: {names}"
 
 
 @dataclass(frozen=True, eq=False)

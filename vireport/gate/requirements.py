@@ -11,7 +11,7 @@ which surely fail; what is open then is judged one by one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -276,16 +276,6 @@ def _judgement(results: Evidence, requirement: Requirement, limit: Limit) -> Jud
     if judgement.passed and results.crosscheck is not None and not results.crosscheck.passed:
         return replace(judgement, passed=False, remark=(DISAGREEMENT,))
     return judgement
-
-
-def unmet(criteria: Sequence[Criterion]) -> str:
-    """Name what is not met, without a full stop; "" where all is."""
-    failed = [criterion for criterion in criteria if not criterion.passed]
-    if not failed:
-        return ""
-    names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)
-    count = f"{len(failed)} of {len(criteria)} requirement{'s' if len(criteria) != 1 else ''}"
-    return f"{count} {'is' if len(failed) == 1 else 'are'} not met: {names}"
 
 
 def _words(results: Evidence, limit: Limit) -> Judgement:

@@ -18,8 +18,7 @@ import numpy as np
 
 from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
-from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
-from vireport.gate.requirements import unmet
+from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question, unmet
 from vireport.motions import Point, Stability, Symmetry
 from vireport.scenario import DesignInput, Parameter, ScalarInput
 
@@ -39,9 +38,6 @@ FEWEST_DIGITS = 3
 END_MOVED = 4.0
 """What an end of stable motion moves by with the membranes' own stiffness, over its value and over the share of the
 forcing period that contacts take: 3 and 4 for the lengths of the examples."""
-
-SWEEP_END = "end of the sweep"
-"""What ends a stable range that no critical point ends."""
 
 Numbers = TypeVar("Numbers", covariant=True)
 

@@ -18,8 +18,6 @@ from vireport.checks import (
     PAPER,
     PaperComparison,
     compare_with_paper,
-    measurements,
-    ranking,
 )
 from vireport.design import DesignPoint, Margin, Solution
 from vireport.gate import (
@@ -352,10 +350,14 @@ class Report:
 
     def accuracy(self) -> Iterator[Table]:
         """Error against run time: what each method reaches."""
+        from vireport.checks import measurements
+
         return measurements(self.study.work, templates=self.templates) if self.study.work is not None else iter(())
 
     def fastest(self) -> Iterator[Table]:
         """The fastest method."""
+        from vireport.checks import ranking
+
         return ranking(self.study.work, self.templates) if self.study.work is not None else iter(())
 
     def families(self) -> Table | None:

@@ -1,5 +1,8 @@
 """The rigid-impact model simulated from event to event; knows nothing of the analytic solution."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor, motion_name
 from vireport.simulation.cycles import Cycle, chain_growth, growth_bound, rest_cycle
 from vireport.simulation.events import (
@@ -13,10 +16,14 @@ from vireport.simulation.events import (
     follow_one,
     start_of,
 )
-from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
 from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.starts import random_starts, start_speed
-from vireport.simulation.trajectories import Portrait, path, portrait
+
+if TYPE_CHECKING:
+    from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
+    from vireport.simulation.trajectories import Portrait, path, portrait
+else:
+    __getattr__ = deferred(__name__, "trajectories", "following")
 
 __all__ = [
     "BOTTOM",

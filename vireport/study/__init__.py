@@ -3,7 +3,7 @@
 from vireport.study.families import families_of, motion_data
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan, refuse_undecidable, refuse_unlike
 from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.study.results import SCHEMA_VERSION, branches_csv, csv_bytes, json_bytes, worst_scenario
+from vireport.study.results import SCHEMA_VERSION, SWEEP_END, branches_csv, csv_bytes, json_bytes, worst_scenario
 from vireport.study.study import (
     Study,
     analyse,
@@ -20,6 +20,7 @@ __all__ = [
     "FIGURES",
     "FORMATS",
     "SCHEMA_VERSION",
+    "SWEEP_END",
     "Provenance",
     "Study",
     "Task",

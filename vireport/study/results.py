@@ -25,7 +25,6 @@ from vireport.design import (
     Solution,
     StableInterval,
 )
-from vireport.gate import SWEEP_END
 from vireport.motions import (
     NO_BOUND,
     Branch,
@@ -60,6 +59,9 @@ if TYPE_CHECKING:
     from vireport.study.coexistence import Coexisting
 
 SCHEMA_VERSION = 1
+
+SWEEP_END = "end of the sweep"
+"""What ends a stable range that no critical point ends."""
 
 SHOCK = (
     *("least_jump_m_s", "after", "after_s", "sign", "leads_to"),
@@ -217,7 +219,7 @@ def _end_of_branch(end: Mark) -> str:
     """What a branch begins or ends with, in words."""
     if end.event is Event.ZERO_VELOCITY and end.point is not None:
         return end.point.detail
-    return {Event.SWEEP_END: "end of the sweep", Event.CLOSED: "closed curve"}.get(end.event) or end.event.words
+    return {Event.SWEEP_END: SWEEP_END, Event.CLOSED: "closed curve"}.get(end.event) or end.event.words
 
 
 def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:

@@ -12,29 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vireport.base import Progress, UsageError
-from vireport.design import (
-    Effect,
-    LeftOut,
-    Shift,
-    Shifts,
-    Solution,
-    Unmoved,
-    assess_tolerances,
-    prove_again,
-    region_of,
-    shift_to,
-    shifts,
-    solution_of,
-)
+from vireport.design import Effect, LeftOut, Shift, Shifts, Solution, Unmoved, shift_to, shifts, solution_of
 from vireport.gate import (
     LONG_CONTACT,
     Alert,
     Criterion,
     Evidence,
-    Verdict,
     alerts,
-    assess,
-    verdict_of,
 )
 from vireport.motions import Limits, Motion, Sweep
 from vireport.physics import Device, Membrane, Word
@@ -73,7 +57,6 @@ from vireport.study.results import (
 )
 from vireport.text import (
     bounded,
-    html_table,
     significant,
     visible,
 )
@@ -85,6 +68,7 @@ if TYPE_CHECKING:
     from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
     from vireport.disturbances import Disturbances
+    from vireport.gate import Verdict
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
     from vireport.shocks import AttractingMotions, Basins, Withstood
@@ -176,6 +160,8 @@ class Study:
     @cached_property
     def verdict(self) -> Verdict:
         """The answers and criteria that the study comes to."""
+        from vireport.gate import verdict_of
+
         return verdict_of(self.evidence)
 
     @cached_property
@@ -238,6 +224,8 @@ class Study:
     def _repr_html_(self) -> str:
         """The verdict and the critical points, for a notebook."""
         from html import escape  # only here: it reads the names of all characters
+
+        from vireport.text import html_table
 
         title = escape(self.scenario.title or self.loaded.document.name)
         lead = f"<p><strong>{title}: {escape(self.verdict.word)}.</strong> {escape(self.verdict.headline)}</p>"
@@ -349,6 +337,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, progress)
     if scenario.requirements is not None:
+        from vireport.gate import assess
+
         study = replace(study, criteria=assess(loaded, study.evidence))
     return study
 
@@ -461,6 +451,8 @@ def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, flo
 def _with_tolerances(study: Study, asked: TolerancesBlock, progress: Progress | None) -> Study:
     if progress is not None:
         progress("proving that every device within the tolerances works")
+    from vireport.design import assess_tolerances
+
     device, membrane = study.solution.device, study.solution.membrane
     widths = half_widths(device, asked)
     tolerances = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
@@ -485,6 +477,8 @@ def recheck(data: Mapping[str, Any]) -> float:
     UsageError
         If the results have no proof, or not all of its boxes.
     """
+    from vireport.design import prove_again, region_of
+
     scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
     if scenario.tolerances is None or proof is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")

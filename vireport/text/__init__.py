@@ -1,5 +1,8 @@
 """Numbers as text, tables of them, text in Markdown, text that is not ours, and the words of alerts."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity, explanation
 from vireport.text.foreign import inert_cell, visible
 from vireport.text.formatting import (
@@ -22,17 +25,21 @@ from vireport.text.formatting import (
     words,
     written,
 )
-from vireport.text.tables import (
-    Column,
-    Table,
-    html_table,
-    markdown_of,
-    markdown_text,
-    numbers,
-    plain_table,
-    plain_text,
-    texts,
-)
+
+if TYPE_CHECKING:
+    from vireport.text.tables import (
+        Column,
+        Table,
+        html_table,
+        markdown_of,
+        markdown_text,
+        numbers,
+        plain_table,
+        plain_text,
+        texts,
+    )
+else:
+    __getattr__ = deferred(__name__, "tables")
 
 __all__ = [
     "ABSENT",
