@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, hypot, inf, pi, radians, sin
+from math import atan2, cos, hypot, inf, pi, radians, sin
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ from mpmath import mp, mpf
 
 from vireport.checks import reference
 from vireport.design import distortion
-from vireport.design.distortion import ORDERS, Distortion, Ray, distortions
-from vireport.design.lines import ends_along, mirrored
+from vireport.design.distortion import ORDERS, Distortion, Ray, distortions, with_harmonic
+from vireport.design.lines import ends_along, mirrored, stable_ones
 from vireport.design.margins import Margin, margins_of
 from vireport.design.point import motions_at
 from vireport.motions import Curve, Event, Motions, linearised, motion_at, residuals, trace, turns
@@ -295,3 +295,70 @@ def test_derivatives_by_what_varies_are_differences() -> None:
     steps = 1e-6 * np.eye(5)
     columns = [(linearised(motion.word, x + h, ray)[0] - linearised(motion.word, x - h, ray)[0]) / 2e-6 for h in steps]
     np.testing.assert_allclose(matrix, np.array(columns).T, atol=1e-8)
+
+
+def test_what_is_found_does_not_hang_on_the_first_ray() -> None:
+    for device in (INCLINED, NEAR_PITCHFORK):
+        motions, told, _ = found(device)
+        for one, other in zip(told, distortions(device, motions), strict=True):
+            assert one.share == pytest.approx(other.share, rel=1e-9)
+
+
+def test_a_pitchfork_at_which_another_motion_takes_over_is_no_end() -> None:
+    """Just beyond the pitchfork of the level capsule a little of the third harmonic leads through it, and goes on."""
+    device = replace(LEVEL, length_m=0.41)
+    motions, told, _ = found(device)
+    motion = motion_at(motions, 0, 1)
+    phase = radians(told[1].phase_deg)
+    curve = Curve(motion.word, Ray.of(device, 3, phase, FLOATS), -1.0, 1.0, 1.0)
+    (first, *_), (last, x, *_) = ends_along(curve, motion, 1.0, True)
+    assert first is Event.PITCHFORK
+    assert told[1].event is last is not Event.PITCHFORK
+    assert told[1].share == pytest.approx(float(x[-1]), rel=1e-6)
+
+
+def test_a_pitchfork_moves_with_the_third_harmonic_and_opens_with_the_second() -> None:
+    motions, _, _ = found(LEVEL)
+    margin = next(x for x in margins_of(LEVEL, motions).found if x.parameter is DesignInput.LENGTH and x.taken_over)
+    assert margin.by_harmonics[2] is None
+    velocity, start = float(margin.point.closed.velocity_bottom), margin.point.closed.phi_bottom / pi
+
+    def length_at(harmonic: Harmonic) -> float:
+        """Where the symmetric motion has the multiplier 1, by Newton's method on half its conditions and the trace."""
+
+        class AtLength:
+            def at(self, varied):
+                return LEVEL.groups(Parameter.LENGTH, varied[0])._replace(harmonics=(harmonic,))
+
+        def equations(y: np.ndarray) -> np.ndarray:
+            x = [y[0], -y[0], y[1], y[1] + 1, y[2]]
+            half = residuals(margin.point.motion.word, x, AtLength())[:2]
+            return np.array([*half, trace(margin.point.motion.word, x, AtLength()) - 1 - 0.5**4])
+
+        y = np.array([velocity, start, margin.sweep_value])
+        for _ in range(20):
+            jacobian = np.array([(equations(y + h) - equations(y - h)) / 2e-7 for h in 1e-7 * np.eye(3)]).T
+            y = y - np.linalg.solve(jacobian, equations(y))
+        return float(y[2])
+
+    for part, slope in enumerate(margin.by_harmonics[3]):
+        ends = [length_at(Harmonic(3, *(size if k == part else 0.0 for k in (0, 1)))) for size in (1e-6, -1e-6)]
+        assert (ends[0] - ends[1]) / 2e-6 == pytest.approx(slope, rel=1e-5)
+
+
+def test_a_motion_with_a_harmonic_is_one_of_its_flights() -> None:
+    """An even harmonic parts the flights of a level capsule, an odd one does not."""
+    stable = stable_ones(LEVEL, motions_at(LEVEL, Parameter.LENGTH)[0])
+    for order, symmetric in ((2, False), (3, True)):
+        harmonic = Harmonic(order, 0.03, -0.02)
+        (left,) = with_harmonic(LEVEL, stable, harmonic)
+        assert (left.u == 0) is symmetric
+        ray = Ray.of(LEVEL, order, atan2(0.02, 0.03), FLOATS)
+        missed = residuals(left.motion.word, [*left.motion.velocity, *left.motion.time, hypot(0.03, 0.02)], ray)
+        assert max(map(abs, missed)) < 1e-10
+    assert (
+        with_harmonic(
+            INCLINED, stable_ones(INCLINED, motions_at(INCLINED, Parameter.LENGTH)[0]), Harmonic(2, -0.04, 0.04)
+        )
+        == []
+    )
