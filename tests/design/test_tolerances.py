@@ -157,7 +157,7 @@ def test_a_free_capsule_has_its_mass_for_itself(example) -> None:
     region = relative(design, 0.01)
     ends = devices_off(design, region_widths(region), np.array(list(product([-1.0, 1.0], repeat=6))).T)
     corners = region.devices(region.corners)
-    for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m) for x in (ends, corners)), strict=True):
+    for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m)[:3] for x in (ends, corners)), strict=True):
         assert (one.min(), one.max()) == pytest.approx((other.min(), other.max()), rel=1e-14)
     low, high, _ = region.faces
     boxes, rng = region.groups(low, high), np.random.default_rng(5)
