@@ -14,7 +14,9 @@ from browser import Browser
 from hypothesis import settings
 
 if TYPE_CHECKING:
-    from vireport.design import Solution
+    from vireport.design import Margins, Solution
+    from vireport.motions import Motions
+    from vireport.physics import Device
     from vireport.study import Study
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -62,6 +64,26 @@ settings.register_profile("default", derandomize=True, deadline=None)
 settings.load_profile("default")
 # Colours forced by a CI system must not get into the messages that tests read.
 os.environ.update(TERM="dumb", NO_COLOR="1", COLUMNS="100")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def known_ends() -> Iterator[None]:
+    """The ends of a device's stable motions are looked for once: hundreds of tests analyse the same few devices."""
+    from vireport.design import point
+
+    search, known = point.margins_of, {}
+
+    def margins_of(device: Device, motions: Motions, *along: Any) -> Margins:
+        if along:
+            return search(device, motions, *along)
+        key = device, motions.d.tobytes(), motions.velocity_bottom.tobytes(), motions.stability.tobytes()
+        if key not in known:
+            known[key] = search(device, motions)
+        return known[key]
+
+    point.margins_of = margins_of
+    yield
+    point.margins_of = search
 
 
 @pytest.fixture(scope="session")

@@ -105,6 +105,7 @@ def test_a_report_never_imports_pyplot(example, tmp_path: Path) -> None:
     assert not loaded & {"matplotlib.pyplot", "scipy", "numba", "mpmath", "flint"}
 
 
+@pytest.mark.slow
 def test_csv_alone_draws_nothing(example, tmp_path: Path) -> None:
     loaded = imported_by("run", str(example("inclined")), "-o", str(tmp_path / "out"), "--format", "csv")
     assert not loaded & DRAWING

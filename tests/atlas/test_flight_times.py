@@ -160,7 +160,7 @@ def test_newtons_method_finds_no_other_motion_on_one_membrane(swept: str, r: flo
     low, high = map(float, sweep.coordinate_range)
     model, rng, counts = Model(sweep.level, r), np.random.default_rng(5), Counter[str]()
     families = atlas(sweep, Limits(4, 3)).families
-    for word, periods, _ in product(("B", "BB", "BBB", "BBBB", "T", "TT"), (1, 2, 3), range(80)):
+    for word, periods, _ in product(("B", "BB", "BBB", "BBBB", "T", "TT"), (1, 2, 3), range(30)):
         curve, count = Curve(Word.of(word, periods), model, low, high, high - low), len(word)
         coordinate = rng.uniform(low, high)
         largest = 6 * periods * model.groups(coordinate)[1] / (1 + r) / count * curve.word.walls[0]

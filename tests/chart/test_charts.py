@@ -162,22 +162,23 @@ def exact_inputs(drawn: Chart, point: Meeting) -> list[Any]:
 
 @pytest.mark.slow
 def test_points_of_codimension_two_are_those_of_the_printed_maps_in_40_digits():
-    kinds = set()
+    kinds = Counter[Event]()
     for drawn in (all_words(), two_touches(), symmetric()):
         for point in drawn.meetings:
-            if point.events[1] is Event.GRAZING:
+            if point.events[1] is Event.GRAZING and kinds[point.events[0]] < 3:
                 assert np.isfinite(point.error_bound).all()
                 with reference.precise(), mp.workdps(150):
                     for value, bound, exact in zip(
                         point.inputs, point.error_bound, exact_inputs(drawn, point), strict=True
                     ):
                         assert abs(exact - mpf(value)) <= bound < 1e-12, (point.events, point.inputs)
-                kinds.add(point.events[0])
-    assert kinds == {
+                kinds[point.events[0]] += 1
+    assert set(kinds) == {
         Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.DEGENERATE_GRAZING, Event.GRAZING,
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_where_a_pitchfork_grazes_one_curve_of_grazing_ends_and_one_goes_through():
     """Symmetric motions touch both membranes, asymmetric ones a single one, and no point lies beside it."""
     (point,) = [meeting for meeting in symmetric().meetings if meeting.events == (Event.PITCHFORK, Event.GRAZING)]
@@ -308,7 +309,7 @@ def raster(plane: Plane, inputs: Any, count: int) -> tuple[int, ...]:
 
 @pytest.mark.slow
 def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
-    drawn, cells, checked = all_words(), 10, 0
+    drawn, cells, checked = all_words(), 7, 0
     regions, room, words = known_regions(drawn, 240)
     assert all(len(sets) == 1 for sets in words.values())
     shares = (np.arange(cells) + 0.5) / cells
@@ -325,7 +326,7 @@ def test_a_simulation_ends_in_the_words_of_its_region_and_in_no_others():
                 ((stable,),) = [tuple(words[regions[at]])]
                 assert {Word.of(cycle.word).canonical().letters for cycle in short} == set(stable), (r, length)
                 checked += 1
-    assert checked > 50
+    assert checked > 24
 
 
 @pytest.mark.slow

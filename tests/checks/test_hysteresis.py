@@ -55,6 +55,7 @@ def test_jumps_are_where_3_1_and_2_1_motion_end_and_the_loop_lies_between_them()
     assert (loop.up.attractor.word, loop.down.attractor.word) == ("BBBT", "BBT")
 
 
+@pytest.mark.slow
 def test_a_loop_between_two_values_is_seen():
     slowly = follow_sweep(sweep(30, 0.219, 0.23), [0.219, 0.22, 0.229, 0.23], SimulationBlock(follow="both"))
     (loop,) = slowly.loops
@@ -122,7 +123,7 @@ def test_chaos_beyond_a_fold_is_a_jump_both_ways(example):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["30", "60", "inclined", "horizontal"])
+@pytest.mark.parametrize("name", ["30", "inclined", "horizontal"])
 def test_stable_motions_are_left_where_their_family_ends(name: str, example):
     text = LITERATURE.format(inclination=name, start=0.16, end=0.6)
     if not name.isdigit():
@@ -134,7 +135,7 @@ def test_stable_motions_are_left_where_their_family_ends(name: str, example):
         if attractor.cycle is not None and len(attractor.word) <= 6 and attractor.period <= 4:
             left += 1
             assert ends_at(jump, study.atlas, 1e-6 * np.ptp(check.values)) is not None
-    assert left >= {"30": 4, "60": 3}.get(name, 1)
+    assert left >= {"30": 4}.get(name, 1)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import first
 from strategies import random_sweeps
 
 from vireport import analyse
@@ -22,10 +23,11 @@ def test_the_examples_are_reproduced(example, name: str, periods: int) -> None:
     assert max(reproduction.velocity_difference, reproduction.phase_difference) < 2e-12
 
 
-def test_random_devices_are_reproduced_unless_it_takes_too_long() -> None:
-    reproductions = [reproduce(solution_of(sweep.device, None, None, True)) for sweep in random_sweeps(16, 5)]
+@pytest.mark.parametrize("count", first(1, [6, 16]))
+def test_random_devices_are_reproduced_unless_it_takes_too_long(count: int) -> None:
+    reproductions = [reproduce(solution_of(sweep.device, None, None, True)) for sweep in random_sweeps(count, 5)]
     stable = [reproduction for reproduction in reproductions if reproduction is not None]
-    assert len(stable) > 3
+    assert len(stable) >= count // 4
     assert all(reproduction.passed for reproduction in stable if reproduction.decided)
     assert sum(not reproduction.decided for reproduction in stable) <= 1
     assert all(reproduction.periods == min(reproduction.needed, MOST_PERIODS) for reproduction in stable)

@@ -251,6 +251,7 @@ def test_the_iteration_refuses_what_has_no_solution(jacobian: bool) -> None:
         find_root(equations, [0.4, 0.3], 1e-8, 1e-13, jacobian)
 
 
+@pytest.mark.slow
 def test_closed_form_reaches_rounding(work) -> None:
     for name in (CLOSED, WHOLE, PRINTED):
         for task in MethodTask:
@@ -258,6 +259,7 @@ def test_closed_form_reaches_rounding(work) -> None:
             assert least < 1e-13, (name, task)
 
 
+@pytest.mark.slow
 def test_every_quantity_has_an_error_in_every_good_run(work) -> None:
     for run in work.runs:
         keys = {quantity.key for quantity in work.quantities if quantity.task == run.task}
@@ -266,6 +268,7 @@ def test_every_quantity_has_an_error_in_every_good_run(work) -> None:
     assert {quantity.key for quantity in work.quantities} == {"velocity", "phase", "voltage", "critical"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [RK4, "SciPy RK45", "SciPy DOP853"])
 def test_finer_settings_are_more_accurate(work, method: str) -> None:
     errors = [run.error for run in work.runs_of(method, MethodTask.ORBIT)][::4]
@@ -273,6 +276,7 @@ def test_finer_settings_are_more_accurate(work, method: str) -> None:
     assert all(fine < coarse for coarse, fine in pairwise(errors))
 
 
+@pytest.mark.slow
 def test_fitted_orders_are_those_of_theory(work) -> None:
     orders = {(order.method, order.task, order.against): order for order in work.orders}
     for task in MethodTask:
@@ -329,6 +333,7 @@ def test_the_fastest_run_that_is_accurate_enough() -> None:
     assert study.best("a", "orbit", 1e-6).error == 1e-7
 
 
+@pytest.mark.slow
 def test_report_and_figure_name_every_method(work) -> None:
     tables = {table.caption: table for table in (*measurements(work), *ranking(work))}
     methods = {run.method for run in work.runs}

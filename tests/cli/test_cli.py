@@ -79,6 +79,7 @@ def test_default_command_and_run_are_the_same(example) -> None:
     assert vireport("--json", str(example("inclined"))).stdout == short.stdout
 
 
+@pytest.mark.slow
 def test_standard_input(example, tmp_path: Path) -> None:
     text = example("inclined").read_bytes()
     results = json.loads(vireport("-", "--json", stdin=text).stdout)
@@ -247,6 +248,7 @@ def test_version_and_help() -> None:
     assert vireport().returncode == 2
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error(example) -> None:
     command = f"{sys.executable} -m vireport {example('inclined')} --json | head -c 10"
     run = subprocess.run(command, shell=True, capture_output=True)

@@ -65,6 +65,7 @@ def test_a_length_in_millimetres_is_asked_about(capsys) -> None:
     assert "300 mm, which is 0.3 m?" in causes[0]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_slow_sweep_of_a_ball_that_never_bounces(capsys) -> None:
     assert main(["run", INCLINED, "--json", "--set", "device.restitution=0", "--set", "simulation.follow=both"]) == 0

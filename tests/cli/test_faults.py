@@ -106,16 +106,15 @@ def folder(tmp_path_factory) -> Path:
     return place
 
 
-QUICK_ONES = [
-    ("run", "ordinary", "closed", "closed"),
-    ("run --json", "closed", "full", "ordinary"),
-    ("requirement", "ordinary", "ordinary", "full"),
-    ("version", "ordinary", "closed", "ordinary"),
-    ("plan", "ordinary", "broken", "broken"),
-]
-
-
-@pytest.mark.parametrize(("name", "stdin", "stdout", "stderr"), QUICK_ONES)
+@pytest.mark.parametrize(
+    ("name", "stdin", "stdout", "stderr"),
+    [
+        ("run --json", "closed", "full", "ordinary"),
+        pytest.param("plan", "ordinary", "broken", "broken", marks=pytest.mark.slow),
+        pytest.param("run", "ordinary", "closed", "closed", marks=pytest.mark.slow),
+        pytest.param("requirement", "ordinary", "ordinary", "full", marks=pytest.mark.slow),
+    ],
+)
 def test_streams(name: str, stdin: str, stdout: str, stderr: str, folder: Path) -> None:
     check_streams(name, folder, stdin, stdout, stderr)
 

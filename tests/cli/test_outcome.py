@@ -37,6 +37,7 @@ def test_a_failure_is_told_where_the_summary_is_not(summary: str, quiet: bool, c
     assert capsys.readouterr().err == "vireport: 1 of 2 requirements is not met\n"
 
 
+@pytest.mark.slow
 def test_steps_are_shown_on_a_terminal_and_nothing_is_left_of_them(example, tmp_path: Path) -> None:
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()

@@ -100,6 +100,7 @@ def test_comparisons_print_what_the_docs_say(study_of, example) -> None:
     assert set(re.findall(r"^ +(\w+: .*)$", shown, re.MULTILINE)) <= set(printed)
 
 
+@pytest.mark.slow
 def test_impacts_of_the_examples_are_as_deep_as_the_docs_say(study_of) -> None:
     ((depth, radii),) = re.findall(r"some (\d+) mm deep, (\d) times its radius", text_of(ROOT / "docs" / "model.md"))
     for solution in (study_of(name).solution for name in ("horizontal", "inclined", "inclined-forcing")):

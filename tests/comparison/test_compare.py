@@ -476,6 +476,7 @@ def test_the_papers_figures_are_there_panel_for_panel_on_shared_axes(name: str) 
     assert [axes.get_title() for axes in grid[0]] == list(THREE)
 
 
+@pytest.mark.slow
 def test_a_column_draws_what_the_figure_of_its_scenario_draws() -> None:
     single = vireport.figure_2(study("inclined"))
     (grid,) = compare_figure(three(), "figure-2")
@@ -525,6 +526,7 @@ def test_more_scenarios_than_fit_across_make_several_figures() -> None:
     assert names == ["figure-variants", "figure-2", "figure-2-2", "figure-4", "figure-4-2", "figure-7", "figure-7-2"]
 
 
+@pytest.mark.slow
 def test_captions_have_the_conditions_of_the_papers_captions() -> None:
     overlaid, two, four, seven = compare_pictures(three())
     assert [sentences(picture.caption) for picture in (overlaid, two, four, seven)] == [2] * 4
@@ -599,13 +601,17 @@ def test_a_name_is_no_markup() -> None:
     assert all(len(row) == len(table.rows[0]) for table in tables for row in table.rows)
 
 
-@pytest.mark.parametrize("command", ["compare", "diff"])
-def test_data_are_compared_without_drawing(command: str, tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_data_are_compared_without_drawing(tmp_path: Path) -> None:
     baseline = tmp_path / "results.json"
     baseline.write_text(json.dumps(study("inclined").to_dict()))
-    first = str(baseline) if command == "diff" else str(EXAMPLES / "design-point.yaml")
-    code = "import sys; from vireport.cli import main; main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
-    arguments = [sys.executable, "-c", code, command, first, str(EXAMPLES / "inclined.yaml"), "--json"]
+    code = (
+        "import sys; from vireport.cli import main; two, one, baseline = sys.argv[1:]\n"
+        "main(['compare', two, one, '--json']); main(['diff', baseline, one, '--json'])\n"
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    files = [str(path) for path in (EXAMPLES / "design-point.yaml", EXAMPLES / "inclined.yaml", baseline)]
+    arguments = [sys.executable, "-c", code, *files]
     loaded = set(subprocess.run(arguments, capture_output=True, text=True, check=True).stderr.split())
     assert "vireport.comparison" in loaded
     assert not {"matplotlib", "jinja2", "scipy", "vireport.figures", "vireport.report", "vireport.checks"} & loaded
@@ -622,6 +628,7 @@ def test_the_package_has_the_functions_after_their_modules_are_imported() -> Non
     assert vireport.diff is diff
 
 
+@pytest.mark.slow
 def test_figures_show_themselves_without_pyplot() -> None:
     figure = vireport.figure_2(study("inclined"))
     files = figure._repr_png_(), vireport.pictures(study("inclined"))[0].png

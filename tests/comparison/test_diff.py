@@ -310,6 +310,7 @@ def test_a_report_tells_what_has_changed_since_a_baseline(tmp_path: Path, capsys
     assert "No change beyond tolerance since the baseline." in files["same"]["summary.md"].decode()
 
 
+@pytest.mark.slow
 def test_a_report_has_the_text_of_a_baseline_as_text(tmp_path: Path) -> None:
     data, hostile = results("design-point"), "<script>alert(1)</script> #panic() | `"
     data["alerts"].append({"code": "VR0", "title": hostile, "severity": "note"})

@@ -123,7 +123,7 @@ def goes_on(device: Device, varied: DesignInput, to: float) -> bool:
 @pytest.mark.parametrize("part", first(1, range(4)))
 def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
     """A search among all solutions at many values finds the motion up to just before the end, and not just after."""
-    for device, design in stable_devices(2 if part == 0 else 16, 1000 * part):
+    for device, design in stable_devices(1 if part == 0 else 12, 1000 * part):
         assert not design.unresolved
         for varied, end in ((v, e) for v in DesignInput for e in ends(design, v) if e is not None):
             place, little = (end.point.closed.u, end.point.closed.phi_bottom), 1e-6 * end.distance
@@ -134,7 +134,7 @@ def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
 
 @pytest.mark.parametrize("part", first(1, range(4)))
 def test_where_nothing_ends_stable_motion_goes_on(part: int) -> None:
-    for device, design in stable_devices(3 if part == 0 else 20, 1000 * part):
+    for device, design in stable_devices(2 if part == 0 else 12, 1000 * part):
         for varied in (DesignInput.INCLINATION, *RESTITUTIONS):
             low, high = (0.0, 90.0) if varied is DesignInput.INCLINATION else (1e-3, 0.99)
             for end, limit in zip(ends(design, varied), (low, high), strict=True):
@@ -193,7 +193,7 @@ def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
 @pytest.mark.parametrize("part", first(1, range(PARTS)))
 def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
     for device, design in stable_devices(1 if part == 0 else 8, 1000 * part):
-        for end in design.limits():
+        for end in design.limits()[:: 3 if part == 0 else 1]:
             with reference.precise():
                 inputs = {name.value: mpf(float(device.value_of(name))) for name in DesignInput}
                 exact = exact_end(device, inputs, end)
@@ -224,6 +224,7 @@ def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
                     assert derivative == pytest.approx(expected, rel=1e-8, abs=1e-9 * scale), (device, end, name)
 
 
+@pytest.mark.slow
 def test_horizontal_capsules_hand_their_stability_over() -> None:
     """An asymmetric motion becomes the symmetric one, or the reverse, at a pitchfork at which stable motion goes on."""
     device = Device(0.1245, 0.5, 9.8, 0.35, 3.0, 2.0, 0.0)
@@ -299,6 +300,7 @@ def test_both_the_pitchfork_and_the_end_of_stable_motion_are_margins() -> None:
     assert [x.relative for x in below] == pytest.approx([-0.5583266982353049, -0.6815182484296297], rel=1e-14)
 
 
+@pytest.mark.slow
 def test_the_simulated_motion_is_symmetric_on_one_side_of_the_pitchfork_only() -> None:
     from vireport.simulation import BOTTOM, Impact, find_attractor
 
@@ -378,10 +380,10 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
 
 @pytest.mark.parametrize("part", first(1, range(3)))
 def test_no_sweep_changes_margins_verdict_or_exit_code(part: int) -> None:
-    """Over 23 scenarios, each alone and along all parameters."""
-    for sweep in random_sweeps(11, 77 + part)[: 1 if part == 0 else 11]:
+    """Over nine scenarios, each alone and along all parameters, the first along one of them."""
+    for sweep in random_sweeps(4, 77 + part)[: 1 if part == 0 else 4]:
         alone = judged(sweep.device, None)
-        for parameter in Parameter:
+        for parameter in list(Parameter)[: 1 if part == 0 else None]:
             assert judged(sweep.device, parameter) == alone, (sweep.device, parameter)
 
 
@@ -396,7 +398,7 @@ def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
     from vireport.simulation import BOTTOM, Impact, find_attractor
 
     tried = 0
-    for (device, design), varied in product(stable_devices(20, 5), DesignInput):
+    for (device, design), varied in product(stable_devices(12, 5), DesignInput):
         for end in ends(design, varied):
             if end is None or end.event is Event.PITCHFORK:
                 continue
@@ -410,7 +412,7 @@ def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
                 attractor = find_attractor(Groups(d, gbar, at.restitution), Impact(BOTTOM, velocity * (1 + 1e-6), phi))
                 same = attractor.word == "BT" and apart_at_bottom(attractor, velocity, phi) < 0.1
                 assert same == stays, (device, varied, end, attractor)
-    assert tried > 100
+    assert tried > 60
 
 
 def test_an_end_that_is_not_polished_is_known_to_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -419,6 +421,7 @@ def test_an_end_that_is_not_polished_is_known_to_its_bound(monkeypatch: pytest.M
 
     device = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
     exact = design_point(device, None).margins
+    monkeypatch.setattr("vireport.design.point.margins_of", margins.margins_of)
     monkeypatch.setattr(margins, "solve_one_to_one", never_settles)
     rough = design_point(device, None).margins
     assert len(rough) == len(exact) > 5

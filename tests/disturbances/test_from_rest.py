@@ -71,9 +71,9 @@ def test_a_few_random_devices_come_to_what_an_own_simulator_finds() -> None:
 
 @pytest.mark.slow
 def test_random_devices_come_to_what_an_own_simulator_finds() -> None:
-    kinds = held_against_the_own_simulator(2, 400)
-    assert kinds.count("open") < 160
-    assert all(kinds.count(kind) > 10 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))
+    kinds = held_against_the_own_simulator(2, 100)
+    assert kinds.count("open") < 40
+    assert all(kinds.count(kind) > 2 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))
 
 
 @pytest.mark.parametrize(
@@ -122,6 +122,7 @@ def test_switching_on_while_the_ball_is_pressed_down_is_one_trajectory() -> None
     assert parts[0][0] == pytest.approx(share)
 
 
+@pytest.mark.slow
 def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     """At 3.6 N, 3 periods for nearly all moments, 20 for all."""
     solution = solved("inclined-forcing", excitation__amplitude_n=3.6, sweep=None)
@@ -145,7 +146,7 @@ def test_a_ramp_is_the_motion_under_a_force_of_as_many_half_waves() -> None:
     """Integrated with the amplitude of each half wave, from the state before it, by small steps."""
     groups, phase, periods = Groups(0.4, 0.3, 0.5), 1.0, 3
     wall, position, velocity, end = ramped(groups, phase, periods)
-    h, t, elapsed = 2e-5, phase / pi, 0.0
+    h, t, elapsed = 5e-5, phase / pi, 0.0
     z, v, amplitude, half = groups.d / 2, 0.0, 0.0, None
     while True:
         current = np.floor(t - 0.5)
@@ -168,6 +169,7 @@ def test_a_ramp_is_the_motion_under_a_force_of_as_many_half_waves() -> None:
     assert np.cos(end) == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_window_ends_where_the_outcome_changes() -> None:
     device = PAPER.with_values({Parameter.AMPLITUDE: 3.6})
 
@@ -216,6 +218,7 @@ def window_by_the_own_simulator(device: Device, varied: Parameter, reach: float 
     return held
 
 
+@pytest.mark.slow
 def test_an_edge_of_a_window_is_right_on_both_sides() -> None:
     """Where a rest cycle ends, its last hops are cut off by the release."""
     assert window_by_the_own_simulator(PAPER.with_values({Parameter.AMPLITUDE: 3.6}), Parameter.AMPLITUDE, 0.002) == 1
@@ -308,6 +311,7 @@ def test_a_start_beside_the_motion_reaches_it_at_once() -> None:
     assert told.settles_after == 0
 
 
+@pytest.mark.slow
 def test_the_verdict_is_not_green_where_the_motion_is_not_reached_from_rest() -> None:
     text = """
 schema_version: 1

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import numpy as np
+import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
@@ -14,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from vireport.figures import figure_2, figure_4, figure_7
+from vireport.figures import Picture, figure_2, figure_4, figure_7, pictures
 from vireport.physics import Device
 from vireport.scenario import Parameter, load
 from vireport.simulation import (
@@ -49,6 +51,14 @@ CASES: dict[str, tuple[str, tuple[str, ...]]] = {
     "next": ("inclined", ("sweep.from=0.6934", "sweep.to=0.69340001")),
 }  # fmt: skip
 
+QUICK = ("horizontal", "inclined", "inclined-forcing", "wide", "lively")
+
+
+def cases(*names: str) -> list[Any]:
+    """Sweeps by their names, those marked as slow that few quick tests need."""
+    return [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in names]
+
+
 # The paper's motions; name: (inclination, force, d, word, period)
 PAPER = {
     "horizontal": (0.0, 3.0, 0.3688, "BT", 1),
@@ -75,6 +85,11 @@ def study_of(name: str) -> Study:
 @cache
 def figure_of(name: str, figure: str) -> Figure:
     return FIGURES[figure](study_of(name))
+
+
+@cache
+def pictures_of(name: str) -> tuple[Picture, ...]:
+    return pictures(study_of(name))
 
 
 @cache

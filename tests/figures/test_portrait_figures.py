@@ -174,6 +174,7 @@ def test_a_ride_on_the_membrane_is_part_of_the_curve() -> None:
     assert np.abs(np.diff(x)).max() < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", first(1, [4, 1, 2, 8]))
 @pytest.mark.parametrize("draw", [figure_3, figure_6])
 def test_many_motions_fit_a_page(draw, count: int) -> None:
@@ -185,6 +186,7 @@ def test_many_motions_fit_a_page(draw, count: int) -> None:
     assert_readable(drawn)
 
 
+@pytest.mark.slow
 def test_every_word_is_in_the_diagrams_legend() -> None:
     check = simulated_study().crosscheck
     drawn = figure_diagram(simulated_study(), check.diagram, check.values, check.groups.d)

@@ -11,6 +11,7 @@ from figure_cases import CASES, FIGURES, ROOT, assert_readable, figure_of, simul
 
 import vireport
 from vireport import Comparison
+from vireport.checks.methods import METHODS
 from vireport.comparison.figures import compare_pictures
 from vireport.figures import measured_pictures, pictures, simulated_points
 from vireport.scenario import load_map, loads
@@ -30,7 +31,7 @@ def comparison(kind: str) -> Comparison:
     return vireport.compare([path(name) for name in EXAMPLES])
 
 
-@pytest.mark.parametrize("name", first(3, CASES))
+@pytest.mark.parametrize("name", first(1, CASES))
 @pytest.mark.parametrize("figure", list(FIGURES))
 def test_along_a_sweep(name: str, figure: str) -> None:
     assert_readable(figure_of(name, figure))
@@ -44,7 +45,8 @@ def test_from_simulation() -> None:
             assert_readable(picture.figure)
 
 
-@pytest.mark.parametrize("kind", first(1, ["inclinations", "scenarios"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["inclinations", "scenarios"])
 def test_of_a_comparison(kind: str) -> None:
     drawn = compare_pictures(comparison(kind))
     assert len(drawn) == 1 + len(FIGURES)
@@ -53,7 +55,9 @@ def test_of_a_comparison(kind: str) -> None:
 
 
 @pytest.mark.slow
-def test_of_what_is_measured() -> None:
+def test_of_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = [method for method in METHODS if not method.name.endswith(("Radau", "LSODA"))]
+    monkeypatch.setattr("vireport.checks.workprecision.METHODS", quick)
     text = Path(path("inclined")).read_text(encoding="utf-8")
     study = analyse(loads(f"{text}\naccuracy: {{repeats: 1, ladder: [1, 100]}}\n"), ["png"])
     measured = list(measured_pictures(study))

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import EXAMPLES
+from conftest import EXAMPLES, first
 
 from vireport import analyse, loads
 from vireport.base import UsageError
@@ -86,7 +86,7 @@ def test_raised_where_its_cause_is(code: str, name: str, there: list[str], elsew
     assert code not in codes(name, *elsewhere)
 
 
-@pytest.mark.parametrize("way", range(3))
+@pytest.mark.parametrize("way", first(1, range(3)))
 def test_each_way_into_the_geometry_is_one(way: int, example) -> None:
     """With the numbers of the alert, as printed, and with those of the results."""
     text = example("inclined").read_text()
@@ -102,6 +102,7 @@ def test_each_way_into_the_geometry_is_one(way: int, example) -> None:
         assert solution.fitting is None
 
 
+@pytest.mark.slow
 def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None:
     text = example("horizontal").read_text()
     tilted = analyse(loads(text, overrides=["inclination_deg=0.5"]))
@@ -112,6 +113,7 @@ def test_next_to_a_fold_digits_are_said_to_be_missing(example, study_of) -> None
     assert "VR008" not in {alert.code for alert in study_of("horizontal").alerts}
 
 
+@pytest.mark.slow
 def test_at_a_grazing_point_it_is_undecided_whether_there_is_a_motion(example) -> None:
     text = example("horizontal").read_text()
     tilted = analyse(loads(text, overrides=["inclination_deg=14"]))

@@ -166,6 +166,7 @@ map:
 """Too weak to leave the membrane, reached, not reached, next to the period doubling, and beyond it."""
 
 
+@pytest.mark.slow
 def test_outcome_from_rest_and_least_shock_of_a_cell_are_those_of_a_run() -> None:
     pytest.importorskip("numba")
     plan = plan_of(SWITCHED)

@@ -98,7 +98,7 @@ def test_return_map_is_the_whole_equation_in_si_units(study, orbits) -> None:
         return v, a
 
     period = 1 / device.frequency_hz
-    run = solve_ivp(rates, (0, period), [half, speed], method="DOP853", rtol=1e-12, atol=1e-14, max_step=period / 2000)
+    run = solve_ivp(rates, (0, period), [half, speed], method="DOP853", rtol=1e-12, atol=1e-14, max_step=period / 500)
     assert run.y[0, -1] == pytest.approx(half, abs=1e-9)
     assert run.y[1, -1] == pytest.approx(speed, rel=1e-9)
     assert (run.y[0].max() - half) / length_unit == pytest.approx(orbit.bottom.deflection, rel=1e-4)
@@ -148,6 +148,7 @@ def test_multipliers_tend_to_those_of_the_rigid_motion(study, orbits, models, ri
         assert np.prod(orbit.multipliers) == pytest.approx(orbit.determinant, abs=1e-12), factor
 
 
+@pytest.mark.slow
 def test_a_motion_of_two_forcing_periods_tends_to_the_rigid_one(study) -> None:
     device = replace(study.solution.device, period_ratio=2, length_m=1.654)
     motions = design_point(device, None).motions

@@ -28,7 +28,7 @@ GONE = ("device.restitution=0.3", "inclination_deg=45", "sweep.from=0.2", "sweep
 @pytest.fixture(scope="module")
 def inclined():
     solution = solved("inclined")
-    return solution, own_stiffness(solution), compliance(solution, (1,), repeats=1)
+    return solution, own_stiffness(solution)
 
 
 def test_a_contact_is_that_of_the_adaptive_integration() -> None:
@@ -48,7 +48,7 @@ def test_a_contact_is_that_of_the_adaptive_integration() -> None:
 
 
 def test_the_return_map_and_its_derivatives_are_those_of_the_adaptive_integration(inclined) -> None:
-    solution, found, _ = inclined
+    solution, found = inclined
     model = compliant_model(solution.device, Parameter.LENGTH, solution.device.length_m, solution.membrane)
     x = found.motion.velocity_bottom, found.motion.phase_bottom
     fast = return_trip(model, *x, (0.9, 0.8), ALL)
@@ -58,8 +58,10 @@ def test_the_return_map_and_its_derivatives_are_those_of_the_adaptive_integratio
     assert fast.jacobian == pytest.approx(linearised(model, np.array(x)), abs=2e-5)
 
 
+@pytest.mark.slow
 def test_motion_and_end_are_those_of_the_accuracy_block_to_their_stated_error(inclined) -> None:
-    _, found, slow = inclined
+    solution, found = inclined
+    slow = compliance(solution, (1,), repeats=1)
     orbit, motion = slow.own.orbit, found.motion
     assert abs(motion.velocity_bottom - orbit.bottom.velocity) < motion.error < 1e-4
     assert abs(motion.phase_bottom - orbit.bottom.phase) < motion.error
@@ -159,6 +161,7 @@ def test_ends_of_a_sweep_are_compliant_though_the_design_point_is_not_stable(exa
     assert "rigid 0.629 m, compliant 0.582 m" in study.verdict.headline
 
 
+@pytest.mark.slow
 def test_where_contacts_are_long_whatever_is_written(example) -> None:
     """Results that hung on the formats would make a report and --json of one scenario differ."""
     for name, there in (("inclined", True), ("stiff-membrane", False)):

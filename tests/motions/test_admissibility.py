@@ -46,8 +46,8 @@ def sampled_extremes(o: Orbits, r: float, i: int) -> list[float]:
 def test_gap_against_dense_sampling(seed: int, n: int) -> None:
     o, r = random_motions(seed, n)
     gap = wall_gap(o, r)
-    rows = np.concatenate([np.nonzero(gap < o.d)[0][:40], np.nonzero(gap == o.d)[0][:40]])
-    assert len(rows) > 20
+    rows = np.concatenate([np.nonzero(gap < o.d)[0][:12], np.nonzero(gap == o.d)[0][:12]])
+    assert len(rows) >= 12
     for i in rows:
         expected = min([o.d[i], *sampled_extremes(o, r, i)])
         assert gap[i] == pytest.approx(expected, abs=1e-6 * (1 + o.d[i]))

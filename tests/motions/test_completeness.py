@@ -109,7 +109,7 @@ def test_branch_across_the_singularity_of_the_printed_form() -> None:
     np.testing.assert_allclose(smooth(main.q[inside]), main.velocity_bottom[inside], rtol=1e-9)
 
 
-SWEEPS, BATCHES = 120, 10
+SWEEPS, BATCHES = 120, 24
 """Random sweeps, and the parts of them of which each is a test."""
 
 

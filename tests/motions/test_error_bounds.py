@@ -98,10 +98,10 @@ def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
     return ratios
 
 
-@pytest.mark.parametrize("batch", first(1, range(0, 30, 2)))
+@pytest.mark.parametrize("batch", first(1, range(0, 60, 4)))
 def test_bounds_of_branches_hold_and_are_not_wild(batch: int) -> None:
     together: dict[str, list[float]] = {}
-    for sweep in sweep_grid()[6 * batch : 6 * batch + 6]:
+    for sweep in sweep_grid()[3 * batch : 3 * batch + 3]:
         for name, ratios in ratios_of(solution_of(sweep.device, MEMBRANE, sweep, design=False), 3).items():
             together.setdefault(name, []).extend(ratios)
     for name, ratios in together.items():
@@ -229,7 +229,7 @@ def test_bounds_of_voltages_hold_and_are_not_wild(share: float) -> None:
     assert np.median(ratios) < 1e3
 
 
-@pytest.mark.parametrize("device", first(1, [DEVICE, *(sweep.device for sweep in random_sweeps(3, seed=8)[1:])]))
+@pytest.mark.parametrize("device", first(0, [DEVICE, *(sweep.device for sweep in random_sweeps(3, seed=8)[1:])]))
 def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
     errors = []
     for parameter in Parameter:
@@ -251,6 +251,7 @@ def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
     assert np.count_nonzero(errors) > 10
 
 
+@pytest.mark.slow
 def test_admissible_is_undecided_where_rounding_decides() -> None:
     device = replace(DEVICE, inclination_deg=14.0)
     diagram = solve(Sweep(device, Parameter.LENGTH, 0.15, 0.5))

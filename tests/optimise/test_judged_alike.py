@@ -33,8 +33,8 @@ VARIED = (
     *("{path: excitation.amplitude_n, from: 2, to: 5}", "{path: inclination_deg, from: 5, to: 80}"),
     *("{path: device.restitution, from: 0.35, to: 0.65}", "{path: device.length_m, from: 0.6, to: 0.85}"),
 )
-DESIGNS, FEW = 50, 6
-"""Random designs on which run and search are held against each other; in the quick tests."""
+DESIGNS, FEW = 16, 6
+"""Random designs on which run and search are held against each other; those whose medians are required."""
 
 
 APART = {LimitKind.WORDS: 1, LimitKind.RANGE: 2}
@@ -129,14 +129,6 @@ def judged_alike(requirements: tuple[Requirement, ...], count: int) -> dict[str,
     return outcomes
 
 
-QUICK = ("u_bottom_top_difference_at_most_v", "stroke_at_most_m", "inclination_from_deg", "margin_any_percent")
-
-
-def test_a_few_designs_are_judged_alike() -> None:
-    outcomes = judged_alike(tuple(row for row in REQUIREMENTS if row.key in QUICK), FEW)
-    assert outcomes == {key: {False, True} for key in outcomes}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("requirements", GROUPS, ids=lambda group: "-".join(row.key for row in group[:2]))
 def test_run_and_optimise_judge_designs_alike(requirements: tuple[Requirement, ...]) -> None:
@@ -183,7 +175,7 @@ def test_a_design_that_a_run_passes_is_found_far_down_the_grid() -> None:
     ],
 )
 def test_no_cell_that_a_run_passes_is_better(required: str, objective: str) -> None:
-    problem = problem_of(loads(looked_for(required, 49, objective)))
+    problem = problem_of(loads(looked_for(required, 25, objective)))
     result, grid = optimise(problem), grid_of(problem)
     for row in grid.within():
         grid.judge(grid.t[row])
@@ -199,6 +191,7 @@ def test_no_cell_that_a_run_passes_is_better(required: str, objective: str) -> N
 @pytest.mark.slow
 def test_what_was_not_judged_is_not_said_to_fail(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.setattr("vireport.optimise.search.MOST_JUDGED", 4)
+    monkeypatch.setattr("vireport.optimise.search.MOST_REFINED", 1)
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text(looked_for("margin_period_doubling_percent: 70", 64, vary=(FORCE,)))
     assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 1

@@ -163,6 +163,7 @@ def test_no_search_among_random_electrical_devices_ends_above_what_impacts_lose(
         assert not {"VR016", "VR017"} & {alert.code for alert in point.study.alerts}
 
 
+@pytest.mark.slow
 def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tmp_path: Path, capsys) -> None:
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text(searched("u_ave_v", LENGTH, BIAS))
@@ -199,7 +200,11 @@ SOFT = "device.membrane.stiffness"
 
 @pytest.mark.parametrize(
     ("path", "ends", "said"),
-    [(SOFT, (4.5e5, 9e5), "lower"), (SOFT, (9e5, 4.5e5), "lower"), ("device.length_m", (0.7, 0.75), "upper")],
+    [
+        pytest.param(SOFT, (9e5, 4.5e5), "lower", marks=pytest.mark.slow),
+        pytest.param(SOFT, (4.5e5, 9e5), "lower", marks=pytest.mark.slow),
+        pytest.param("device.length_m", (0.7, 0.75), "upper", marks=pytest.mark.slow),
+    ],
 )
 def test_a_best_design_at_an_end_of_its_range_says_so(
     path: str, ends: tuple[float, float], said: str, capsys, tmp_path
@@ -214,6 +219,7 @@ def test_a_best_design_at_an_end_of_its_range_says_so(
     assert f"{path} is at its {said} limit; a wider range may give more." in " ".join(told.split())
 
 
+@pytest.mark.slow
 def test_a_best_design_that_a_limit_holds_is_at_no_end() -> None:
     result = optimise(problem_of(loads(searched("efficiency", BIAS))))
     assert list(result.problem.at_limits(result.best.t)) == []
@@ -247,6 +253,7 @@ def test_the_proved_power_is_at_most_what_the_impacts_may_lose(seed: int) -> Non
     assert best is not None or met == 0
 
 
+@pytest.mark.slow
 def test_the_report_shows_what_is_impossible_as_bad_and_says_what_its_bound_leaves_out(tmp_path: Path) -> None:
     scenario = tmp_path / "impossible.yaml"
     scenario.write_text(IMPOSSIBLE)

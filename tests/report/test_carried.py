@@ -87,6 +87,7 @@ def test_both_carry_the_file_and_the_results(files, example, tmp_path: Path) -> 
     assert page.overrides == pdf.overrides == SET
 
 
+@pytest.mark.slow
 def test_a_run_from_a_report_writes_one_that_can_be_run_again(files, again, tmp_path: Path) -> None:
     (tmp_path / "report.html").write_bytes(files["report.html", True])
     assert main(["run", str(tmp_path / "report.html"), "-o", str(tmp_path / "out"), "--format", "pdf", "-q"]) == 0

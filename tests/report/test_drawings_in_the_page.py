@@ -7,6 +7,7 @@ import re
 from base64 import b64encode
 from hashlib import sha256
 
+import pytest
 from bs4 import BeautifulSoup
 from pages import tidy
 
@@ -29,9 +30,15 @@ def elements(drawing: str) -> list[tuple[str, dict[str, str], str]]:
     return shown
 
 
-def test_the_page_has_every_element_that_is_drawn_and_its_text(study_of) -> None:
+@pytest.fixture(scope="module")
+def drawn(study_of) -> tuple[Report, str]:
+    """A report with figures along a sweep, and its page."""
     report = report_of(study_of("horizontal"))
-    page = render_html(report).decode()
+    return report, render_html(report).decode()
+
+
+def test_the_page_has_every_element_that_is_drawn_and_its_text(drawn) -> None:
+    report, page = drawn
     assert "<img" not in page
     drawings = {re.search('data-figure="(.*?)"', x)[1]: x for x in re.findall("<svg .*?</svg>", page, re.DOTALL)}
     assert drawings.keys() == report.pictures.keys()
@@ -39,8 +46,8 @@ def test_the_page_has_every_element_that_is_drawn_and_its_text(study_of) -> None
         assert elements(drawings[name]) == elements(picture.inline)
 
 
-def test_the_policy_of_a_page_allows_the_script_that_is_in_it(study_of) -> None:
-    page = render_html(report_of(study_of("horizontal"))).decode()
+def test_the_policy_of_a_page_allows_the_script_that_is_in_it(drawn) -> None:
+    _, page = drawn
     *_, (_, data), (attributes, script) = re.findall(r"<script([^>]*)>(.*?)</script>", page, re.DOTALL)
     assert attributes == ""
     assert json.loads(data)["r"] == 0.5

@@ -20,7 +20,7 @@ NAMES = (
     *("design-point", "best-design", "ci/passing", "ci/failing"),
 )
 COMPARED = ("horizontal", "inclined", "inclined-forcing")
-CASES = first(1, [("inclined", "a4"), ("inclined", "letter"), *((name, "a4") for name in (*NAMES, "comparison"))])
+CASES = first(0, [("inclined", "a4"), ("inclined", "letter"), *((name, "a4") for name in (*NAMES, "comparison"))])
 EMPTY_FROM = 40.0
 """Height without text from which it counts as empty: more than that between the ticks of a figure [pt]."""
 

@@ -93,6 +93,7 @@ def test_typst_reaches_no_network(tmp_path: Path, capsys, monkeypatch) -> None:
     assert "packages are not loaded from the network" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_characters_that_the_fonts_lack_and_long_words(tmp_path: Path) -> None:
     pypdf = pytest.importorskip("pypdf")
     text = DESIGN.read_text(encoding="utf-8")

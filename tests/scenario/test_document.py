@@ -21,7 +21,7 @@ from vireport.scenario.document import (
     scalar,
 )
 
-REPEATABLE = settings(derandomize=True, max_examples=100, deadline=None)
+REPEATABLE = settings(derandomize=True, max_examples=50, deadline=None)
 
 
 def data(text: str | bytes) -> object:

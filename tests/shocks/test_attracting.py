@@ -88,6 +88,7 @@ def test_of_two_mirror_images_one_is_reached_from_rest_and_both_have_one_least_s
     assert first.share == pytest.approx(second.share, abs=4 * np.sqrt(0.5 / found.starts))
 
 
+@pytest.mark.slow
 def test_next_to_a_critical_point_no_share_is_told() -> None:
     """At 5.348 N, B1 being at 5.34924 N."""
     _, found = found_at("inclined", device__length_m=0.75, excitation__amplitude_n=5.348)

@@ -216,6 +216,7 @@ def test_ends_of_every_kind() -> None:
     assert all(end.distance < 1e-8 for outcome, end in ends.items() if outcome is not Outcome.APERIODIC)
 
 
+@pytest.mark.slow
 def test_what_sticks_again_is_periodic_though_its_cycle_may_not_be_told() -> None:
     """A release is always the same; the cycle from one to the next is computed only if rounding stays small."""
     rng = np.random.default_rng(0)

@@ -29,6 +29,7 @@ def reworded(folder: Path, **changes: tuple[str, str]) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_the_headline_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, capsys) -> None:
     folder = reworded(tmp_path / "own", verdict=("reached from rest", "got to from rest"))
     files = ["--format", "markdown,junit,json", "-o", str(tmp_path / "out")]
@@ -40,6 +41,7 @@ def test_the_headline_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, c
     assert analyse(load(EXAMPLE)).verdict.worded(folder).headline in said.splitlines()
 
 
+@pytest.mark.slow
 def test_the_paragraph_the_word_and_captions_are_reworded(tmp_path: Path) -> None:
     folder = reworded(
         tmp_path / "own",
