@@ -30,15 +30,16 @@ TESTS = {
     "templates/words/figures": ("tests/wording", "tests/figures"),
     "templates/words": ("tests/wording", "tests/gate", "tests/report"),
     "vireport/shocks": ("tests/shocks/test_withstood.py",),
-    "vireport/report": ("tests/report",),
-    "vireport/gate": ("tests/gate",),
-    "vireport/figures": ("tests/figures",),
     "vireport/optimise": ("tests/optimise/test_best_design.py",),
-    "vireport/comparison": ("tests/comparison",),
-    "vireport/chart": ("tests/chart",),
     "vireport/text": ("tests/text", "tests/gate"),
 }
-"""Quick tests beside those that read back, by the beginning of a file's path."""
+"""Quick tests beside those that read back, by the beginning of a file's path; else those of its package."""
+
+
+def tests_of(file: str) -> tuple[str, ...]:
+    """The quick tests beside those that read back."""
+    own = (f"tests/{Path(file).parts[1]}",)
+    return next((tests for beginning, tests in TESTS.items() if file.startswith(beginning)), own)
 
 
 def caught(copy: Path, tests: tuple[str, ...]) -> bool:
@@ -62,8 +63,7 @@ def outcome(copy: Path, file: str, old: str, new: str, whole: bool) -> str:
     try:
         if caught(copy, READ_BACK):
             return "read back"
-        beside = next(tests for beginning, tests in TESTS.items() if file.startswith(beginning))
-        if caught(copy, beside):
+        if caught(copy, tests_of(file)):
             return "other tests"
         return "other tests" if whole and caught(copy, ("-n", "2", "tests")) else "SURVIVED"
     finally:
