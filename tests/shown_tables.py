@@ -438,7 +438,11 @@ def shifted_ends(x: Results) -> list[Row]:
                 "end at": Amount(value, unit, 5) if moved else "—",
                 "moved by": Amount(value - end, unit, 3) if moved else "—",
                 "moved by 2": Amount(100 * (value / end - 1), "%", 3) if moved else "—",
-                "margin left": Amount(100 * margin_left(x, shift), "%", 2) if moved else left,
+                "margin left": Said(
+                    "{}{}", "" if margin_left(x, shift) > 0 else "−", percentage(abs(margin_left(x, shift)))
+                )
+                if moved
+                else left,
             }
         )
     return rows
@@ -1090,7 +1094,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Stable ranges around the design point, one input varied at a time": ranges_around,
     "Critical points around the design point, nearest first": margins,
     "Distortion of the force that ends stable motion": distortions,
-    "Where the nearest end of stable motion would be": shifted_ends,
+    "How far would it move\\? The nearest end with what the model leaves out": shifted_ends,
     "1:1 motions at the design point": motions_at_design,
     "Voltages of the stable motions": voltages,
     "How Uave depends on the ball mass: .*": mass_effects,
@@ -1294,14 +1298,15 @@ def _of_stable(x: Results) -> Iterator[Said]:
 def _effects(x: Results) -> Iterator[Said]:
     of = x.data["effects"]
     if not of["rows"]:
-        yield Said(f"Not told: {of['reason']}.")
+        reason = f"{of['reason'][0].upper()}{of['reason'][1:]}"
+        yield Said(f"How far the nearest end of stable motion would move {reason}")
         return
     parameter, end = of["parameter"], of["sweep_value"]
     quantity, at = SYMBOLS[parameter][0], getattr(x.device, parameter)
     share = percentage(abs(end / at - 1))
     where = in_input(parameter, end, min(5, digits_of(x, parameter, end, 5)))
     name = f"{WORDS_OF[of['kind']]} {of['label']}".strip()
-    yield Said(f"The nearest end of stable motion is {name} in {quantity}, at {{}}, {{}} away.", where, share)
+    yield Said(f"Without: {name} in {quantity}, at {{}}, {{}} away.", where, share)
 
     worst = min(of["rows"], key=lambda shift: margin_left(x, shift))
     room = margin_left(x, worst)
@@ -1313,7 +1318,7 @@ def _effects(x: Results) -> Iterator[Said]:
         moved = worst["sweep_value"] / end - 1
         sign = "+" if moved > 0 else "−" if moved < 0 else ""
         yield Said(
-            f"leaves out: the end of stable motion moves by {sign}{{}} in {quantity}; without it, {{}} are left",
+            f"The worst of what is left out; the end moves by {sign}{{}}; without it {{}} in {quantity}: all",
             percentage(abs(moved)), share,
         )  # fmt: skip
 
