@@ -105,7 +105,8 @@ class Ray:
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a share."""
         (share,) = varied
-        return self.origin._replace(harmonics=(Harmonic(self.order, share * self.cosine, share * self.sine),))
+        d, gbar, r, _ = self.origin
+        return Groups(d, gbar, r, (Harmonic(self.order, share * self.cosine, share * self.sine),))
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the share, shape (6, 1)."""

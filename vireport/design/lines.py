@@ -16,7 +16,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import Curve, Event, Limits, Motion, Motions, PathPoint, follow, motion_at, neighbours, off
+from vireport.motions import (
+    Condition,
+    Curve,
+    Event,
+    Limits,
+    Motion,
+    Motions,
+    PathPoint,
+    follow,
+    motion_at,
+    neighbours,
+    off,
+)
 from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, RESTITUTIONS, Device, Groups, Restitutions, by_wall, each
 from vireport.scenario import DesignInput, Parameter
 
@@ -88,39 +100,45 @@ class AlongLine:
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
-        (position,), (d, gbar, r, _), origin = varied, self.origin, self.origin
+        (position,), (d, gbar, r, harmonics) = varied, self.origin
         match self.line:
             case Line.LENGTHS:
-                return origin._replace(d=d * self.ops.exp(position))
+                return Groups(d * self.ops.exp(position), gbar, r, harmonics)
             case Line.FORCES:
                 grown = self.ops.exp(position)
-                return origin._replace(d=d * grown, gbar=gbar * grown)
+                return Groups(d * grown, gbar * grown, r, harmonics)
             case Line.MASSES:
                 grown = self.ops.exp(position)
-                return origin._replace(d=d * grown, gbar=gbar * (1 + self.capsule_share * (grown - 1)))
+                return Groups(d * grown, gbar * (1 + self.capsule_share * (grown - 1)), r, harmonics)
             case Line.GRAVITY:
-                return origin._replace(gbar=gbar + position)
+                return Groups(d, gbar + position, r, harmonics)
             case Line.RESTITUTION:
-                return origin._replace(restitution=each(r, lambda own: own + position))
+                return Groups(d, gbar, each(r, lambda own: own + position), harmonics)
         bottom, top = by_wall(r)
         if self.line is Line.RESTITUTION_BOTTOM:
-            return origin._replace(restitution=Restitutions(bottom + position, top))
-        return origin._replace(restitution=Restitutions(bottom, top + position))
+            return Groups(d, gbar, Restitutions(bottom + position, top), harmonics)
+        return Groups(d, gbar, Restitutions(bottom, top + position), harmonics)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics."""
-        d, gbar, *_ = self.at(varied)
-        by_capsule = self.capsule_share * self.origin.gbar * self.ops.exp(varied[0])
-        slopes = {
-            Line.LENGTHS: (d, 0.0, 0.0, 0.0),
-            Line.FORCES: (d, gbar, 0.0, 0.0),
-            Line.MASSES: (d, by_capsule, 0.0, 0.0),
-            Line.GRAVITY: (0.0, 1.0, 0.0, 0.0),
-            Line.RESTITUTION: (0.0, 0.0, 1.0, 1.0),
-            Line.RESTITUTION_BOTTOM: (0.0, 0.0, 1.0, 0.0),
-            Line.RESTITUTION_TOP: (0.0, 0.0, 0.0, 1.0),
-        }
-        return np.array([*slopes[self.line], *[0.0] * 2 * len(self.origin.harmonics)])[:, None]
+        d, gbar, _, harmonics = self.at(varied)
+        slopes = [0.0] * (4 + 2 * len(harmonics))
+        match self.line:
+            case Line.LENGTHS:
+                slopes[0] = d
+            case Line.FORCES:
+                slopes[:2] = d, gbar
+            case Line.MASSES:
+                slopes[:2] = d, self.capsule_share * self.origin.gbar * self.ops.exp(varied[0])
+            case Line.GRAVITY:
+                slopes[1] = 1.0
+            case Line.RESTITUTION:
+                slopes[2:4] = 1.0, 1.0
+            case Line.RESTITUTION_BOTTOM:
+                slopes[2] = 1.0
+            case Line.RESTITUTION_TOP:
+                slopes[3] = 1.0
+        return np.array(slopes)[:, None]
 
 
 def along(line: Line, device: Device, ops: Any) -> AlongLine:
@@ -291,6 +309,8 @@ def ends_along(
     Event, ndarray, bool, bool
         See `Ending`.
     """
+    # Where only the type of a stable motion changes is not asked: a seventh of the work.
+    curve = replace(curve, passed=(Condition(Event.PERIOD_DOUBLING),))
     x = curve.vector(replace(motion, coordinate=0.0))
     way = curve.tangent(x)
     start = PathPoint(curve, x, way if way[-1] * sign > 0 else -way)

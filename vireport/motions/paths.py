@@ -466,6 +466,8 @@ class Curve(Path):
         Range of what varies, the coordinate.
     width : float
         What the coordinate is measured by: the range of a sweep, or as much of it as has motions on both membranes.
+    passed : tuple of Condition
+        What is looked for that motions pass through.
     """
 
     word: Word
@@ -473,6 +475,7 @@ class Curve(Path):
     low: float
     high: float
     width: float
+    passed: tuple[Condition, ...] = PASSED
 
     @classmethod
     def along_sweep(cls, word: Word, model: Model, low: float, high: float) -> Self:
@@ -608,7 +611,7 @@ class Curve(Path):
         def pass_through(value: Callable[[PathPoint], float]) -> bool:
             return value(arc.start) * value(arc.end) < 0
 
-        for condition in PASSED:
+        for condition in self.passed:
             if pass_through(self._excess(condition)):
                 events.append((*self.located(arc, self._excess(condition)), condition.event))
         # A multiplier is 1 where the curve turns in what varies, and where another curve crosses it: at both the
@@ -641,7 +644,7 @@ class Curve(Path):
         It is looked for where the parabola through both ends and the middle of the step comes near a border: the trace
         turns little within a step.
         """
-        for condition in (*PASSED, MEETING):
+        for condition in (*self.passed, MEETING):
             excess = self._excess(condition)
             start, end = excess(arc.start), excess(arc.end)
             near = min(abs(start), abs(end)) < NEARBY * max(1.0, abs(condition.trace(0.0, arc.start.decay)))

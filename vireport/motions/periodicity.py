@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
-from vireport.physics import ARRAYS, FLOATS, Groups, Restitutions, Wave, Word, by_wall, flight
+from vireport.physics import FLOATS, Groups, Restitutions, Wave, Word, by_wall, flight, wave
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -126,16 +126,12 @@ class Leg(NamedTuple):
 
 def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Iterator[Leg]:
     """The flights of a motion, by the times of its impacts."""
-    count, waves = len(word), [groups.wave(ops.pi * t, ops) for t in time]
+    count, harmonics = len(word), groups.harmonics
+    waves = [wave(ops.sin(phase), ops.cos(phase), harmonics) for phase in [ops.pi * t for t in time]]
     for i in range(count):
         j = (i + 1) % count
         duration = time[j] - time[i] + (0 if j > i else 2 * word.periods)
         yield Leg(i, j, duration, waves[i], waves[j])
-
-
-def forces_at(time: Any, groups: Groups[Any]) -> Any:
-    """The relative acceleration of the ball at times, arrays [-]."""
-    return groups.pull(groups.wave(np.pi * time, ARRAYS).force)
 
 
 def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
