@@ -1367,10 +1367,13 @@ def _of_membrane(x: Results) -> Iterator[Said]:
         return
     yield Said("δ the larger deflection; Rc = {}.", Amount(radius, "m", 6))
     exponent = 1 / (h + 1)
-    yield Said(
-        "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
-        number(exponent, 4), number(2**exponent, 3),
-    )  # fmt: skip
+    if device.free:
+        yield Said("grows with the power 1/(h + 1) = {} of m/(1 + m/M). The velocities are those", number(exponent, 4))
+    else:
+        yield Said(
+            "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
+            number(exponent, 4), number(2**exponent, 3),
+        )  # fmt: skip
     everywhere = list(_admissible_speeds(x))
     deepest = max(device.deflection(max(speeds)) for speeds in everywhere)
     if deepest > radius:
