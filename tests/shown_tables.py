@@ -1313,7 +1313,7 @@ def _effects(x: Results) -> Iterator[Said]:
     if 0 < room < inf:
         yield Said(f"How far would it move? {effect_of(x, worst)}: {{}} left", percentage(room))
     else:
-        yield Said(f"How far would it move? {'✗' if room < 0 else ''}{effect_of(x, worst)}: ")
+        yield Said(f"How far would it move? {'!' if room < 0 else ''}{effect_of(x, worst)}: ")
     if worst["sweep_value"] is not None:
         moved = worst["sweep_value"] / end - 1
         sign = "+" if moved > 0 else "−" if moved < 0 else ""
