@@ -1313,7 +1313,7 @@ def _effects(x: Results) -> Iterator[Said]:
     if 0 < room < inf:
         yield Said(f"How far would it move? {effect_of(x, worst)}: {{}} left", percentage(room))
     else:
-        yield Said(f"How far would it move? {'✗' if room < 0 else ''}{effect_of(x, worst)}: ")
+        yield Said(f"How far would it move? {'!' if room < 0 else ''}{effect_of(x, worst)}: ")
     if worst["sweep_value"] is not None:
         moved = worst["sweep_value"] / end - 1
         sign = "+" if moved > 0 else "−" if moved < 0 else ""
@@ -1367,10 +1367,13 @@ def _of_membrane(x: Results) -> Iterator[Said]:
         return
     yield Said("δ the larger deflection; Rc = {}.", Amount(radius, "m", 6))
     exponent = 1 / (h + 1)
-    yield Said(
-        "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
-        number(exponent, 4), number(2**exponent, 3),
-    )  # fmt: skip
+    if device.free:
+        yield Said("grows with the power 1/(h + 1) = {} of m/(1 + m/M). The velocities are those", number(exponent, 4))
+    else:
+        yield Said(
+            "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
+            number(exponent, 4), number(2**exponent, 3),
+        )  # fmt: skip
     everywhere = list(_admissible_speeds(x))
     deepest = max(device.deflection(max(speeds)) for speeds in everywhere)
     if deepest > radius:

@@ -194,3 +194,15 @@ def test_sweep_writes_a_map(tmp_path: Path) -> None:
 def test_a_chart_says_what_is_wrong_with_its_inputs(over: str, message: str, example, capsys) -> None:
     assert main(["chart", str(example("inclined")), "--over", over, "--set", "device.restitution=1"]) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("over", "pair"),
+    [
+        ("restitution,restitution_top", "restitution and restitution_top are both restitutions"),
+        ("capsule_mass_kg,restitution", "are a restitution and the mass of a free capsule (allowed: at most one"),
+    ],
+)
+def test_a_chart_needs_an_input_that_can_be_swept(over: str, pair: str, example, capsys) -> None:
+    assert main(["chart", str(example("inclined")), "--over", over, "--set", "device.capsule=free"]) == 2
+    assert pair in capsys.readouterr().err

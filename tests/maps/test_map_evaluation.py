@@ -101,6 +101,40 @@ def test_simulation_of_a_cell_agrees_with_its_stability() -> None:
     assert rows[1]["word"] == "BT"
 
 
+FREE = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, restitution: 0.5, length_m: 0.75, capsule: free}
+excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
+inclination_deg: 45
+map:
+  axes:
+    - {path: device.ball_mass_kg, values: [0.001, 0.0041, 0.03]}
+    - {path: excitation.amplitude_n, values: [2.5, 3.0]}
+"""
+
+
+def test_the_ball_weighs_on_a_free_capsule() -> None:
+    """Its mass is in gbar, so that the heaviest one has no stable motion, and in the energy that deflects membranes."""
+    for row in whole(plan_of(FREE)).to_pylist():
+        m, force = row["ball_mass_kg"], row["amplitude_n"]
+        assert row["gbar"] == pytest.approx((0.1245 + m) * 9.8 * np.sin(np.pi / 4) / force, rel=1e-14)
+        given = {"device.ball_mass_kg": m, "excitation.amplitude_n": force, "device.capsule": "free"}
+        study = analyse(loads(PRESCRIBED, overrides=[f"{key}={value}" for key, value in given.items()]), ())
+        design = study.solution.design
+        assert row["stable"] == np.count_nonzero(design.motions.stable)
+        if row["stable"]:
+            assert row["u_ave_v"] == pytest.approx(design.voltages.average_v[0], rel=1e-12)
+    kinds = {row["ball_mass_kg"]: row["stable"] for row in whole(plan_of(FREE)).to_pylist() if row["amplitude_n"] == 3}
+    assert kinds == {0.001: 1, 0.0041: 1, 0.03: 0}
+
+
+PRESCRIBED = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, ball_mass_kg: 0.0041, restitution: 0.5, length_m: 0.75}
+excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
+inclination_deg: 45
+"""
+
 SHARED = """\
 schema_version: 1
 device: {capsule_mass_kg: 0.1245, restitution: 0.5}

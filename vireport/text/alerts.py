@@ -267,7 +267,7 @@ CATALOGUE = (
         "The voltage is sensitive to the ball's mass",
         "U_ave changes by more than half the share by which the mass of the ball does. The paper does not give that "
         "mass; published values for this device differ by a factor of six.",
-        "Weigh the ball. Velocities, stability and critical points do not depend on it.",
+        "Weigh the ball. Velocities, stability and critical points depend on it in a free capsule alone.",
         {
             "changes": "1 % of ball mass changes U_ave by up to {percent:.2g} %.",
         },
