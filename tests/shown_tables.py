@@ -250,6 +250,10 @@ REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
     ),
     "stroke_at_most_m": ("Stroke of the shaker", "m", "at most", lambda x: x.device.stroke),
     "force_at_most_n": ("Force of the shaker", "N", "at most", lambda x: x.device.amplitude_n),
+    "withstands_distortion_percent": (
+        "Distortion that is withstood", "%", "at least",
+        lambda x: min(of["percent"] for of in x.design["distortion"] if of["percent"] is not None),
+    ),
     "survives_shock_m_s": (
         "Shock that is survived", "m/s", "at least", lambda x: x.data["disturbances"]["shock"]["least_jump_m_s"],
     ),

@@ -530,3 +530,27 @@ def test_a_word_that_is_stable_but_not_reached_from_rest_is_not_met() -> None:
     share = sum(each.share for each in found.motions if each.motion.word.canonical().letters == "BBT")
     assert f"so do {100 * share:.3g} % of 2000 random starts" in told.outcome.why
     assert 0 < share < 0.5
+
+
+STANDING = """
+schema_version: 1
+device: {{capsule_mass_kg: 0.1245, restitution: 0.5, length_m: {length}}}
+excitation: {{amplitude_n: 3.0, frequency_hz: 2.0}}
+inclination_deg: {inclination}
+requirements: {{withstands_distortion_percent: {least}}}
+"""
+
+
+def test_the_least_harmonic_of_either_order_is_what_a_design_withstands() -> None:
+    """3.85 % of the second at 45 degrees; a design without a stable motion withstands none."""
+    for length, inclination, least, passed, why in (
+        (0.6934, 45, 3.85, True, "of order 2, at 226 degrees"),
+        (0.6934, 45, 3.86, False, "of order 2, at 226 degrees"),
+        (0.3718, 45, 1.0, False, "there is no stable 1:1 motion at the design point"),
+    ):
+        (line,) = analyse(
+            loads(STANDING.format(length=length, inclination=inclination, least=least)), ("json",)
+        ).criteria
+        assert line.passed is passed
+        assert why in line.outcome.why
+    assert line.outcome.value is None

@@ -21,13 +21,14 @@ from vireport.design.lines import Followed, Line, along, ends_along, mirrored, s
 from vireport.design.margins import HARMONICS, Margin, normal_of, solved_end
 from vireport.motions import Curve, Event, Motion, Motions, in_decimals
 from vireport.physics import FLOATS, Device, Groups, Harmonic
+from vireport.scenario import LARGEST_HARMONIC
 
 Floats = NDArray[np.float64]
 
 ORDERS = tuple(own.order for own in HARMONICS)
 """Orders of the harmonics that are looked at."""
 
-LARGEST = 0.5
+LARGEST = LARGEST_HARMONIC / 100
 """Harmonic, as a share of the force, up to which an end is looked for."""
 
 RAYS, BEYOND = 6, 1.25

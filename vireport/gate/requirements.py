@@ -367,6 +367,19 @@ def _recovery(results: Evidence, limit: Limit) -> Judgement:
     return held_against(recovery.periods, limit, bound=recovery.error_bound)
 
 
+def _distortion(results: Evidence, limit: Limit) -> Judgement:
+    """The least harmonic found or, where none ends stable motion, the largest that was looked at."""
+    found = results.solution.design.distortions if results.solution.design is not None else ()
+    if not found:
+        raise NumericalError(NOT_STABLE)
+    known = [harmonic for harmonic in found if harmonic.share is not None]
+    if not known:
+        return held_against(100 * found[0].searched_to, limit, ("none ends stable motion up to there",))
+    least = min(known, key=lambda harmonic: harmonic.share or 0.0)
+    at = (f"of order {least.order}, at {least.phase_deg:.3g} degrees: found by rays, not proved",)
+    return held_against(100 * (least.share or 0.0), limit, at, 100 * (least.error_bound or 0.0))
+
+
 def _shock(results: Evidence, limit: Limit) -> Judgement:
     """The least shock found or, where none leads out, the largest that was tried; of the words that are required."""
     found, known = results.withstood, results.attracting
@@ -434,6 +447,7 @@ REQUIREMENTS = (
     Requirement("word", "Stable motion at the design point", MOTION, OfRun(_words)),
     Requirement("reached_from_rest", "Reached from rest", FROM_REST, OfRun(_reached)),
     Requirement("recovers_within_periods", "Recovery from small disturbances", FROM_REST, OfRun(_recovery)),
+    Requirement("withstands_distortion_percent", "Distortion that is withstood", MARGIN, OfRun(_distortion)),
     Requirement("survives_shock_m_s", "Shock that is survived", SHOCK, OfRun(_shock)),
     Requirement("phase_jitter_at_most_deg", "Spread of the phases", JITTER, OfRun(_jitter)),
     Requirement("u_ave_at_least_v", "U_ave", VOLTAGE, U_AVE),

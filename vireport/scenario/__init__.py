@@ -2,6 +2,7 @@
 
 from vireport.scenario.blocks import (
     DEMANDS,
+    LARGEST_HARMONIC,
     UNIT_OF_SWEPT,
     WIDEST_MARGIN,
     AccuracyBlock,
@@ -37,6 +38,7 @@ from vireport.scenario.schema import init_text, schema
 __all__ = [
     "DEMANDS",
     "LARGEST",
+    "LARGEST_HARMONIC",
     "SMALLEST",
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",

@@ -370,6 +370,9 @@ def _percent(title: str, kind: str) -> Any:
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
+LARGEST_HARMONIC = 50.0
+"""Harmonic of the force, over its amplitude [%], up to which it is looked for where stable motion ends."""
+
 MOST_EFFICIENT = 100.0
 """Most of the energy that impacts lose which can become electrical [%]: what is gained is part of what is lost."""
 
@@ -425,6 +428,16 @@ class RequirementsBlock(Block):
         "Most forcing periods until 1 % is left of a small disturbance of the slowest stable 1:1 motion at the design "
         "point.",
         example=40.0,
+    )
+    withstands_distortion_percent: Annotated[float | None, Demand(AT_LEAST)] = _key(
+        None,
+        "Withstands a distortion of",
+        "%",
+        "Least second or third harmonic of the force, over its amplitude and at its worst phase, that ends a stable "
+        "1:1 motion at the design point.",
+        example=3.0,
+        gt=0.0,
+        le=LARGEST_HARMONIC,
     )
     survives_shock_m_s: Annotated[float | None, Demand(AT_LEAST, (Need.DISTURBANCES,))] = _positive(
         None,
