@@ -108,6 +108,8 @@ class OfMotions:
 class OfShaker:
     """What the shaker must do: a number that grows with the force and falls with mass and frequency, if it changes.
 
+    Of a free capsule it hangs on the ball's mass, the length and the inclination as well, and need not be monotonic.
+
     Attributes
     ----------
     of : callable
