@@ -107,7 +107,7 @@ def test_the_shortest_crossing_is_by_the_fastest_ball_with_the_largest_accelerat
     assert r * fastest * t + (1 + gbar) * t**2 / 2 == pytest.approx(d)
 
 
-@pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 1), (BBT, 2)])
+@pytest.mark.parametrize(("walls", "periods"), [(BBT, 1), (BTT, 1), pytest.param(BBT, 2, marks=pytest.mark.slow)])
 def test_no_cell_with_a_motion_is_left_out(walls: tuple[int, ...], periods: int):
     word, r = Word(walls, periods), 0.6
     flights = random_flights(periods, periods, 4000)

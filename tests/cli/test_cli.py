@@ -139,7 +139,10 @@ def test_what_is_no_option_is_said_like_any_other_mistake(capfd) -> None:
     assert advice == "vireport plan --help lists the options"
 
 
-@pytest.mark.parametrize(("words", "next_word"), [("vireport vali", "validate"), ("vireport x.yaml --js", "--json")])
+@pytest.mark.parametrize(
+    ("words", "next_word"),
+    [("vireport x.yaml --js", "--json"), pytest.param("vireport vali", "validate", marks=pytest.mark.slow)],
+)
 def test_a_shell_completes_commands_and_the_options_of_run(words: str, next_word: str) -> None:
     asked = {**os.environ, "_VIREPORT_COMPLETE": "complete_zsh", "_TYPER_COMPLETE_ARGS": words}
     shell = subprocess.run([sys.executable, "-m", "vireport"], env=asked, capture_output=True, text=True)

@@ -54,6 +54,7 @@ def test_a_report_has_the_section_where_the_scenario_asks_for_it(quick, example,
     assert results["compliant"] is None
 
 
+@pytest.mark.slow
 def test_portrait_finds_the_motions_behind_a_point(example, tmp_path: Path, capsys) -> None:
     assert main(["run", str(example("inclined")), "--json"]) == 0
     results = tmp_path / "results.json"

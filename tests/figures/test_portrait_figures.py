@@ -143,6 +143,7 @@ def test_without_gravity_the_ball_flies_straight() -> None:
     np.testing.assert_allclose(speed, speed[0], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_not_periodic_is_drawn_and_named() -> None:
     chaotic, rest = motion("chaotic"), motion("rest")
     assert chaotic.attractor.cycle is None

@@ -37,7 +37,7 @@ def test_results_do_not_depend_on_the_chunks() -> None:
 def test_every_cell_is_what_a_scenario_says() -> None:
     table = whole(plan_of(TEXT)).to_pylist()
     compared = 0
-    for row in random.Random(1).sample(table, 12):
+    for row in random.Random(1).sample(table, 8):
         text = HELD.replace("restitution", f"length_m: {row['length_m']!r}, restitution")
         study = analyse(loads(f"{text}inclination_deg: {row['inclination_deg']!r}\n"), ("json",))
         motions, volts = study.solution.design.motions, study.solution.design.voltages
@@ -56,7 +56,7 @@ def test_every_cell_is_what_a_scenario_says() -> None:
         assert row["u_ave_v"] == pytest.approx(volts.average_v[i], rel=1e-9)
         margin = 1 + 0.5**4 - abs(motions.trace[i])
         assert row["multiplier_margin"] == pytest.approx(margin, rel=1e-9, abs=1e-9)
-    assert compared > 5
+    assert compared > 3
 
 
 def test_stability_changes_where_the_paper_says() -> None:

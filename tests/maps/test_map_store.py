@@ -251,6 +251,7 @@ def test_only_files_are_used(file: Path, tmp_path: Path, place: str, kind: str) 
         run_map(str(file), tmp_path / "out", workers=1, draw=False)
 
 
+@pytest.mark.slow
 def test_two_runs_do_not_share_a_folder(file: Path) -> None:
     def progress(done: int, total: int) -> None:
         with pytest.raises(UsageError, match="out: another run"):

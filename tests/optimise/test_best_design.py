@@ -132,6 +132,7 @@ def test_of_several_stable_motions_the_worst_counts() -> None:
         assert cells.slack[0, 2:4] == pytest.approx(1 - np.array(limits), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_what_has_a_margin_keeps_its_motion() -> None:
     search = problem("u_ave_v", (LENGTH, FREQUENCY, INCLINATION))
     t = np.random.default_rng(4).uniform(size=(40, 3))
@@ -435,6 +436,7 @@ def test_every_device_within_the_tolerances_of_the_best_design_works() -> None:
         assert not search.study(t[row]).tolerances.proved
 
 
+@pytest.mark.slow
 def test_tolerances_that_no_design_has_are_in_the_way(tmp_path: Path, capsys) -> None:
     scenario = tmp_path / "scenario.yaml"
     wide = "tolerances: {frequency_percent: 45}\n"
