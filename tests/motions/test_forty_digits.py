@@ -14,7 +14,7 @@ from vireport.motions import solve
 pytestmark = pytest.mark.usefixtures("forty_digits")
 
 SWEEPS = random_sweeps(240, seed=20190301)
-BATCHES = 47  # not 48, as kinds of sweeps come in turn
+BATCHES = 23  # not 24, as kinds of sweeps come in turn
 TOLERANCE = 1e-12
 ROWS = 5
 
@@ -37,7 +37,7 @@ def test_branch_values(batch: int) -> None:
                 assert away <= TOLERANCE * max(abs(exact["velocity_bottom"]), 1), (sweep, row)
                 trace = exact["trace"]
                 assert abs(mpf(float(m.trace[row])) - trace) <= 1e-11 * (1 + abs(trace) / slowest), (sweep, row)
-    assert checked > 25
+    assert checked > 50
 
 
 @pytest.mark.parametrize("batch", first(1, range(BATCHES)))
@@ -49,4 +49,4 @@ def test_critical_points_within_their_bounds(batch: int) -> None:
             checked += 1
             assert abs(mpf(point.sweep_value) - value) <= point.error_bound, (sweep, critical)
             assert point.error_bound <= TOLERANCE * abs(point.sweep_value)
-    assert checked > 7
+    assert checked > 15
