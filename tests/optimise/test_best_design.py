@@ -132,7 +132,6 @@ def test_of_several_stable_motions_the_worst_counts() -> None:
         assert cells.slack[0, 2:4] == pytest.approx(1 - np.array(limits), rel=1e-9)
 
 
-@pytest.mark.slow
 def test_what_has_a_margin_keeps_its_motion() -> None:
     search = problem("u_ave_v", (LENGTH, FREQUENCY, INCLINATION))
     t = np.random.default_rng(4).uniform(size=(40, 3))
