@@ -175,7 +175,7 @@ def extreme(values: Floats, cell: Ints, count: int, of: np.ufunc) -> Floats:
 def _of_rows(record: Any, rows: Ints) -> Any:
     """A device or membrane with some elements of its arrays."""
     parts = {part.name: getattr(record, part.name) for part in fields(record)}
-    picked = {name: x[rows] for name, x in parts.items() if np.ndim(x)}
+    picked = {name: x[rows] for name, x in parts.items() if isinstance(x, np.ndarray)}
     picked |= {name: _of_rows(x, rows) for name, x in parts.items() if isinstance(x, (Dielectric, Restitutions))}
     return replace(record, **picked)
 
