@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
 from functools import cache
 from math import pi
 
@@ -16,26 +17,29 @@ from vireport.attraction.flights import (
     FIRST,
     SECOND,
     SYMBOLS,
+    TIME,
     Impacts,
     Sets,
     after_impact,
     enclosed,
+    exact,
     impacts_past_a_touch,
+    merged,
     middles,
     next_impacts,
     simulated,
     simulated_past,
 )
 from vireport.attraction.following import come_in, patience
-from vireport.attraction.proved import rounded_down
+from vireport.attraction.proved import Arrival, Proved, Region, prove_again, rounded_down
 from vireport.attraction.release import PRECISIONS, reaches
-from vireport.attraction.survived import survived, survived_again
+from vireport.attraction.survived import MOMENTS, SIZES, survived, survived_again
 from vireport.attraction.trap import proved_trap, trap_of
 from vireport.base import UsageError
 from vireport.checks.enclosures import UnprovedError
 from vireport.design import motions_at
 from vireport.motions import Motion, motion_at
-from vireport.physics import Affine, Device, Groups
+from vireport.physics import Affine, Device, Groups, between
 from vireport.scenario import Parameter
 from vireport.shocks import flight_times, shocked
 from vireport.simulation import FLIGHT, PHASE, TURN, VELOCITY, WALL, check_model, follow_impacts
@@ -178,6 +182,44 @@ def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
     assert min(told) > 50
 
 
+def test_enclosures_after_shocks_hold_what_is_simulated() -> None:
+    """Shocks of any size at any moment, also such as throw the ball back onto the membrane it has left."""
+    groups, motion, _ = stable(3.6)
+    random, count = np.random.default_rng(6), 1500
+    model, proved = np.repeat(check_model(groups), count, axis=0), []
+    for impact, duration in enumerate(flight_times(motion)):
+        wall, widths = motion.word.walls[impact], 10 ** random.uniform(-4, -1.5, (2, count))
+        share, jump = random.uniform(0.05, 0.95, count), random.uniform(-1, 1, count)
+        since = between(share - widths[0], share + widths[0], FIRST, SYMBOLS) * duration
+        added = between(jump - widths[1], jump + widths[1], SECOND, SYMBOLS)
+        time, after = (exact(np.full(count, x)) for x in (motion.time[impact], -0.5 * motion.velocity[impact]))
+        sets = Sets(np.full(count, wall), time, after + added, added * since * float(wall), since)
+        guesses = simulated(groups, shocked(groups, motion, impact, share * duration, jump), True)
+        ends = next_impacts(enclosed(groups), sets, guesses)
+        own = np.flatnonzero(ends.proved)
+        proved.append((len(own) / count, np.mean(ends.wall[own] == wall)))
+        for corner in CORNERS:
+            delay, jumps = (share + corner[0] * widths[0]) * duration, jump + corner[1] * widths[1]
+            last = follow_impacts(model, shocked(groups, motion, impact, delay, jumps), 1)[0][own, -1]
+            assert (last[:, WALL] == ends.wall[own]).all()
+            assert encloses(ends.duration[own], corner, delay[own] + last[:, FLIGHT]).all()
+            assert encloses(ends.velocity[own], corner, last[:, VELOCITY]).all()
+    assert np.min(proved) > 0.05
+
+
+def test_a_merged_set_holds_the_one_it_is_made_of() -> None:
+    """By how far either reaches in any direction: a box of roundings beside two sides that are nearly parallel."""
+    random = np.random.default_rng(7)
+    linear, radius = random.normal(size=(2, SYMBOLS, 200)), np.abs(random.normal(size=(2, 200)))
+    linear[:, TIME], linear[1, 3] = 0.0, linear[0, 3] * linear[1, 2] / linear[0, 2] * (1 + 1e-9)
+    merged_set = merged(*(Affine(np.zeros(200), own, rest) for own, rest in zip(linear, radius, strict=True)))
+    for angle in np.linspace(0, pi, 60):
+        way = np.array([np.cos(angle), np.sin(angle)])
+        before = np.abs(np.einsum("c,csk->sk", way, linear)).sum(axis=0) + np.abs(way) @ radius
+        now = np.abs(np.einsum("c,csk->sk", way, [each.linear for each in merged_set])).sum(axis=0)
+        assert (before <= now * (1 + 1e-12)).all()
+
+
 def attack(groups: Groups, trap: Trap, jump: float, count: int, seed: int = 3) -> None:
     """Random shocks up to a size, at random moments, all of which must come into the region."""
     motion, random = trap.motion, np.random.default_rng(seed)
@@ -280,6 +322,28 @@ def test_proofs_are_gone_through_again_from_results_alone(monkeypatch: pytest.Mo
     assert (again.from_rest, again.proved_m_s) == (False, 0.0)
     with pytest.raises(UsageError, match="no proof"):
         recheck_disturbances({**data, "disturbances": None})
+
+
+def test_what_is_proved_of_several_motions_is_the_least_and_refused_where_gravity_is_neglected() -> None:
+    at, largest = (5.0, 0.5554, 0.0), 0.01
+    groups, motion, trap = stable(*at)
+    found = survived(groups, trap, largest, True)
+    both = found, replace(found, jump=0.004)
+    assert Proved(2.0, Arrival(), both).jump_m_s == Proved(2.0, Arrival(), both[::-1]).jump_m_s == rounded_down(0.008)
+    region = Region(motion, trap.metric, trap.radius)
+    good, bad = (region, largest, found.halved), (replace(region, radius=30 * trap.radius), largest, found.halved)
+    assert prove_again(device(*at), None, [good]).proved_m_s > 0
+    for regions in ([good, bad], [bad, good]):
+        assert prove_again(device(*at), None, regions).proved_m_s == 0
+    # So slight an inclination that the device computed is another one.
+    assert prove_again(device(*at[:2], 1e-14), None, [good]).proved_m_s == 0
+
+
+def test_cells_that_are_only_claimed_to_be_proved_are_not_believed() -> None:
+    """All that the plane begins with, up to beyond the least shock that leads out."""
+    groups, _, trap = stable(3.6)
+    cells = 2 * len(trap.motion.word) * MOMENTS * (len(SIZES) - 1)
+    assert 0 < survived_again(groups, trap, 0.3, np.full(cells, -1)) < 0.1694
 
 
 def test_a_bound_is_rounded_down() -> None:
