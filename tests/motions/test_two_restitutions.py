@@ -30,7 +30,7 @@ from vireport.motions.pointwise import differentiated_motions, forms
 from vireport.motions.stability import flight_jacobians
 from vireport.physics import Device, Groups, Restitutions, Word
 from vireport.scenario import DesignInput, Parameter
-from vireport.simulation import BOTTOM, Impact, check_model, find_attractor, follow_one
+from vireport.simulation import BOTTOM, PHASE, VELOCITY, Impact, check_model, find_attractor, follow_one
 
 restitutions = st.floats(0, 0.95)
 shares, phases, ratios = st.floats(-0.49, 0.49), st.floats(0, 6.28), st.integers(1, 3)
@@ -276,6 +276,24 @@ def test_the_trace_of_any_word_has_the_restitution_of_each_wall() -> None:
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
     assert trace(motion.word, x, model) == pytest.approx(return_trace(orbit, r), rel=1e-13)
     assert model.determinant((1, -1)) == pytest.approx((0.47 * 0.52) ** 2)
+
+
+def test_a_membrane_that_is_struck_twice_counts_twice_in_the_determinant() -> None:
+    """Of BBT, against differences of the simulated return map."""
+    groups, step = Groups(0.4, 0.5, Restitutions(0.6, 0.4)), 1e-5
+    cycle = find_attractor(groups, Impact(BOTTOM, 0.3, 1.0), compiled=False).cycle
+    assert cycle is not None
+    assert sorted(cycle.wall) == [-1, 1, 1]
+
+    def after_a_period(x: np.ndarray) -> np.ndarray:
+        start = float(cycle.wall[0]), 0.0, float(x[1]), float(x[0])
+        return follow_one(check_model(groups)[0], start, 3, compiled=False)[0][3, [PHASE, VELOCITY]]
+
+    at = np.array([cycle.phase[0], cycle.velocity[0]])
+    slopes = [(after_a_period(at + h) - after_a_period(at - h)) / (2 * step) for h in step * np.eye(2)]
+    decay = groups.decay(cycle.wall.tolist())
+    assert decay == pytest.approx(0.6 * 0.6 * 0.4)
+    assert np.linalg.det(slopes) == pytest.approx(decay**2, rel=1e-5)
 
 
 def test_inputs_of_restitution_move_what_they_say() -> None:
