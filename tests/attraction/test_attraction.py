@@ -220,6 +220,47 @@ def test_a_merged_set_holds_the_one_it_is_made_of() -> None:
         assert (before <= now * (1 + 1e-12)).all()
 
 
+def test_a_region_about_another_place_says_how_far_the_motion_is_from_its_middle() -> None:
+    """Or is none: within its radius there must be room for that distance."""
+    groups, motion, trap = stable(5.2)
+    found = []
+    for way in np.linspace(0, pi, 4, endpoint=False):
+        for share in (1e-3, 0.9):
+            late, fast = share * trap.radius * np.linalg.inv(trap.metric) @ [np.cos(way), np.sin(way)]
+            beside = replace(motion, time=motion.time + late, velocity=np.add(motion.velocity, [fast, 0.0]))
+            found.append((share, proved_trap(groups, beside, trap.metric, trap.radius, True)))
+    assert {share for share, aside in found if aside is not None} >= {1e-3}
+    for share, aside in found:
+        assert aside is None or share * trap.radius <= aside.off * (1 + 1e-9) <= trap.radius
+
+
+def test_every_shock_up_to_the_bound_is_in_a_cell_that_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a proof by chance, that of cells of small jumps in the end."""
+    groups, _, trap = stable(3.6)
+    random, told = np.random.default_rng(8), []
+
+    class Chance:
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def prove(self, cells, impacts):
+            least = np.minimum(np.abs(cells.low[1]), np.abs(cells.high[1]))
+            holds = (random.random(len(least)) < 0.7) | ((least < 0.02) & (len(told) > 0))
+            told.append(cells[holds])
+            return holds, random.integers(0, 2, len(least)), 100_000
+
+    monkeypatch.setattr("vireport.attraction.survived.Period", Chance)
+    found = survived(groups, trap, 0.05, True)
+    assert 0.02 <= found.jump < 0.05
+    assert found.cells == sum(len(cells.impact) for cells in told)
+    low, high = (np.concatenate([getattr(cells, end) for cells in told], axis=1) for end in ("low", "high"))
+    after = np.concatenate([cells.impact for cells in told])
+    for impact in range(len(trap.motion.word)):
+        shocks = np.array([[1.0], [found.jump]]) * random.uniform([[0.0], [-1.0]], 1.0, (2, 4000))
+        inside = (low[:, :, None] <= shocks[:, None]) & (shocks[:, None] <= high[:, :, None])
+        assert (inside.all(axis=0) & (after == impact)[:, None]).any(axis=0).all()
+
+
 def attack(groups: Groups, trap: Trap, jump: float, count: int, seed: int = 3) -> None:
     """Random shocks up to a size, at random moments, all of which must come into the region."""
     motion, random = trap.motion, np.random.default_rng(seed)

@@ -11,7 +11,7 @@ from conftest import solved
 from vireport.atlas import motion_of_cycle
 from vireport.design import followed_motion
 from vireport.disturbances import FromRest, disturbances_of
-from vireport.motions import Event
+from vireport.motions import Event, motion_at
 from vireport.physics import Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.simulation import find_attractor, start_of
@@ -37,11 +37,27 @@ def test_the_motion_from_rest_is_that_of_its_equations_and_ends_where_the_simula
     assert (reached.motion.word.letters, reached.motion.word.periods) == (word, periods) == (end.word, end.periods)
     assert motion_of_cycle(end.cycle, 0.0).distance(reached.motion) < 1e-6
     assert reached.multipliers == pytest.approx(end.cycle.multipliers, rel=1e-5, abs=1e-9)
+    assert reached.growth == pytest.approx(end.cycle.growth, rel=1e-5)
     assert (reached.below, reached.above) == ends
     assert reached.varied is DesignInput.LENGTH
     for value, outward in ((reached.low, -1), (reached.high, 1)):
         assert simulated_word(solution.device, end, value * (1 - outward * BESIDE)) == word
         assert simulated_word(solution.device, end, value * (1 + outward * BESIDE)) != word
+
+
+def test_only_stable_motions_are_followed_and_from_the_least_inclination_upwards_alone() -> None:
+    """A horizontal capsule's two symmetric motions, which are no mirror images of each other any more as it tilts."""
+    solution = solved("horizontal", device__length_m=0.5554, excitation__amplitude_n=5.0)
+    here, highs = solution.design.motions, []
+    assert set(here.stable) == {True, False}
+    for row, stable in enumerate(here.stable):
+        found = followed_motion(solution.device, motion_at(here, row, 1), DesignInput.INCLINATION)
+        assert (found is not None) == stable
+        if found is not None:
+            assert (found.low, found.below) == (0.0, Event.SWEEP_END)
+            highs.append(found.high)
+    ends = [x.sweep_value for x in solution.design.endings() if x.parameter is DesignInput.INCLINATION]
+    assert sorted(highs) == pytest.approx(sorted(ends), rel=1e-11)
 
 
 def simulated_word(device: Device, end: FromRest, length: float) -> str:

@@ -374,6 +374,19 @@ SAID = [
     ("VR013", moved(True, ("velocity", 0.06), ("U_ave", -0.25)), ["stiffness moves velocity by +6 %, U_ave by -25 %."]),
     ("VR013", moved(True, (Parameter.LENGTH, -0.6)), ["length_m by 0.6 times the margin to it."]),
     ("VR013", moved(True), ["B1 is lost."]),
+    (
+        "VR016",
+        {
+            "solution": known(
+                design=SimpleNamespace(
+                    conversion=SimpleNamespace(field_v_m=np.array([2.5e7, 3.1e7, 9e7])),
+                    motions=SimpleNamespace(stable=np.array([True, True, False])),
+                ),
+                membrane=SimpleNamespace(dielectric=SimpleNamespace(breakdown_field_v_m=2e7)),
+            )
+        },
+        ["The field reaches 3.1e+07 V/m, 1.55 times the breakdown field of 2e+07 V/m."],
+    ),
     ("VR013", moved(False), ["the stable motion is lost."]),
     ("VR020", simulated(), ["Of 9 stable orbits the simulation left 2", "reaches 0.002 (tolerance 1e-09)."]),
     ("VR021", simulated(), ["20 of 40 starts", "end elsewhere (5 in BBT every forcing period, 5 in BBT", "period)."]),
@@ -393,7 +406,7 @@ SAID = [
 ]
 """Alerts, what results raise them, and parts of the cause."""
 
-BY_RESULTS = {"VR008", "VR009", "VR011", "VR012", "VR014", "VR016", "VR017"}
+BY_RESULTS = {"VR008", "VR009", "VR011", "VR012", "VR014", "VR017"}
 """Alerts whose causes are looked at above and beside the verdict, on results of scenarios."""
 
 

@@ -52,6 +52,12 @@ def mirrored():
     return solved("horizontal", device__length_m=0.36)
 
 
+def test_stable_motion_elsewhere_in_the_sweep_is_good_where_the_design_point_has_it(study_of: Callable) -> None:
+    """From B1, 0.6295 m, on; a cause for caution where the design point is in none of the ranges."""
+    assert fact(said(study_of("inclined").solution), Question.WHERE).status == "good"
+    assert fact(said(solved("inclined", device__length_m=0.6)), Question.WHERE).status == "caution"
+
+
 def test_the_margin_is_that_of_the_nearest_end_with_its_side(study_of: Callable, tilted) -> None:
     for solution, near in (
         (study_of("inclined").solution, False),

@@ -140,6 +140,7 @@ def test_what_is_set_over_the_file_has_no_line() -> None:
     assert (missed.key, missed.line) == ("u_ave_at_least_v", None)
     assert "::error file=" in github(study)
     assert "line=" not in github(study).split("::")[1]
+    assert f"::{missed.outcome.text}, required {missed.limit.text}" in github(study)
     assert sum(criterion.line is None for criterion in study.criteria) == 1
     whole = analyse(load(CI / "passing.yaml", {"requirements": {"u_ave_at_least_v": 1}}))
     assert [criterion.line for criterion in whole.criteria] == [None]

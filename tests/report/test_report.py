@@ -13,6 +13,7 @@ from io import BytesIO
 from math import pi, radians, sin
 from pathlib import Path
 from tempfile import gettempdir
+from types import SimpleNamespace
 
 import pytest
 from conftest import first
@@ -105,6 +106,12 @@ def test_no_line_can_end_within_a_quantity(name: str, page) -> None:
     prose = "".join(part for part in page(name).parts if "#" not in part and "{" not in part)  # no code, no data
     assert re.search(r"\d\u00a0Hz", prose)
     assert not re.findall(r".{20}(?:= [\d−]|\d (?:%|×|[nµmkMG]?(?:m|V|N|g|Hz|s|W|J|rad)\b)).{9}", prose)
+
+
+def test_the_points_are_said_to_be_as_exact_as_the_least_exact_of_them() -> None:
+    points = [SimpleNamespace(error_bound=bound) for bound in (1e-16, 3e-16, 2e-16)]
+    study = SimpleNamespace(solution=SimpleNamespace(critical_points=points))
+    assert Report(study, {}, None).largest_bound == 3e-16
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -98,7 +98,8 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
         least, most = max(least, -FARTHEST), min(most, FARTHEST)
     curve = Curve(motion.word, along(line, device, FLOATS), least, most, 1.0)
     x = curve.at(curve.vector(replace(motion, coordinate=0.0)), 0.0)
-    if x is None or not (curve.admits(x) and curve.stability(x).attracts):
+    # Without the distances to both ends: a horizontal capsule is at the least inclination.
+    if x is None or min(curve.margins(x)[2:]) <= 0 or not curve.stability(x).attracts:
         return None
     way, ends = curve.tangent(x), []
     for sign in (-Line.sense(varied), Line.sense(varied)):
