@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.design.lines import Followed, Line, along, ends_along, mirrored, stable_ones
-from vireport.design.margins import HARMONICS, Margin, normal_of, solved_end
-from vireport.motions import Curve, Event, Motion, Motions, in_decimals
+from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, resting, solved_end
+from vireport.motions import Curve, Event, Motion, Motions, in_decimals, touching, turns
 from vireport.physics import FLOATS, Device, Groups, Harmonic
 from vireport.scenario import LARGEST_HARMONIC
 
@@ -116,13 +116,33 @@ class Ray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _End:
-    """Where stable motion ends on a ray, and the angle from the ray to the normal of the border there."""
+    """Where a stable motion ends on a ray.
 
-    share: float
+    Attributes
+    ----------
+    border : _Border
+    phase : float
+        Of the ray [rad].
+    event : Event
+    x : ndarray
+        Velocities and times of its impacts, and the share.
+    symmetric : bool
+        Whether the motion there is its own mirror image.
+    turn : float
+        The angle from the ray to the normal of the border [rad]; 0 where it has none.
+    """
+
+    border: _Border
     phase: float
     event: Event
-    error_bound: float | None
+    x: Floats
+    symmetric: bool
     turn: float
+
+    @property
+    def share(self) -> float:
+        """The harmonic over the force."""
+        return float(self.x[-1])
 
 
 def distortions(device: Device, motions: Motions, nearest: Margin | None = None) -> tuple[Distortion, ...]:
@@ -177,7 +197,9 @@ def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distor
         best = border.nearest(way, best)
     if best is None:
         return Distortion(order, None, 0.0, None, None)
-    return Distortion(order, best.share, degrees(best.phase) % 360, best.event, best.error_bound)
+    share, error_bound = best.border.solved(best)
+    kind = Event.GRAZING if best.event is Event.ZERO_VELOCITY else best.event
+    return Distortion(order, share, degrees(best.phase) % 360, kind, error_bound)
 
 
 def _towards(margin: Margin | None, order: int) -> float:
@@ -224,28 +246,44 @@ class _Border:
     def end(self, way: float, limit: float) -> _End | None:
         """Where stable motion ends on a ray, short of a share."""
         curve = Curve(self.motion.word, self._ray(way, FLOATS), -LARGEST, limit, 1.0)
-        ends = ends_along(curve, self.motion, 1.0, self.symmetric and self.order % 2 == 1)
-        return next((self._solved(way, *end) for end in ends if _is_end(*end)), None)
+        for event, x, symmetric, taken_over in ends_along(
+            curve, self.motion, 1.0, self.symmetric and self.order % 2 == 1
+        ):
+            if event not in (Event.SWEEP_END, Event.LOST) and not taken_over:
+                return _End(self, way, event, x, symmetric, self._turn(way, event, x, symmetric))
+        return None
 
     def _ray(self, way: float, ops: Any) -> Ray:
         return Ray.of(self.device, self.order, way, ops)
 
-    def _solved(self, way: float, event: Event, x: Floats, symmetric: bool, _: bool) -> _End:
-        """An end in decimals, with the normal of its border; as it was located where it does not settle."""
-        kind = Event.GRAZING if event is Event.ZERO_VELOCITY else event
-        with in_decimals():
-            try:
-                solved, rests, _touches = solved_end(
-                    lambda ops: self._ray(way, ops), self.device.period_ratio, event, x, symmetric
-                )
-            except (NumericalError, ArithmeticError):
-                return _End(float(x[-1]), way, kind, None, 0.0)
-            share = float(solved.x[-1])
-            cosine, sine = normal_of(solved, event, rests)[4:]
+    def _turn(self, way: float, event: Event, x: Floats, symmetric: bool) -> float:
+        """The angle from a ray to the normal of the border where it ends."""
+        motion, groups = end_motion(self.device.period_ratio, x), self._ray(way, FLOATS).at(x[-1:].tolist())
+        rests = resting(event, x, symmetric)
+        if event is Event.GRAZING:
+            motion = touching(motion, turns(motion, groups))
+            rests = motion.rests
+        cosine, sine = normal_of(motion, groups, event, rests)[4:]
         # Of a harmonic p cos(jx + psi) cosine and sine are p cos(psi) and -p sin(psi). The normal may point to either
         # side: its angle to the ray is the smaller one.
-        turn = (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0
-        return _End(share, way, kind, float(np.spacing(share)) + share * turn * turn, turn)
+        return (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0
+
+    def solved(self, end: _End) -> tuple[float, float | None]:
+        """The share of an end, and its error bound; as it was located, without one, where it does not settle."""
+        # Only here: on the way to the nearest end doubles do, and decimals took two thirds of the time.
+        with in_decimals():
+            try:
+                solved, *_ = solved_end(
+                    lambda ops: self._ray(end.phase, ops),
+                    self.device.period_ratio,
+                    end.event,
+                    end.x,
+                    end.symmetric,
+                )
+            except (NumericalError, ArithmeticError):
+                return end.share, None
+            share = float(solved.x[-1])
+        return share, float(np.spacing(share)) + share * end.turn * end.turn
 
 
 def _known(end: _End, best: _End | None) -> bool:
@@ -254,8 +292,3 @@ def _known(end: _End, best: _End | None) -> bool:
         return False
     apart = abs((end.phase + end.turn - best.phase + pi) % (2 * pi) - pi)
     return apart < SAME_WAY or end.share * cos(end.turn) > best.share
-
-
-def _is_end(event: Event, x: Floats, symmetric: bool, taken_over: bool) -> bool:
-    """Whether stable motion ends there for good."""
-    return event not in (Event.SWEEP_END, Event.LOST) and not taken_over

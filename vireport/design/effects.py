@@ -11,13 +11,15 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import copysign, hypot, inf
 
+import numpy as np
+
 from vireport.design.distortion import with_harmonic
-from vireport.design.lines import Line, reach, stable_ones
-from vireport.design.margins import Margin, margins_from
+from vireport.design.lines import Line, along, endings, mirrored, reach, stable_ones, value_at
+from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.motions import Event
-from vireport.physics import Device, Harmonic
+from vireport.physics import FLOATS, Device, Groups, Harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -152,6 +154,8 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
     """A harmonic at the phase that brings the end nearer the fastest; at four where that is not known."""
     slopes = end.by_harmonics.get(SECOND)
     parts = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+    if mirrored(device):
+        parts = parts[:2]  # the opposite ones are mirror images of these, and so are the motions
     if slopes is not None and (steepest := hypot(*slopes)) > 0:
         towards = -copysign(1.0, end.distance) / steepest
         parts = [(towards * slopes[0], towards * slopes[1])]
@@ -192,10 +196,22 @@ def shifts(device: Device, design: DesignPoint, effects: Sequence[Effect] = USUA
     if end is None:
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
     rows = []
+    own = _groups(device)
     for effect in effects:
-        found = [_followed(other, end, effect) for other in CHANGES[effect.left_out](device, effect.size, end)]
+        changed = CHANGES[effect.left_out](device, effect.size, end)
+        # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
+        found = [
+            _followed(other, end, effect)
+            if _groups(other) != own
+            else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
+            for other in changed
+        ]
         rows += [min(found, key=lambda shift: shift.room)] if found else []
     return Shifts(end, tuple(rows))
+
+
+def _groups(device: Device) -> Groups[float]:
+    return device.groups(Parameter.LENGTH, device.length_m).as_floats()
 
 
 def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float) -> Shift:
@@ -208,7 +224,7 @@ def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
     """Where the stable motions of a device end, those of the design at `end`."""
     varied, own = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
-    here: Sequence[Margin] | None = None
+    here: Sequence[_End] | None = None
     for retreat in RETREATS:
         value = own - way * retreat * abs(own)
         at = device.with_values({varied: value})
@@ -216,18 +232,41 @@ def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
             break
         ends = _ends(at, varied, way)
         here = ends if not retreat else here
-        same = (margin for margin in ends or () if _becomes(end, margin))
-        if (chosen := min(same, key=lambda margin: abs(margin.distance), default=None)) is not None:
-            return shift_to(effect, end, chosen.sweep_value, chosen.event, own)
+        if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
+            return shift_to(effect, end, same.value, same.event, own)
     # The motion that ended there is gone, or ends otherwise: gravity and one membrane alone make a fold of a pitchfork.
     if here is None:
         return Shift(effect, absence=Unmoved.NOT_STABLE)
     if not here:
         return Shift(effect, absence=Unmoved.ENDLESS)
-    return shift_to(effect, end, here[0].sweep_value, here[0].event, own)
+    return shift_to(effect, end, here[0].value, here[0].event, own)
 
 
-def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[Margin] | None:
+@dataclass(frozen=True, slots=True)
+class _End:
+    """Where stable motion ends, as it is located in doubles: what an effect moves is known to a few digits.
+
+    Attributes
+    ----------
+    value : float
+        Of the input.
+    event : Event
+    speed : float
+        Of the faster impact.
+    """
+
+    value: float
+    event: Event
+    speed: float
+
+    def becomes_of(self, end: Margin) -> bool:
+        """Whether this is what becomes of another end: it has its kind, and its faster impact about its speed."""
+        closed = end.point.closed
+        speed = max(abs(closed.velocity_bottom), abs(closed.velocity_top))
+        return self.event is end.event and abs(self.speed - speed) <= ALIKE * speed
+
+
+def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[_End] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
     # Of a force with harmonics the closed form knows no motions: those of the sine are followed to it.
     followed = stable_ones(device, motions_at(replace(device, harmonics=()), Parameter.LENGTH)[0])
@@ -236,13 +275,11 @@ def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[Margin] |
     if not followed:
         return None
     line = next(line for line in Line if varied in line.value)
-    found = margins_from(device, followed, [line], (Line.sense(varied) * way,)).found
-    return [margin for margin in found if margin.parameter is varied and margin.ends_stability]
-
-
-def _becomes(end: Margin, other: Margin) -> bool:
-    """Whether an end is what becomes of another: it has its kind, and its faster impact about its speed."""
-    speed, after = (
-        max(abs(margin.point.closed.velocity_bottom), abs(margin.point.closed.velocity_top)) for margin in (end, other)
-    )
-    return other.event is end.event and abs(after - speed) <= ALIKE * speed
+    groups, found = along(line, device, FLOATS), []
+    for end in endings(device, followed, [line], (Line.sense(varied) * way,)):
+        if varied in end.inputs and end.event not in (Event.SWEEP_END, Event.LOST) and not end.taken_over:
+            event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
+            position = float(end.x[-1])
+            value = float(value_at(device, varied, position, groups.at((position,)), FLOATS))
+            found.append(_End(value, event, float(np.abs(end.x[:2]).max())))
+    return sorted(found, key=lambda end: way * end.value)

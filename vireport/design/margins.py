@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design.lines import LINES, Ending, Followed, Line, along, endings, mirrored, stable_ones, value_at
+from vireport.design.lines import LINES, Ending, Line, along, endings, mirrored, stable_ones, value_at
 from vireport.motions import (
     DECIMALS,
     Condition,
@@ -167,16 +167,9 @@ def margins_of(
     signs : tuple of float
         Directions of the position on them.
     """
-    return margins_from(device, stable_ones(device, motions), lines, signs)
-
-
-def margins_from(
-    device: Device, followed: Sequence[Followed], lines: Sequence[Line], signs: tuple[float, ...]
-) -> Margins:
-    """Find where stable motions of a device end; see `margins_of`, where they are all of them."""
     margins: list[Margin] = []
     unresolved: list[DesignInput] = []
-    for end in endings(device, followed, lines, signs):
+    for end in endings(device, stable_ones(device, motions), lines, signs):
         if end.event is Event.LOST:
             unresolved += end.inputs
         elif end.event is not Event.SWEEP_END:
@@ -204,7 +197,7 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
                 )
                 for varied in end.inputs
             ]
-        normal, margins = normal_of(solved, end.event, rests), []
+        normal, margins = normal_of(_in_doubles(solved), solved.groups.as_floats(), end.event, rests), []
         event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
         for varied in end.inputs:
             value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
@@ -221,9 +214,23 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
         return margins
 
 
-def _motion(n: int, x: Floats) -> Motion:
+def end_motion(n: int, x: Floats) -> Motion:
     """The 1:1 motion of some unknowns, as far as it is known."""
     return Motion(Word((1, -1), n), x[:2], x[2:4], float(x[-1]))
+
+
+def _in_doubles(solved: Solved) -> Motion:
+    """A motion that was solved for in decimals."""
+    count = len(solved.word)
+    velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
+    return Motion(solved.word, velocity, time, float(solved.x[-1]))
+
+
+def resting(event: Event, x: Floats, symmetric: bool) -> tuple[int, ...]:
+    """The impacts of a 1:1 motion that have no velocity where it ends, touches of a membrane apart."""
+    if event is not Event.ZERO_VELOCITY:
+        return ()
+    return (0, 1) if symmetric else (int(np.argmin(np.abs(x[:2]))),)
 
 
 def solved_end(
@@ -248,17 +255,15 @@ def solved_end(
     NumericalError
         If it does not settle.
     """
-    rests: tuple[int, ...] = ()
-    if event is Event.ZERO_VELOCITY:
-        rests = (0, 1) if symmetric else (int(np.argmin(np.abs(x[:2]))),)
-    solved, touches = solve_one_to_one(grouped, _motion(n, x), Condition(event, rests), symmetric)
+    rests = resting(event, x, symmetric)
+    solved, touches = solve_one_to_one(grouped, end_motion(n, x), Condition(event, rests), symmetric)
     return solved, (*rests, *touches), touches
 
 
 def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
     """The end of a motion as it was located, where it does not settle in decimals."""
     n, position, line = device.period_ratio, float(end.x[-1]), along(end.line, device, FLOATS)
-    motion, (d, gbar, *_) = _motion(n, end.x), line.at((position,))
+    motion, (d, gbar, *_) = end_motion(n, end.x), line.at((position,))
     u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
     numbers = {"u": u, "phi_bottom": pi * float(end.x[2]), "d": float(d), "gbar": float(gbar)}
     numbers |= {"velocity_bottom": float(end.x[0]), "velocity_top": float(end.x[1])}
@@ -292,7 +297,7 @@ class _Groups:
         return np.eye(len(self.like.numbers))
 
 
-def normal_of(solved: Solved, event: Event, rests: tuple[int, ...]) -> Floats:
+def normal_of(motion: Motion, groups: Groups[float], event: Event, rests: tuple[int, ...]) -> Floats:
     """Normal, in `Groups.numbers`, of the surface on which motions end in this way; NaN where it has none.
 
     Where the force is a sine, the numbers are those with its second and third `HARMONICS`, of which it has nothing.
@@ -300,15 +305,22 @@ def normal_of(solved: Solved, event: Event, rests: tuple[int, ...]) -> Floats:
     The conditions R(y; d, gbar, r_b, r_t, ...) = 0 of such a motion, y its velocities and times, are one more than the
     unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, ...), which is orthogonal to every change that leaves
     the conditions fulfilled: the implicit function theorem.
+
+    Parameters
+    ----------
+    motion : Motion
+        At its end, with its touches as impacts.
+    groups : Groups
+        There.
+    event : Event
+    rests : tuple of int
+        Its impacts without velocity, touches included.
     """
-    groups = solved.groups.as_floats()
     groups = groups if groups.harmonics else groups._replace(harmonics=HARMONICS)
     if event is Event.PITCHFORK:
-        return _pitchfork_normal(solved, groups)
-    count = len(solved.word)
-    velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
+        return _pitchfork_normal(motion, groups)
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
-    motion = Motion(solved.word, velocity, time, 0.0).without_impacts(rests[1:] if len(solved.word) > 2 else ())
+    motion = motion.without_impacts(rests[1:] if len(motion.word) > 2 else ())
     x = np.concatenate([motion.velocity, motion.time, groups.numbers])
     condition = Condition(event, rests[:1])
     if event is Event.GRAZING and not rests:
@@ -328,7 +340,7 @@ def normal_of(solved: Solved, event: Event, rests: tuple[int, ...]) -> Floats:
     return np.asarray(weight @ rows[:, own:])
 
 
-def _pitchfork_normal(solved: Solved, groups: Groups[float]) -> Floats:
+def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
     """Normal, see `normal_of`, of the surface on which symmetric motions of a horizontal capsule have a pitchfork.
 
     Notes
@@ -340,7 +352,8 @@ def _pitchfork_normal(solved: Solved, groups: Groups[float]) -> Floats:
     which stands for those of each; the border has a cusp in gbar, in the difference of both restitutions and in even
     harmonics, which part what is one motion.
     """
-    r, velocity, phase, n = float(groups.restitution), float(solved.x[0]), pi * float(solved.x[2]), solved.word.periods
+    r, velocity, phase = float(groups.restitution), float(motion.velocity[0]), pi * float(motion.time[0])
+    n = motion.word.periods
     sine, cosine = sin(phase), cos(phase)
     here, rate = wave(sine, cosine, groups.harmonics), force_rate(sine, cosine, groups.harmonics)
     rows = np.array([[pi * (1 - r), 1 + r], [-2 * here.force, -n * rate]])
