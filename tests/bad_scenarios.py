@@ -534,6 +534,42 @@ TOLERANCES = (
     required("yield_at_least_percent: 99", "yield_at_least_percent", "a yield needs tolerances, which is not given"),
 )
 
+EFFECTS = (
+    bad("no effect", GOOD + "effects: []\n", (20, "effects", "")),
+    bad(
+        "effects that have other sizes",
+        GOOD
+        + "effects:\n- effect: restitution_bottom\n- {effect: capsule, percent: 3}\n"
+        + "- {effect: second_harmonic, percent: -2}\n- {effect: restitution_top, percent: 0}\n"
+        + "- {effect: membrane_stiffness}\n- {effect: restitution_bottom, percent: 60}\n- {effect: tea}\n",
+        (21, "effects.0", "restitution_bottom needs a size"),
+        (22, "effects.1.percent", "capsule has no size"),
+        (23, "effects.2.percent", "got -2, of a harmonic at its worst phase (above 0)"),
+        (24, "effects.3.percent", "restitution_top needs a size"),
+        (25, "effects.4.effect", "membrane_stiffness is looked at wherever it matters"),
+        (26, "effects.5.percent", "got 60"),
+        (27, "effects.6.effect", "got 'tea'"),
+    ),
+    bad(
+        "effects that a device cannot have",
+        MINIMAL.replace("0.5", "0.8")
+        + "effects:\n- {effect: capsule}\n- {effect: restitution_top, percent: 30}\n"
+        + "- {effect: restitution_top, percent: 24}\n",
+        (6, "effects.0.effect", "needs device.ball_mass_kg"),
+        (7, "effects.1.percent", "makes restitution_top 1.04 (below 1)"),
+    ),
+    bad(
+        "less of no restitution",
+        MINIMAL.replace("0.5", "0") + "effects:\n- {effect: restitution_bottom, percent: -5}\n",
+        (6, "effects.0.percent", "per cent of restitution_bottom: 0 are nothing"),
+    ),
+    bad(
+        "effects without a design point",
+        without(7) + "effects:\n- {effect: capsule}\n",
+        (19, "effects", "the design point is not given (give device.length_m, or delete them)"),
+    ),
+)
+
 STRUCTURE = (
     bad("duplicate key", GOOD + "title: Again\n", (20, "title", "given twice, first on line 2")),
     bad(
@@ -686,5 +722,5 @@ inclination_deg: 30
 
 BAD_SCENARIOS = (
     *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *RESTITUTIONS, *LEFT_OUT, *UNKNOWN),
-    *(*REQUIREMENTS, *TOLERANCES, *STRUCTURE, *SYNTAX, *SEVERAL),
+    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

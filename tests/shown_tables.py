@@ -254,6 +254,10 @@ REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
         "Distortion that is withstood", "%", "at least",
         lambda x: min(of["percent"] for of in x.design["distortion"] if of["percent"] is not None),
     ),
+    "margin_with_effects_percent": (
+        "Margin with what is left out", "%", "at least",
+        lambda x: 100 * min(of["least_margin"] for of in x.data["effects"]["rows"] if of["least_margin"] is not None),
+    ),
     "survives_shock_m_s": (
         "Shock that is survived", "m/s", "at least", lambda x: x.data["disturbances"]["shock"]["least_jump_m_s"],
     ),

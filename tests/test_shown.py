@@ -117,6 +117,7 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
          "simulation.diagram": True, "simulation.portraits": [4.1], "simulation.displacement": [4.1],
          "disturbances.jitter_m_s": 0.013, "disturbances.basin": True, "disturbances.jitter_restitution": 0.0021,
          **required(survives_shock_m_s=0.9, phase_jitter_at_most_deg=3, withstands_distortion_percent=6),
+         **required(margin_with_effects_percent=3),
          "device.capsule": "free",
          **required(crosscheck_passed=True, margin_period_doubling_percent=20, force_at_most_n=3.8),
          **required(stroke_at_most_m=0.6)},

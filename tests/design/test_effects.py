@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from math import cos, pi, sin
 
+import numpy as np
 import pytest
 
 from vireport import analyse, load
-from vireport.design import Effect, LeftOut, Shift, Unmoved, design_point, shifts
+from vireport.design import Effect, Shift, Unmoved, design_point, shifts
+from vireport.design.effects import _least_margin
 from vireport.motions import Event, Sweep, solve
-from vireport.physics import Device, Restitutions
-from vireport.scenario import CapsuleMotion, DesignInput, Parameter
+from vireport.physics import Device, Harmonic, Restitutions
+from vireport.scenario import CapsuleMotion, DesignInput, LeftOut, Parameter
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0, ball_mass_kg=0.0041)
 FREE = replace(PAPER, capsule=CapsuleMotion.FREE)
@@ -104,6 +107,54 @@ def test_so_large_an_effect_that_nothing_is_stable() -> None:
     assert (shift.value, shift.left, shift.stable, shift.absence) == (None, None, False, Unmoved.NOT_STABLE)
     # Where there is no restitution, none is less.
     assert effect.left_out not in of(replace(PAPER, restitution=Restitutions(0.0, 0.6)), effect)
+
+
+def smallest(device: Device) -> float:
+    return min(abs(end.relative) for end in design_point(device, None).limits() if end.relative is not None)
+
+
+def test_the_least_margin_in_any_input_is_that_of_the_changed_device() -> None:
+    device = replace(PAPER, length_m=0.71)
+    asked = (
+        Effect(LeftOut.RESTITUTION_BOTTOM, -0.02),
+        Effect(LeftOut.RESTITUTION_TOP, 0.03),
+        Effect(LeftOut.CAPSULE),
+        Effect(LeftOut.RESTITUTION_BOTTOM, -0.8),
+    )
+    changed = (
+        replace(device, restitution=Restitutions(0.49, 0.5)),
+        replace(device, restitution=Restitutions(0.5, 0.515)),
+        replace(device, capsule=CapsuleMotion.FREE),
+    )
+    design = design_point(device, None)
+    found = [shift.least for shift in shifts(device, design, asked, in_any_input=True).rows]
+    assert found == [*(pytest.approx(smallest(other), rel=1e-9) for other in changed), 0.0]
+    assert {shift.least for shift in shifts(device, design, asked).rows} == {None}
+
+
+def test_a_harmonic_is_taken_at_phases_of_which_none_is_much_worse() -> None:
+    def least(phase: float) -> float:
+        """At a phase of its own: for each input the nearest end that a ray of another order of steps finds."""
+        sized = Harmonic(2, 0.02 * cos(phase), -0.02 * sin(phase))
+        return _least_margin(replace(PAPER, harmonics=(sized,)))
+
+    asked = (Effect(LeftOut.SECOND_HARMONIC, 0.02),)
+    (shift,) = shifts(PAPER, design_point(PAPER, None), asked, in_any_input=True).rows
+    assert shift.least == pytest.approx(min(map(least, np.linspace(0, 2 * pi, 40))), rel=5e-3)
+    assert shift.least == pytest.approx(0.0224, abs=1e-4)
+
+
+def test_a_margin_can_be_required_to_hold_with_them(example) -> None:
+    mass = {"device.ball_mass_kg": 0.0041}
+    for changes, least, passed, worst in (
+        ({}, 1.0, True, "restitution bottom -5 %"),
+        ({}, 1.01, False, "restitution bottom -5 %"),
+        ({"effects": [{"effect": "capsule"}]}, 3.2, True, "capsule"),
+        ({"effects": [{"effect": "restitution_bottom", "percent": -10}]}, 0.1, False, "restitution bottom -10 %"),
+    ):
+        required = {"requirements": {"margin_with_effects_percent": least}}
+        (line,) = analyse(load(example("inclined"), mass | changes | required), ()).criteria
+        assert (line.passed, line.outcome.why) == (passed, f"with {worst}")
 
 
 def test_a_run_has_them_and_says_why_not(example) -> None:

@@ -226,6 +226,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "disturbances": None,
         "tolerances": None,
         "requirements": None,
+        "effects": None,
         "design": None,
     }
     assert list(plain) == list(Scenario.model_fields)

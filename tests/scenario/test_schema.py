@@ -48,6 +48,7 @@ BEYOND = {
     "design of a membrane, no ball mass",
     *("off length_m: 0.7, amplitude_percent: 3", "off restitution: 0.5", "off inclination_percent: 1"),
     *("off capsule_mass_percent: 1, samples: 100", "nothing behind tolerances"),
+    *("effects that a device cannot have", "less of no restitution", "effects without a design point"),
     *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),
 }
 

@@ -14,7 +14,6 @@ from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
 
-from vireport.design import LeftOut
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
@@ -22,7 +21,7 @@ from vireport.membranes import Grade
 from vireport.motions import Event
 from vireport.physics import ElectricalCycle, Word
 from vireport.report.templates import FILTERS
-from vireport.scenario import DesignInput, Parameter
+from vireport.scenario import DesignInput, LeftOut, Parameter
 from vireport.study import Task
 from vireport.wording import TEMPLATES, Words, environment_of
 from vireport.wording import templates as wording

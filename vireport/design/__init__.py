@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from vireport.base import deferred
 from vireport.design import margins
 from vireport.design.distortion import Distortion
-from vireport.design.effects import Effect, LeftOut, Shift, Shifts, Unmoved, shift_to, shifts
+from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.lines import HIGHEST_RESTITUTION, mirrored, reach
 from vireport.design.margins import Margin
@@ -28,7 +28,6 @@ __all__ = [
     "Effect",
     "Failure",
     "FollowedMotion",
-    "LeftOut",
     "Margin",
     "Shift",
     "Shifts",

@@ -13,14 +13,15 @@ from math import copysign, hypot, inf
 
 import numpy as np
 
+from vireport.base import NumericalError
 from vireport.design.distortion import with_harmonic
-from vireport.design.lines import Line, along, endings, mirrored, reach, stable_ones, value_at
+from vireport.design.lines import LINES, Ending, Followed, Line, along, endings, mirrored, reach, stable_ones, value_at
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.motions import Event
 from vireport.physics import FLOATS, Device, Groups, Harmonic
-from vireport.scenario import CapsuleMotion, DesignInput, Parameter
+from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
 """Shares of the design value by which a device is moved away from the end, until it has stable motion to follow."""
@@ -29,18 +30,11 @@ RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
 SECOND = 2
 """Order of the harmonic."""
 
+SAME_DEVICE = 4
+"""Decimals of the groups up to which two phases of a harmonic make one device."""
+
 ALIKE = 0.25
 """Relative difference of the faster impact's speed up to which two ends may be one; 5 % of restitution makes 5 %."""
-
-
-class LeftOut(StrEnum):
-    """What a model leaves out; the value is its name in results.json."""
-
-    RESTITUTION_BOTTOM = "restitution_bottom"
-    RESTITUTION_TOP = "restitution_top"
-    CAPSULE = "capsule"
-    SECOND_HARMONIC = "second_harmonic"
-    STIFFNESS = "membrane_stiffness"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +50,13 @@ class Effect:
 
     left_out: LeftOut
     size: float = 0.0
+
+    @staticmethod
+    def asked(blocks: Sequence[EffectBlock] | None) -> tuple[Effect, ...]:
+        """Those that a scenario asks for; the usual ones where it asks for none."""
+        if blocks is None:
+            return USUAL
+        return tuple(Effect(block.effect, (block.percent or 0.0) / 100) for block in blocks)
 
 
 class Unmoved(StrEnum):
@@ -86,6 +87,9 @@ class Shift:
         The margin that is left, over the design value: negative where the end has passed the design point.
     absence : Unmoved or None
         Why there is no end.
+    least : float or None
+        The least margin in any input over its design value, 0 without stable motion and infinite without an end; None
+        where that was not asked for.
     """
 
     effect: Effect
@@ -95,6 +99,7 @@ class Shift:
     relative: float | None = None
     left: float | None = None
     absence: Unmoved | None = None
+    least: float | None = None
 
     @property
     def room(self) -> float:
@@ -180,7 +185,9 @@ USUAL = (
 """What every design is held against."""
 
 
-def shifts(device: Device, design: DesignPoint, effects: Sequence[Effect] = USUAL) -> Shifts:
+def shifts(
+    device: Device, design: DesignPoint, effects: Sequence[Effect] = USUAL, in_any_input: bool = False
+) -> Shifts:
     """Follow the nearest end of stable motion of a design with each of some effects.
 
     Parameters
@@ -191,23 +198,53 @@ def shifts(device: Device, design: DesignPoint, effects: Sequence[Effect] = USUA
         Of that device.
     effects : sequence of Effect
         Those that change the device.
+    in_any_input : bool
+        Whether the least margin in any input is found for each, too.
+
+    Raises
+    ------
+    NumericalError
+        If rounding does not resolve where stable motion ends along an input, where all are asked for.
     """
     end = next((margin for margin in design.endings() if margin.relative is not None), None)
     if end is None:
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
     rows = []
-    own = _groups(device)
     for effect in effects:
         changed = CHANGES[effect.left_out](device, effect.size, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
         found = [
             _followed(other, end, effect)
-            if _groups(other) != own
+            if _groups(other) != _groups(device)
             else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
             for other in changed
         ]
-        rows += [min(found, key=lambda shift: shift.room)] if found else []
+        if found:
+            shift = min(found, key=lambda shift: shift.room)
+            least = _least_with(device, design, effect) if in_any_input else None
+            rows.append(replace(shift, least=least))
     return Shifts(end, tuple(rows))
+
+
+def _least_with(device: Device, design: DesignPoint, effect: Effect) -> float:
+    """The least margin in any input with an effect; of a harmonic, at the phases that are worst for each end."""
+    changed = (other for end in design.limits() for other in CHANGES[effect.left_out](device, effect.size, end))
+    differing = {tuple(np.round(_groups(other).numbers, SAME_DEVICE)): other for other in changed}
+    return min(map(_least_margin, differing.values()))
+
+
+def _least_margin(device: Device) -> float:
+    """The least margin of a device in any input, over its design value; 0 without motion, infinite without an end."""
+    followed, shares = _followed_to(device), [inf]
+    if not followed:
+        return 0.0
+    for end in endings(device, followed, LINES, (-1.0, 1.0)):
+        if end.event is Event.LOST:
+            raise NumericalError(f"rounding does not resolve where stable motion ends along {', '.join(end.inputs)}")
+        for varied in end.inputs if end.event is not Event.SWEEP_END else ():
+            value = float(device.value_of(varied))
+            shares += [abs(_value(device, varied, end) - value) / value] if value else []
+    return min(shares)
 
 
 def _groups(device: Device) -> Groups[float]:
@@ -268,18 +305,28 @@ class _End:
 
 def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[_End] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
-    # Of a force with harmonics the closed form knows no motions: those of the sine are followed to it.
-    followed = stable_ones(device, motions_at(replace(device, harmonics=()), Parameter.LENGTH)[0])
-    for harmonic in device.harmonics:
-        followed = with_harmonic(replace(device, harmonics=()), followed, harmonic)
+    followed = _followed_to(device)
     if not followed:
         return None
-    line = next(line for line in Line if varied in line.value)
-    groups, found = along(line, device, FLOATS), []
+    line, found = next(line for line in Line if varied in line.value), []
     for end in endings(device, followed, [line], (Line.sense(varied) * way,)):
         if varied in end.inputs and end.event not in (Event.SWEEP_END, Event.LOST) and not end.taken_over:
             event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
-            position = float(end.x[-1])
-            value = float(value_at(device, varied, position, groups.at((position,)), FLOATS))
-            found.append(_End(value, event, float(np.abs(end.x[:2]).max())))
+            found.append(_End(_value(device, varied, end), event, float(np.abs(end.x[:2]).max())))
     return sorted(found, key=lambda end: way * end.value)
+
+
+def _followed_to(device: Device) -> list[Followed]:
+    """The stable motions of a device; of a force with harmonics, to which the closed form's are followed, these."""
+    of_sine = replace(device, harmonics=())
+    followed = stable_ones(of_sine, motions_at(of_sine, Parameter.LENGTH)[0])
+    for harmonic in device.harmonics:
+        followed = with_harmonic(of_sine, followed, harmonic)
+    return followed
+
+
+def _value(device: Device, varied: DesignInput, end: Ending) -> float:
+    """The value of an input where a motion ends."""
+    position = float(end.x[-1])
+    groups = along(end.line, device, FLOATS).at((position,))
+    return float(value_at(device, varied, position, groups, FLOATS))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vireport.attraction import Proved
     from vireport.checks import CrossCheck
     from vireport.compliant import OwnStiffness
-    from vireport.design import FollowedMotion, Tolerances
+    from vireport.design import FollowedMotion, Shifts, Tolerances
     from vireport.disturbances import Disturbances, FromRest
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
@@ -186,7 +186,8 @@ class Evidence:
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
     `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable
-    motions at the design point stand, and how far random kicks spread them, `proved` what of it is proved.
+    motions at the design point stand, and how far random kicks spread them, `proved` what of it is proved, `effects`
+    how far what the model leaves out moves the nearest end.
     `criteria` are the requirements that were judged already, `required` those that are being judged.
     """
 
@@ -202,6 +203,7 @@ class Evidence:
     withstood: Withstood | None = None
     attracting: AttractingMotions | None = None
     proved: Proved | None = None
+    effects: Shifts | None = None
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:

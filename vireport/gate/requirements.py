@@ -14,6 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,6 +55,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+LOCATED_SHARE = 1e-9
+"""Of an input, to which the end of a motion with something that the model leaves out is located in doubles."""
 
 SHAKER_ERROR = 10 * UNIT
 """Relative rounding of what the shaker must do: of at most ten operations."""
@@ -382,6 +387,22 @@ def _distortion(results: Evidence, limit: Limit) -> Judgement:
     return held_against(100 * (least.share or 0.0), limit, at, 100 * (least.error_bound or 0.0))
 
 
+def _with_effects(results: Evidence, limit: Limit) -> Judgement:
+    """The least margin with any of the effects; without stable motion with one of them it is nothing."""
+    shifts = results.effects
+    if shifts is None or shifts.end is None:
+        raise NumericalError(NOT_STABLE if shifts is None or shifts.absence is None else str(shifts.absence))
+    known = [(shift.least, shift.effect) for shift in shifts.rows if shift.least is not None]
+    if not known:
+        raise NumericalError("none of the effects applies to the device")
+    least, worst = min(known, key=itemgetter(0))
+    if least == inf:
+        return Judgement(None, "none in any input", None, True)
+    size = f" {100 * worst.size:+.3g} %" if worst.size else ""
+    worst_is = (f"with {worst.left_out.replace('_', ' ')}{size}",)
+    return held_against(100 * least, limit, worst_is, 100 * LOCATED_SHARE)
+
+
 def _shock(results: Evidence, limit: Limit) -> Judgement:
     """The least shock found or, where none leads out, the largest that was tried; of the words that are required."""
     found, known = results.withstood, results.attracting
@@ -449,6 +470,7 @@ REQUIREMENTS = (
     Requirement("word", "Stable motion at the design point", MOTION, OfRun(_words)),
     Requirement("reached_from_rest", "Reached from rest", FROM_REST, OfRun(_reached)),
     Requirement("recovers_within_periods", "Recovery from small disturbances", FROM_REST, OfRun(_recovery)),
+    Requirement("margin_with_effects_percent", "Margin with what is left out", MARGIN, OfRun(_with_effects)),
     Requirement("withstands_distortion_percent", "Distortion that is withstood", MARGIN, OfRun(_distortion)),
     Requirement("survives_shock_m_s", "Shock that is survived", SHOCK, OfRun(_shock)),
     Requirement("phase_jitter_at_most_deg", "Spread of the phases", JITTER, OfRun(_jitter)),

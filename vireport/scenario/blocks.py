@@ -28,6 +28,7 @@ WIDEST_MARGIN = 75.0  # per cent: as far as is looked from a design point withou
 WIDEST_TOLERANCE = 50.0  # per cent
 FEWEST_AXES, MOST_AXES = 2, 6
 MOST_VARIED = 4
+MOST_EFFECTS = 16
 MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
 LARGEST_CHUNK = 1_000_000
 
@@ -38,6 +39,12 @@ UNIT_OF_SWEPT = "the unit of the swept parameter"
 UNIT_OF_VARIED = "the unit of the input"
 """Stands for the unit of a value of an input that may vary."""
 
+
+LARGEST_HARMONIC = 50.0
+"""Harmonic of the force, over its amplitude [%], up to which it is looked for where stable motion ends."""
+
+LARGEST_EFFECT = 50.0
+"""Most by which a restitution is changed to see what that does [%]."""
 
 LONGEST_RAMP = 1000.0
 """Forcing periods over which a force is ramped up: minutes, at the frequencies of such devices."""
@@ -370,9 +377,6 @@ def _percent(title: str, kind: str) -> Any:
     return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
-LARGEST_HARMONIC = 50.0
-"""Harmonic of the force, over its amplitude [%], up to which it is looked for where stable motion ends."""
-
 MOST_EFFICIENT = 100.0
 """Most of the energy that impacts lose which can become electrical [%]: what is gained is part of what is lost."""
 
@@ -428,6 +432,16 @@ class RequirementsBlock(Block):
         "Most forcing periods until 1 % is left of a small disturbance of the slowest stable 1:1 motion at the design "
         "point.",
         example=40.0,
+    )
+    margin_with_effects_percent: Annotated[float | None, Demand(AT_LEAST)] = _key(
+        None,
+        "Margin with effects",
+        "%",
+        "The same least distance to the end of any kind, with each of the effects that the model leaves out in turn: "
+        "those of effects, or else the usual ones.",
+        example=2.0,
+        gt=0.0,
+        le=WIDEST_MARGIN,
     )
     withstands_distortion_percent: Annotated[float | None, Demand(AT_LEAST)] = _key(
         None,
@@ -797,6 +811,46 @@ class Objective(StrEnum):
     WALL_GAP = "wall_gap", "dimensionless gap to a membrane", ""
 
 
+class LeftOut(StrEnum):
+    """What a model may leave out; the value is its name in a scenario and in results.json."""
+
+    RESTITUTION_BOTTOM = "restitution_bottom"
+    RESTITUTION_TOP = "restitution_top"
+    CAPSULE = "capsule"
+    SECOND_HARMONIC = "second_harmonic"
+    STIFFNESS = "membrane_stiffness"
+
+
+SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC
+"""What is left out to a size; the others are there or not."""
+
+EFFECTS = *SIZED, LeftOut.CAPSULE
+"""What can be asked for: the membranes' own stiffness is always looked at, where their contacts are long."""
+
+
+class EffectBlock(Block):
+    """Something that the model leaves out, of a size."""
+
+    effect: LeftOut = _key(
+        REQUIRED,
+        "Effect",
+        "",
+        "What is left out: the restitution of one membrane is another, the capsule moves in the other way, or the "
+        "force has a second harmonic, at its worst phase.",
+        example="restitution_bottom",
+        strict=False,
+    )
+    percent: float | None = _key(
+        None,
+        "Per cent",
+        "%",
+        "By how much the restitution changes, or the harmonic over the force; of the capsule there is no size.",
+        example=-5.0,
+        ge=-LARGEST_EFFECT,
+        le=LARGEST_EFFECT,
+    )
+
+
 class VariedBlock(Block):
     """An input of the design that may vary, and between what."""
 
@@ -882,6 +936,18 @@ class Scenario(Block):
     )
     requirements: RequirementsBlock | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
+    )
+    effects: tuple[EffectBlock, ...] | None = _key(
+        None,
+        "Effects",
+        "",
+        "What the model leaves out, of which the report says how far it would move the nearest end of stable motion. "
+        "Left out, the usual ones: either restitution 5 % less, the other motion of the capsule, and a second harmonic "
+        "of 2 %.",
+        example=[{"effect": "restitution_bottom", "percent": -5.0}],
+        strict=False,
+        min_length=1,
+        max_length=MOST_EFFECTS,
     )
     design: DesignBlock | None = _key(
         None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
@@ -999,6 +1065,7 @@ class MapFile(Scenario):
         "a map has no disturbances block (delete it; map.from_rest and map.shock are for each cell)",
     )
     tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
+    effects: None = _key(None, "Effects", "", "a map has no effects (delete them)")
     map: MapBlock = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 
 

@@ -14,10 +14,13 @@ from typing import Any, NamedTuple, TypeVar
 
 from vireport.scenario.blocks import (
     DEMANDS,
+    EFFECTS,
+    SIZED,
     AxisPath,
     CapsuleMotion,
     DesignPath,
     Direction,
+    LeftOut,
     LimitKind,
     MapFile,
     MembraneBlock,
@@ -114,7 +117,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
     own = (
         (_required_in_map, _axes, _cells)
         if issubclass(model, MapFile)
-        else (_required, _sweep, _simulation, _tolerances, _design)
+        else (_required, _sweep, _simulation, _tolerances, _effects, _design)
     )
     rules = (*own, _restitutions, _masses, _radii, _dielectric, _accuracy, _requirements)
     return [finding for rule in rules for finding in rule(tree)]
@@ -309,6 +312,40 @@ def _power_of_two(path: str, samples: object) -> Iterator[Finding]:
     if type(samples) is int and samples > 0 and samples & (samples - 1):
         near = 2 ** round(math.log2(samples))
         yield _rule(path, f"got {samples}, which is no power of 2; Sobol's points need one (such as {near})")
+
+
+def _effects(tree: _Tree) -> Iterator[Finding]:
+    """Each effect has the size that it needs, with which a restitution is still one."""
+    rows = tree.at("effects")
+    for k, row in enumerate(rows if isinstance(rows, list) else []):
+        here, named = f"effects.{k}", row.get("effect") if isinstance(row, dict) else None
+        effect = next((effect for effect in LeftOut if effect == named), None)
+        if effect is None or f"{here}.percent" in tree.wrong:
+            continue
+        size = row.get("percent")
+        if effect not in EFFECTS:
+            yield _rule(f"{here}.effect", f"{effect} is looked at wherever it matters (one of {', '.join(EFFECTS)})")
+        elif effect not in SIZED:
+            if size is not None:
+                yield _rule(f"{here}.percent", f"{effect} has no size (leave it out)")
+            if tree.absent("device.ball_mass_kg"):
+                yield _rule(
+                    f"{here}.effect", "needs device.ball_mass_kg, which is not given (give it, or leave it out)"
+                )
+        elif not is_number(size) or not size:
+            yield _rule(f"{here}.percent" if size == 0 else here, f"{effect} needs a size (percent, and not 0)")
+        elif effect is LeftOut.SECOND_HARMONIC:
+            if size < 0:
+                yield _rule(f"{here}.percent", f"got {size:g}, of a harmonic at its worst phase (above 0)")
+        else:
+            own = tree.number("device.restitution")
+            value = tree.number(f"device.{effect}") if own is None else own
+            if value == 0:
+                yield _rule(f"{here}.percent", f"per cent of {effect}: 0 are nothing (leave it out)")
+            if value is not None and value * (1 + size / 100) >= 1:
+                yield _rule(f"{here}.percent", f"makes {effect} {value * (1 + size / 100):.12g} (below 1)")
+    if rows is not None and tree.swept is not None and tree.at("sweep") is not None and tree.absent(tree.swept.path):
+        yield _rule("effects", f"the design point is not given (give {tree.swept.path}, or delete them)")
 
 
 def _requirements(tree: _Tree) -> Iterator[Finding]:

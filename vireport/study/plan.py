@@ -231,6 +231,13 @@ TOLD = Precondition(
     lambda scenario, formats: formats or (scenario.requirements and scenario.requirements.allowed), OUTPUT.otherwise
 )
 
+SHIFTS = Precondition(
+    lambda scenario, formats: (
+        formats or (scenario.requirements and scenario.requirements.margin_with_effects_percent is not None)
+    ),
+    OUTPUT.otherwise,
+)
+
 PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
 
 STEPS = (
@@ -238,7 +245,7 @@ STEPS = (
     DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD), "the capsule is horizontal"),
     DeclaredStep(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
-    DeclaredStep(Task.EFFECTS, (DESIGN, OUTPUT), "the design point is given"),
+    DeclaredStep(Task.EFFECTS, (DESIGN, SHIFTS), "the design point is given"),
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),

@@ -515,6 +515,7 @@ def effects_data(found: Shifts) -> dict[str, Any]:
                 "moved": shift.moved,
                 "moved_relative": shift.relative,
                 "margin_left": shift.left,
+                "least_margin": None if shift.least is None else _finite(shift.least),
                 "stable": shift.stable,
                 "reason": shift.absence,
             }

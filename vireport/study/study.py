@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vireport.base import Progress, UsageError
-from vireport.design import Effect, LeftOut, Shift, Shifts, Solution, Unmoved, shift_to, shifts, solution_of
+from vireport.design import Effect, Shift, Shifts, Solution, Unmoved, shift_to, shifts, solution_of
 from vireport.gate import (
     LONG_CONTACT,
     Alert,
@@ -25,6 +25,7 @@ from vireport.physics import Device, Membrane, Word
 from vireport.scenario import (
     AccuracyBlock,
     DesignInput,
+    LeftOut,
     Loaded,
     MotionsBlock,
     Parameter,
@@ -150,6 +151,7 @@ class Study:
             withstood=self.withstood,
             attracting=self.attracting,
             proved=self.proved,
+            effects=self.effects,
         )
 
     @cached_property
@@ -429,7 +431,9 @@ def _with_effects(study: Study) -> Study:
     design, own = study.solution.design, study.own_stiffness
     if design is None:
         return study
-    found = shifts(study.solution.device, design)
+    required = study.scenario.requirements
+    asked = required is not None and required.margin_with_effects_percent is not None
+    found = shifts(study.solution.device, design, Effect.asked(study.scenario.effects), asked)
     at = own.end_of(found.end.parameter, found.end.point) if own is not None and found.end is not None else None
     if own is None or at is None or found.end is None:
         return replace(study, effects=found)
