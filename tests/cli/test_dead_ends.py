@@ -65,6 +65,25 @@ def test_a_length_in_millimetres_is_asked_about(capsys) -> None:
     assert "300 mm, which is 0.3 m?" in causes[0]
 
 
+def test_a_terminal_says_what_to_do_where_nothing_works(tmp_path: Path, capsys) -> None:
+    run = ["run", INCLINED, "--format", "json,markdown", "-o", str(tmp_path)]
+    assert main([*run, "--set", "device.length_m=300"]) == 0
+    headline, *told = capsys.readouterr().out.splitlines()
+    assert "from rest the ball comes to rest every 8 forcing periods" in headline
+    assert [line.split()[0] for line in told] == ["VR003:", "VR015:"]
+    assert "Move the design point into a stable range" in told[0]
+    assert "300 mm, which is 0.3 m?" in told[1]
+    verdict = (tmp_path / "summary.md").read_text().split("## Key numbers")[0]
+    assert "from rest it comes to rest every 8 forcing periods" in " ".join(verdict.split())
+    assert "alert VR003 says what" in verdict
+    assert main([*run, "--set", "device.length_m=", "--set", "sweep.to=0.61"]) == 0
+    (told,) = capsys.readouterr().out.splitlines()[1:]
+    assert told.startswith("VR001: Nowhere in the sweep")
+    assert "Widen the sweep" in told
+    assert main(run) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 1
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_slow_sweep_of_a_ball_that_never_bounces(capsys) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from bs4 import BeautifulSoup
 from conftest import first
+from definitions import device_of
 
 from vireport import analyse, loads
 from vireport.cli import main
@@ -116,6 +117,59 @@ def test_the_usual_limit_needs_energy_that_is_evaluated_and_a_requirement() -> N
     ]
     only = ["margin_any_percent"]
     assert keys == [[], [*only, "efficiency_at_most_percent"], only, only]
+
+
+OTHER_WORD = """\
+schema_version: 1
+device:
+  capsule_mass_kg: 0.1245
+  ball_mass_kg: 6.0e-5
+  restitution_bottom: 0.5
+  restitution_top: 0.48
+  length_m: 0.25
+  membrane: {thickness_m: 2.0e-5, relative_permittivity: 4.7, breakdown_field_v_m: 4.0e+8}
+excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
+inclination_deg: 20
+sweep: {parameter: length_m, from: 0.24, to: 0.26}
+motions: {impacts: 3, periods: 1}
+requirements: {word: BBT, power_at_least_mw: 0.1}
+"""
+"""A light ball on a thin film strikes twice at the bottom and once at the top."""
+
+DOUBLED = {"device.length_m": 0.36, "sweep.from": 0.355, "sweep.to": 0.38, "requirements.word": "BTBT"}
+
+
+@pytest.mark.parametrize(
+    ("over", "word"), [({}, (1, 1, -1, 1)), pytest.param(DOUBLED, (1, -1, 1, -1, 2), marks=pytest.mark.slow)]
+)
+def test_energy_of_any_word_is_judged_as_that_of_the_1_1_motion(over: dict[str, object], word: tuple[int, ...]) -> None:
+    *walls, periods = word
+    over = over | {"motions.periods": periods, "motions.impacts": len(walls)}
+    study = analyse(loads(OTHER_WORD, overrides=over), ("json",))
+    data = study.to_dict()
+    ((_, motion),) = study.evidence.stable
+    assert (motion.word.walls, motion.word.periods) == (tuple(walls), periods)
+    of = device_of(data["scenario"])
+    speeds = np.abs(of.velocity_unit * motion.velocity)
+    restitution = {1: of.restitution_bottom, -1: of.restitution_top}
+    lost = sum(of.reduced_kg / 2 * (1 - restitution[w] ** 2) * v**2 for w, v in zip(walls, speeds, strict=True))
+    gained = sum(map(of.energy, speeds))
+    assert gained > lost
+    field = (max(map(of.gain, speeds)) + of.membrane["bias_voltage_v"]) / of.membrane["thickness_m"]
+    values = {line["key"]: (line["value"], line["passed"]) for line in data["requirements"]["criteria"]}
+    assert values["power_at_least_mw"] == (pytest.approx(1e3 * gained * of.frequency_hz / periods, rel=1e-9), True)
+    assert values["efficiency_at_most_percent"] == (pytest.approx(100 * gained / lost, rel=1e-9), False)
+    (cause,) = [alert.cause for alert in study.alerts if alert.code == "VR017"]
+    assert f"an efficiency of {100 * gained / lost:.4g} %" in cause
+    allowed = {"requirements.efficiency_at_most_percent": 1000.0, "device.membrane.breakdown_field_v_m": 0.99 * field}
+    again = analyse(loads(OTHER_WORD, overrides=over | allowed), ("json",))
+    assert [(line.key, line.outcome.why) for line in again.criteria if not line.passed] == []
+    assert again.verdict.word == "Stable, but with more electrical energy than the impacts lose"
+    (cause,) = [alert.cause for alert in again.alerts if alert.code == "VR016"]
+    assert f"{field:.3g} V/m" in cause
+    thick = {"device.membrane.thickness_m": 2e-4, "device.membrane.breakdown_field_v_m": 0.099 * field}
+    breaking = analyse(loads(OTHER_WORD, overrides=over | thick), ("json",))
+    assert breaking.verdict.word == "Stable, but above the breakdown field"
 
 
 @pytest.mark.parametrize("count", first(1, [DEVICES // 4, DEVICES]))

@@ -335,6 +335,13 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "Switched on from rest, the device does not get there:** it comes to rest every 3 forcing periods (B~).",
         ],
     ),
+    "not stable, and from rest": (
+        lambda: Evidence(solved("inclined", **HERE), disturbances=Disturbances(FromRest(Destination.CHAOTIC))),
+        [
+            "no stable 1:1 motion; from rest the ball moves in a way that is chaotic, or not periodic within",
+            "By simulation, from rest it moves in a way that is chaotic, or not periodic within the budget; alert",
+        ],
+    ),
     "no ramp helps": (
         lambda: switched_on(Destination.CHAOTIC, None, ramp=Ramp(None, 80)),
         ["No ramp tried, up to 80 periods, reaches it from every moment"],
@@ -940,7 +947,8 @@ def points(*of: SimpleNamespace) -> tuple[list[SimpleNamespace]]:
 
 SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("accuracy", "task", ("orbit", None), "the motion"),
-    ("verdict", "from_rest", (SimpleNamespace(name="BBT every forcing period"),), "; from rest the ball comes to BBT"),
+    ("verdict", "from_rest", (FromRest(Destination.OTHER_MOTION, "BBT", 1),), "; from rest the ball comes to BBT"),
+    ("verdict", "comes_to", (FromRest(Destination.CHAOTIC),), "moves in a way that is chaotic, or not periodic"),
     ("accuracy", "task", ("critical", B1), "B1 (period doubling)"),
     (
         "proofs",

@@ -5,7 +5,7 @@ Only what the formats asked for need is imported.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from vireport.study import (
     with_pages,
     worst_scenario,
 )
+from vireport.text import AlertCode
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -105,7 +106,7 @@ def run_outcome(
         from vireport.report import github
 
         printed += github(study)
-    summary, changes = study.verdict.worded(templates).headline, None
+    summary, changes = "\n".join([study.verdict.worded(templates).headline, *_what_to_do(study)]), None
     if baseline is not None:
         from vireport.comparison import changes_table, diff, diff_text
 
@@ -114,6 +115,13 @@ def run_outcome(
     outcome = _judged(study, printed, run_files(study, command, templates, say, changes, paper), summary)
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
+
+
+def _what_to_do(study: Study) -> Iterator[str]:
+    """The alerts that a reader of the terminal alone needs too: nothing works, or a value is in another unit."""
+    for alert in study.alerts:
+        if alert.code in (AlertCode.NO_STABLE_MOTION, AlertCode.DESIGN_NOT_STABLE, AlertCode.IMPLAUSIBLE_INPUT):
+            yield f"{alert.code}: {alert.cause} {alert.remedy}"
 
 
 def run_files(

@@ -230,18 +230,28 @@ def _what_fits(fitting: Fitting) -> list[Sentence]:
 
 
 def _breakdown(results: Evidence) -> Iterator[Sentence]:
+    from vireport.gate.impacts import other_motions
+
     design, membrane = results.solution.design, results.solution.membrane
     if design is None or design.conversion is None or membrane is None or membrane.dielectric is None:
         return
     highest = float(np.max(design.conversion.field_v_m[design.motions.stable], initial=0.0))
+    highest = max([highest, *(float(impacts.field_v_m.value) for _, impacts in other_motions(results))])
     limit = membrane.dielectric.breakdown_field_v_m
     if highest > limit:
         yield Sentence("field", {"highest": highest, "times": highest / limit, "limit": limit})
 
 
 def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
+    from vireport.gate.impacts import other_motions
+
     design, device = results.solution.design, results.solution.device
-    if design is None or design.conversion is None or not design.motions.stable.any():
+    if design is None or design.conversion is None:
+        return
+    for motion, impacts in other_motions(results):
+        if (share := float(impacts.efficiency.value)) > 1:
+            yield Sentence("gains_other", {"motion": motion, "percent": 100 * share})
+    if not design.motions.stable.any():
         return
     converted, stable = design.conversion, design.motions.stable
     worst = int(np.argmax(np.where(stable, converted.efficiency, -np.inf)))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.base import NumericalError
 from vireport.design import DesignPoint
 from vireport.gate.evidence import Evidence
 from vireport.physics import (
@@ -19,7 +20,9 @@ from vireport.physics import (
     Membrane,
     Rounded,
     Voltages,
+    by_wall,
     conversion,
+    conversion_of_word,
     deflection,
     generated_voltage,
     voltages,
@@ -145,18 +148,42 @@ def followed(results: Evidence) -> Iterator[tuple[Family, Impacts]]:
         Where none were followed there.
     """
     solution = results.solution
+    device, parameter = solution.device, solution.parameter
     for family, motion in results.stable:
-        unit = float(solution.device.velocity_unit(solution.parameter, cast(DesignPoint, solution.design).value))
-        yield family, _followed(np.abs(unit * motion.velocity), solution.membrane)
+        value = cast(DesignPoint, solution.design).value
+        speeds = np.abs(float(device.velocity_unit(parameter, value)) * motion.velocity)
+        restitution = np.where(np.array(motion.word.walls) > 0, *by_wall(device.restitution))
+        period_s = motion.word.periods / float(device.at(parameter, value)[Parameter.FREQUENCY])
+        yield family, _followed(speeds, solution.membrane, restitution, period_s)
 
 
-def _followed(speeds: Floats, membrane: Membrane | None) -> Impacts:
-    def known(values: Floats) -> tuple[Rounded, ...]:
-        return tuple(Rounded(value, FOLLOWED_ERROR * value) for value in values.tolist())
+def _followed(speeds: Floats, membrane: Membrane | None, restitution: Floats, period_s: float) -> Impacts:
+    def known(value: Any) -> Rounded:
+        return Rounded(float(value), FOLLOWED_ERROR * float(value))
 
+    impacts = tuple(map(known, speeds))
     if membrane is None:
-        return Impacts(known(speeds))
+        return Impacts(impacts)
     gains, deepest = generated_voltage(speeds, membrane), deflection(speeds, membrane).max()
-    mean = gains.mean()
-    average, depth = (Rounded(value, FOLLOWED_ERROR * value) for value in (float(mean), float(deepest)))
-    return Impacts(known(speeds), known(gains), average, depth, membrane.active_radius_m)
+    gained = tuple(map(known, gains)), known(gains.mean()), known(deepest), membrane.active_radius_m
+    if (dielectric := membrane.dielectric) is None:
+        return Impacts(impacts, *gained)
+    converted = conversion_of_word(gains, speeds, membrane, dielectric, restitution, period_s)
+    power, efficiency, field = map(known, converted)
+    return Impacts(impacts, *gained, power, efficiency, field, dielectric.breakdown_field_v_m)
+
+
+def other_motions(results: Evidence) -> list[tuple[str, Impacts]]:
+    """What the stable motions come to that are known at the design point beside the 1:1 motions, with their names.
+
+    Only where the membrane's dielectric is given.
+    """
+    solution = results.solution
+    if results.atlas is None or solution.membrane is None or solution.membrane.dielectric is None:
+        return []
+    one_to_one = "BT", solution.device.period_ratio
+    try:
+        known = list(followed(results))
+    except NumericalError:  # the design point is not within the sweep
+        return []
+    return [(x.name, impacts) for x, impacts in known if (x.word.letters, x.word.periods) != one_to_one]

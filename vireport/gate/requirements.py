@@ -83,17 +83,14 @@ class OfMotions:
     grows : bool
         Whether it grows with the speeds of the impacts, with the ball's mass and with the frequency, so that it is
         bounded over boxes of designs.
-    only_one_to_one : bool
-        Whether it is that of 1:1 motions even where others are allowed.
     """
 
     of: Callable[[Impacts, Any], Any]
     grows: bool = False
-    only_one_to_one: bool = False
 
     def judgement(self, results: Evidence, limit: Limit) -> Judgement:
         """Hold the worst of the stable motions against a limit."""
-        if self.only_one_to_one or results.only_one_to_one:
+        if results.only_one_to_one:
             number = self.of(at_design(results), ROUNDED)
             values, bound = number.value.tolist(), float(number.error.max())
             several = len(values) > 1
@@ -447,12 +444,10 @@ PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING
 U_AVE = OfMotions(lambda motions, _: motions.average_v, grows=True)
 END_DIFFERENCE = OfMotions(lambda motions, ops: spread(motions.gains, ops))
 DEFLECTION = OfMotions(lambda motions, _: motions.deflection_m, grows=True)
-POWER = OfMotions(lambda motions, _: motions.power_mw, grows=True, only_one_to_one=True)
+POWER = OfMotions(lambda motions, _: motions.power_mw, grows=True)
 DEFLECTION_SHARE = OfMotions(lambda motions, _: 100 / motions.active_radius_m * motions.deflection_m, grows=True)
-EFFICIENCY = OfMotions(lambda motions, _: 100 * motions.efficiency, only_one_to_one=True)
-FIELD = OfMotions(
-    lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True, only_one_to_one=True
-)
+EFFICIENCY = OfMotions(lambda motions, _: 100 * motions.efficiency)
+FIELD = OfMotions(lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True)
 
 REQUIREMENTS = (
     Requirement(

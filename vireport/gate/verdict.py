@@ -447,6 +447,8 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.NOT_MET
     if generated is not None and generated.status is Status.BAD:
         return Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
+    if (contradiction := _of_other_motions(verdict.evidence)) is not None:
+        return contradiction
     if _has(verdict.motion, Status.CAUTION):
         return Conclusion.OTHER_MOTION
     if verdict.own_stiffness is not None and verdict.own_stiffness.data.margin_gone:
@@ -470,6 +472,19 @@ def _conclusion(verdict: Verdict) -> Conclusion:
     if generated is not None and not generated.within:
         return Conclusion.OUTSIDE_MEMBRANE
     return Conclusion.END_UNKNOWN if _has(verdict.own_stiffness, Status.CAUTION) else Conclusion.STABLE
+
+
+def _of_other_motions(evidence: Evidence) -> Conclusion | None:
+    """What no device can have, but another stable motion of the design point would: that is no better of any word."""
+    if evidence.atlas is None:
+        return None
+    from vireport.gate.impacts import other_motions
+
+    others = [impacts for _, impacts in other_motions(evidence)]
+    if any(impacts.efficiency.value > 1 for impacts in others):
+        return Conclusion.MORE_ENERGY_THAN_LOST
+    exceeded = any(impacts.field_v_m.value > impacts.breakdown_field_v_m for impacts in others)
+    return Conclusion.BREAKDOWN if exceeded else None
 
 
 def _has(fact: Fact[object] | None, status: Status) -> bool:

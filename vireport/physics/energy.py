@@ -317,8 +317,7 @@ def conversion(
     membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball, and one of a free capsule m/(1 + mu) for m from
     both.
     """
-    bias, capacitance = membrane.bias_voltage_v, flat_capacitance(membrane, dielectric)
-    bottom, top = (capacitance / 2 * gain * (gain + bias) for gain in gains)
+    bottom, top = (_gained(gain, membrane, dielectric) for gain in gains)
     squares = [speed * speed for speed in speeds]
     if isinstance(restitution, Restitutions):
         shares = [(1 - r) * (1 + r) for r in by_wall(restitution)]
@@ -326,8 +325,36 @@ def conversion(
     else:
         lost = membrane.reduced_mass_kg * (1 - restitution) * (1 + restitution) / 2
         spent = lost * (squares[0] + squares[1])
-    field = (ops.maximum(*gains) + bias) / dielectric.thickness_m
+    field = (ops.maximum(*gains) + membrane.bias_voltage_v) / dielectric.thickness_m
     return Conversion(bottom, top, 1e3 / period_s * (bottom + top), (bottom + top) / spent, field)
+
+
+def _gained(gain: Any, membrane: Membrane, dielectric: Dielectric) -> Any:
+    """Electrical energy of an impact with a gain of voltage [J], see `conversion`."""
+    return flat_capacitance(membrane, dielectric) / 2 * gain * (gain + membrane.bias_voltage_v)
+
+
+def conversion_of_word(
+    gains: Floats, speeds: Floats, membrane: Membrane, dielectric: Dielectric, restitution: Floats, period_s: float
+) -> tuple[float, float, float]:
+    """Mean power [mW], efficiency and highest field [V/m] of one motion with any impacts, as `conversion` has them.
+
+    Parameters
+    ----------
+    gains, speeds, restitution : ndarray
+        Of each impact of a period: U_imp - Uin [V], relative velocity [m/s], and r < 1 of the membrane that it is on.
+    membrane : Membrane
+    dielectric : Dielectric
+    period_s : float
+        Of the motion [s].
+    """
+    gained = float(_gained(gains, membrane, dielectric).sum())
+    lost = membrane.reduced_mass_kg / 2 * float(((1 - restitution) * (1 + restitution) * speeds * speeds).sum())
+    return (
+        1e3 * gained / period_s,
+        gained / lost,
+        (float(gains.max()) + membrane.bias_voltage_v) / dielectric.thickness_m,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

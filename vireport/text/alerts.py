@@ -343,6 +343,7 @@ CATALOGUE = (
             "{percent:.4g} %, which contradicts the restitution of {restitution:.4g}.",
             "gains_apart": "The impacts gain {gained_mj:.3g} mJ in a period and lose {lost_mj:.3g} mJ: an efficiency "
             "of {percent:.4g} %, which contradicts the restitutions of {bottom:.4g} and {top:.4g}.",
+            "gains_other": "The impacts of {motion} gain more than they lose: an efficiency of {percent:.4g} %.",
         },
     ),
     Explanation(
