@@ -926,6 +926,7 @@ def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) 
 
 B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
 ORBIT = thing(longest_contact=0.0418, stable=True)
+SHARES = thing(name="BT", fastest=1.9, share=0.684021, switch_on=0.933349)
 OWN = thing(orbit=ORBIT, critical_value=0.58, reason="")
 
 
@@ -957,6 +958,13 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         "reaches BT every forcing period. Ball arithmetic of 512 bits encloses 33 impacts, up to a region from which",
     ),
     ("proofs", "arrival", (thing(proved=False, reason="the ball rests"),), "is reached from rest. The ball rests."),
+    (
+        "proofs",
+        "sections",
+        (thing(velocity_unit=6.0, sections=[SHARES, SHARES]),),
+        "up to 11.4 m/s, at least 68.4 % come to BT, as the ball does that is switched on from rest at 93.3 % of all",
+    ),
+    ("proofs", "sections", (thing(sections=[]),), "Not proved: a share of all impacts"),
     ("proofs", "shocks", (thing(jump_m_s=1.224, cells=844),), "up to 1.224 m/s, at any moment and either way"),
     ("proofs", "shocks", (thing(jump_m_s=None, unproved=""),), "Cells of the smallest jumps are left open."),
     ("proofs", "shocks", (thing(jump_m_s=None, unproved="no motion"),), "that the motion survives. No motion."),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vireport.attraction.flights import (
     FIRST,
     SECOND,
+    Impacts,
     Sets,
     after_impact,
     enclosed,
@@ -44,6 +45,36 @@ def patience(trap: Trap) -> int:
     return min(LAPS + ceil(2 * fading), MOST_LAPS) * len(trap.motion.word)
 
 
+def flown(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> tuple[Impacts, Ints, Ints]:
+    """Follow sets for one flight, past touches as well.
+
+    Parameters
+    ----------
+    sets : Sets
+        That begin flights.
+    guesses : ndarray (k, 3)
+        Where these end, see `next_impacts`.
+
+    Returns
+    -------
+    impacts : Impacts
+        All of them proved; of a set some of whose states touch a membrane, those of both kinds.
+    parent : ndarray of int
+        The sets that they are of.
+    lost : ndarray of int
+        Sets that are not proved to end anywhere.
+    """
+    exactly, count = enclosed(groups), len(sets)
+    at = next_impacts(exactly, sets, guesses)
+    failing = np.flatnonzero(~at.proved)
+    if not failing.size:
+        return at, np.arange(count), failing
+    guesses = simulated_past(groups, sets[failing], guesses[failing], compiled)
+    touch, past, touching = impacts_past_a_touch(exactly, sets[failing], guesses)
+    ends, both = np.flatnonzero(at.proved), failing[touch]
+    return joined([at[ends], past, touching]), np.concatenate([ends, both, both]), np.delete(failing, touch)
+
+
 @np.errstate(all="ignore")  # what is not proved may not be finite
 def come_in(
     groups: Groups[float], trap: Trap, sets: Sets, guesses: Floats, impacts: int, compiled: bool
@@ -60,23 +91,16 @@ def come_in(
         After which sets that are not in it are given up.
     """
     exactly, flights = enclosed(groups), 0
-    lost, halved = np.zeros(len(sets), dtype=bool), _longer(sets.time, sets.after)
+    lost, halved = np.zeros(len(sets), dtype=bool), longer(sets.time, sets.after)
     rows = np.arange(len(sets))
     for _ in range(impacts):
         flights += len(rows)
-        at = next_impacts(exactly, sets, guesses)
-        failing = np.flatnonzero(~at.proved)
-        if failing.size:
-            guesses = simulated_past(groups, sets[failing], guesses[failing], compiled)
-            touch, past, touching = impacts_past_a_touch(exactly, sets[failing], guesses)
-            lost[rows[np.delete(failing, touch)]] = True
-            both = rows[failing[touch]]
-            at, rows = joined([at, past, touching]), np.concatenate([rows, both, both])
-        inside = at.proved & trap.holds(at.wall, at.time, at.velocity)
-        halved[rows[at.proved]] = _longer(at.time, at.velocity)[at.proved]
-        small = (at.time.reach < LARGEST) & (at.velocity.reach < LARGEST)
-        lost[rows[at.proved & ~small]] = True
-        goes_on = np.flatnonzero(at.proved & ~inside & ~lost[rows])
+        at, parent, failing = flown(groups, sets, guesses, compiled)
+        lost[rows[failing]] = True
+        rows = rows[parent]
+        halved[rows] = longer(at.time, at.velocity)
+        lost[rows[~is_small(at)]] = True
+        goes_on = np.flatnonzero(~trap.holds(at.wall, at.time, at.velocity) & ~lost[rows])
         rows = rows[goes_on]
         if not rows.size or len(rows) > MOST_BRANCHES * len(lost):
             break
@@ -86,7 +110,12 @@ def come_in(
     return ~lost, halved, flights
 
 
-def _longer(time: Affine, velocity: Affine) -> Ints:
+def is_small(at: Impacts) -> Mask:
+    """Which sets are small enough to be followed any further."""
+    return np.asarray((at.time.reach < LARGEST) & (at.velocity.reach < LARGEST))
+
+
+def longer(time: Affine, velocity: Affine) -> Ints:
     """The coordinate of a set along which it is longer."""
     size = np.hypot(time.linear, velocity.linear)
     return np.where(size[SECOND] > size[FIRST], SECOND, FIRST)

@@ -1,7 +1,8 @@
-"""What is proved of the stable motions at a design point: that the ball from rest comes there, and what shocks do."""
+"""What is proved of the stable motions at a design point: which shares of starts come there, and what shocks do."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Context
 from enum import StrEnum
@@ -9,15 +10,17 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.attraction.section import Section, proved_section, section_again
 from vireport.attraction.survived import Survived, survived, survived_again
 from vireport.attraction.trap import Trap, proved_trap, trap_of
-from vireport.base import Progress
+from vireport.base import NumericalError, Progress
 from vireport.design import Solution
 from vireport.disturbances import Destination, Disturbances, FromRest
 from vireport.motions import Motion, motion_at
 from vireport.physics import Device, Groups
 from vireport.scenario import Parameter
-from vireport.shocks import Withstood, on_shocks, stable_manifold
+from vireport.shocks import Withstood, core_of, endings, on_shocks, stable_manifold
+from vireport.simulation import BOTTOM, start_speed
 
 BEYOND = 1.03
 """How far cells of shocks reach, over the least on the sampled stable manifold of an unstable motion."""
@@ -89,6 +92,8 @@ class Proved:
     velocity_unit : float
         y_c [m/s].
     arrival : Arrival
+    sections : tuple of Section
+        What comes to each stable motion that has a region, and to another that the ball comes to from rest.
     shocks : tuple of Survived
         To each stable motion; () where nothing is proved of them.
     unproved : str
@@ -97,6 +102,7 @@ class Proved:
 
     velocity_unit: float
     arrival: Arrival
+    sections: tuple[Section, ...] = ()
     shocks: tuple[Survived, ...] = ()
     unproved: str = ""
 
@@ -155,12 +161,40 @@ def proved_of(
     say = progress or (lambda _: None)
     say("proving that the motion is reached from rest")
     arrival = _arrival(device, groups, found, [trap for trap in traps if trap is not None], compiled)
+    say("proving which share of all impacts comes to the motion")
+    sections = _sections(device, groups, [*traps, arrival.trap], compiled)
     if not motions or None in traps:
-        return Proved(unit, arrival, unproved=Unproved.NO_REGION if motions else Unproved.NO_MOTION)
+        return Proved(unit, arrival, sections, unproved=Unproved.NO_REGION if motions else Unproved.NO_MOTION)
     say("proving which shocks the motion survives")
     farthest = _farthest(groups, motions, companions, withstood, compiled)
     shocks = (survived(groups, trap, farthest, compiled) for trap in traps if trap is not None)
-    return Proved(unit, arrival, tuple(shocks))
+    return Proved(unit, arrival, sections, tuple(shocks))
+
+
+def _sections(
+    device: Device, groups: Groups[float], traps: Sequence[Trap | None], compiled: bool
+) -> tuple[Section, ...]:
+    """The shares that come into each of some regions."""
+    regions = list(dict.fromkeys(trap for trap in traps if trap is not None))
+    fastest = max((float(np.abs(trap.motion.velocity).max()) for trap in regions), default=0.0)
+    farthest = float(start_speed(groups.restitution, fastest))
+    return tuple(
+        proved_section(groups, trap, farthest, _released_into(device, groups, trap, compiled), compiled)
+        for trap in regions
+    )
+
+
+def _released_into(device: Device, groups: Groups[float], trap: Trap, compiled: bool) -> set[int]:
+    """The membranes from which a ball that they release is proved to come into a region."""
+    if groups.gbar >= 1:
+        return set()
+    pressed = np.array([[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, np.pi]])
+    try:
+        ends = endings(groups, pressed, [core_of(groups, trap.motion, compiled)], compiled=compiled)
+    except NumericalError:  # too near a critical point: what is not told by simulation is not tried
+        return set()
+    simulated = [wall for wall, end in zip((1, -1), ends.tolist(), strict=True) if end == 0]
+    return {wall for wall in simulated if _release(device, [trap], wall).proved}
 
 
 def _farthest(
@@ -204,15 +238,16 @@ def _arrival(device: Device, groups: Groups[float], found: Disturbances, traps: 
         traps = [trap for trap in [_other(groups, end, compiled)] if trap is not None]
     if not traps:
         return Arrival(reason=Unproved.NO_REGION)
-    return _followed(device, traps)
+    return _release(device, traps)
 
 
-def _followed(device: Device, traps: list[Trap]) -> Arrival:
+def _release(device: Device, traps: list[Trap], wall: int = BOTTOM) -> Arrival:
+    """Prove that a ball that a membrane releases comes into one of some regions."""
     from vireport.attraction.release import reaches
     from vireport.checks.enclosures import UnprovedError
 
     try:
-        return Arrival(*reaches(device, traps))
+        return Arrival(*reaches(device, traps, wall=wall))
     except UnprovedError as failure:
         return Arrival(reason=str(failure))
 
@@ -243,16 +278,35 @@ class Rechecked:
         Whether the ball from rest is proved to come into one of the regions.
     proved_m_s : float
         Jump of the relative velocity up to which every one dies out [m/s], rounded down; 0 where none is.
+    shares : tuple of float
+        Of the section of impacts, that come to each motion of which a share was claimed.
+    switch_on : tuple of float
+        The same of the moments at which the force may set in.
     """
 
     from_rest: bool
     proved_m_s: float
+    shares: tuple[float, ...] = ()
+    switch_on: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClaimedSection:
+    """What is to be proved again of the section: a region, how far it reaches [y_c], cells of it and of moments."""
+
+    region: Region
+    fastest: float
+    halved: NDArray[np.intp]
+    moments: NDArray[np.intp]
 
 
 def prove_again(
-    device: Device, from_rest: Region | None, shocks: list[tuple[Region, float, NDArray[np.intp]]]
+    device: Device,
+    from_rest: Region | None,
+    shocks: list[tuple[Region, float, NDArray[np.intp]]],
+    sections: Sequence[ClaimedSection] = (),
 ) -> Rechecked:
-    """Go through proofs once more: of the ball from rest, and of shocks by region, largest size and cells.
+    """Go through proofs once more: of the ball from rest, of shocks by region, largest size and cells, of sections.
 
     Raises
     ------
@@ -268,10 +322,17 @@ def prove_again(
         return proved_trap(groups, region.motion, region.metric, region.radius, compiled=False)
 
     start = None if from_rest is None else again(from_rest)
-    reached = start is not None and _followed(device, [start]).proved
+    reached = start is not None and _release(device, [start]).proved
     bounds = []
     for region, largest, halved in shocks:
         trap = again(region)
         bounds.append(0.0 if trap is None else survived_again(groups, trap, largest, halved))
+    shares = []
+    for claimed in sections:
+        trap = again(claimed.region)
+        rests = set() if trap is None else _released_into(device, groups, trap, compiled=False)
+        cells = claimed.halved, claimed.moments
+        shares.append((0.0, 0.0) if trap is None else section_again(groups, trap, claimed.fastest, rests, *cells))
     least = min(bounds, default=0.0)
-    return Rechecked(reached, rounded_down(least * unit) if least > 0 else 0.0)
+    survives = rounded_down(least * unit) if least > 0 else 0.0
+    return Rechecked(reached, survives, tuple(x for x, _ in shares), tuple(x for _, x in shares))

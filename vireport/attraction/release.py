@@ -1,4 +1,4 @@
-"""The ball that leaves the bottom membrane from rest, followed in ball arithmetic into a region that a motion attracts.
+"""The ball that a membrane releases from rest, followed in ball arithmetic into a region that a motion attracts.
 
 Neighbouring trajectories part by a factor of some million in ten impacts before they settle: the precision is raised
 until what is left of it tells each impact. The scenario's doubles are the exact numbers that they are.
@@ -26,16 +26,20 @@ MOST_IMPACTS = 600
 """Impacts after which it is given up."""
 
 
-def reaches(device: Device, traps: Sequence[Trap], bits: Sequence[int] = PRECISIONS) -> tuple[Trap, int, int]:
+def reaches(
+    device: Device, traps: Sequence[Trap], bits: Sequence[int] = PRECISIONS, wall: int = BOTTOM
+) -> tuple[Trap, int, int]:
     """The first of some regions that the ball from rest is proved to come into, with impacts until then and bits.
 
     Parameters
     ----------
     device : Device
-        At rest, the ball on the bottom membrane; gbar must be below 1.
+        With gbar below 1.
     traps : sequence of Trap
     bits : sequence of int
         Precisions tried one after the other.
+    wall : int
+        The membrane on which the ball lies: 1 bottom, -1 top.
 
     Raises
     ------
@@ -45,19 +49,20 @@ def reaches(device: Device, traps: Sequence[Trap], bits: Sequence[int] = PRECISI
     for tried in bits:
         try:
             with precision(tried):
-                return *_followed(device, traps), tried
+                return *_followed(device, traps, wall), tried
         except UnprovedError as failure:
             reason = failure
     raise reason
 
 
-def _followed(device: Device, traps: Sequence[Trap]) -> tuple[Trap, int]:
+def _followed(device: Device, traps: Sequence[Trap], wall: int) -> tuple[Trap, int]:
     ops, at = BallOps(), (Parameter.LENGTH, device.length_m)
     groups, doubles = device.groups(*at, ops), device.groups(*at).as_floats()
     for exactly, double in zip(groups.numbers, doubles.numbers, strict=True):
         if not abs(exactly - ball(double)) <= ball(AFFINE_ROUNDING) * abs(double):
             raise UnprovedError("rounding has moved the device by more than its regions allow for")
-    wall, time, after = BOTTOM, (-groups.gbar).acos() / ops.pi, 0 * groups.gbar
+    # The pressing acceleration vanishes as the force falls at the bottom, and as it rises at the top.
+    time, after = wall * (-groups.gbar).acos() / ops.pi, 0 * groups.gbar
     for impacts in range(1, MOST_IMPACTS + 1):
         before, end = _flight(groups, doubles, wall, time, after)
         wall, time = end, time + before.duration

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.attraction.cells import OPEN, PROVED, Cells, Halving, generations
 from vireport.attraction.flights import (
     FIRST,
     SECOND,
@@ -45,9 +46,6 @@ MOST_FLIGHTS = 250_000
 FINEST = 2.0**-16
 """Width in moment and in size, over the whole, down to which cells are halved."""
 
-PROVED, OPEN = -1, -2
-"""What a cell that is not halved came to; what is halved has the number of the coordinate along which it is."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survived:
@@ -77,37 +75,7 @@ class Survived:
         return int(np.count_nonzero(self.halved == PROVED))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Cells:
-    """Ranges of moments, as shares of a flight, and of signed jumps [y_c]: ends (2, k); and after which impact."""
-
-    low: Floats
-    high: Floats
-    impact: Ints
-
-    def __getitem__(self, rows: Ints | Mask | slice) -> _Cells:
-        return _Cells(self.low[:, rows], self.high[:, rows], self.impact[rows])
-
-    @property
-    def smallest(self) -> Floats:
-        """The smallest jump of each."""
-        return np.asarray(np.minimum(np.abs(self.low[1]), np.abs(self.high[1])))
-
-    def halves(self, coordinate: Ints) -> _Cells:
-        """Both halves of each, the lower one first."""
-        low, high = np.repeat(self.low, 2, axis=1), np.repeat(self.high, 2, axis=1)
-        lower = 2 * np.arange(len(coordinate))
-        middle = (low[coordinate, lower] + high[coordinate, lower]) / 2
-        high[coordinate, lower] = low[coordinate, lower + 1] = middle
-        return _Cells(low, high, np.repeat(self.impact, 2))
-
-
-def _joined(cells: list[_Cells]) -> _Cells:
-    low, high = (np.concatenate([getattr(each, end) for each in cells], axis=1) for end in ("low", "high"))
-    return _Cells(low, high, np.concatenate([each.impact for each in cells]))
-
-
-def _first_cells(impacts: int, largest: float) -> _Cells:
+def _first_cells(impacts: int, largest: float) -> Cells:
     """The cells that all begins with, the smallest jumps first."""
     share, size = np.arange(MOMENTS + 1) / MOMENTS, largest * np.array(SIZES)
     rows = [
@@ -118,7 +86,7 @@ def _first_cells(impacts: int, largest: float) -> _Cells:
         for m in range(MOMENTS)
     ]
     a, b, low, high, impact = np.array(rows).T
-    return _Cells(np.stack([a, low]), np.stack([b, high]), impact.astype(np.intp))
+    return Cells(np.stack([a, low]), np.stack([b, high]), impact.astype(np.intp))
 
 
 class Period:
@@ -142,7 +110,7 @@ class Period:
             self.durations.append(end.duration)
 
     @np.errstate(all="ignore")
-    def prove(self, cells: _Cells, impacts: int) -> tuple[Mask, Ints, int]:
+    def prove(self, cells: Cells, impacts: int) -> tuple[Mask, Ints, int]:
         """Which cells are proved, along which coordinate to halve the others, and how many flights that took."""
         proved, halved, flights = np.zeros(len(cells.impact), dtype=bool), np.zeros(len(cells.impact), dtype=np.intp), 0
         for impact in np.unique(cells.impact).tolist():
@@ -156,7 +124,7 @@ class Period:
             proved[rows], halved[rows], flights = came[0], came[1], flights + came[2]
         return proved, halved, flights
 
-    def _sets(self, cells: _Cells, impact: int) -> Sets:
+    def _sets(self, cells: Cells, impact: int) -> Sets:
         """What shocks make of the motion: as if the ball had left with its new velocity, from elsewhere."""
         rows, wall = np.zeros(len(cells.impact), dtype=np.intp), self.trap.motion.word.walls[impact]
         share, jump = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
@@ -179,37 +147,29 @@ def survived(groups: Groups[float], trap: Trap, largest: float, compiled: bool) 
         Whether to compile the simulation, where numba is there.
     """
     period, impacts = Period(groups, trap, compiled), patience(trap)
-    cells = _first_cells(len(trap.motion.word), largest)
-    first, code, child = len(cells.impact), np.full(len(cells.impact), OPEN), np.zeros(len(cells.impact), np.intp)
-    pending, used, bound = np.arange(first), 0, largest
+    halving, used, bound = Halving(_first_cells(len(trap.motion.word), largest)), 0, largest
+    pending = np.arange(len(halving.cells))
     while pending.size and used < MOST_FLIGHTS:
-        smallest = cells.smallest[pending]
+        smallest = halving.cells.smallest[pending]
         order = np.argsort(smallest, kind="stable")
         order = order[smallest[order] < bound]
         now, pending = pending[order[:AT_ONCE]], pending[order[AT_ONCE:]]
         if not now.size:
             break
-        proved, halved, flights = period.prove(cells[now], impacts)
+        cells = halving.cells[now]
+        proved, halved, flights = period.prove(cells, impacts)
         used += flights
-        code[now[proved]] = PROVED
+        halving.code[now[proved]] = PROVED
         # A cell too small to be halved bounds what can be proved: larger jumps are not looked at any more.
-        width = (cells.high - cells.low)[:, now] / [[1.0], [largest]]
+        width = (cells.high - cells.low) / [[1.0], [largest]]
         fine = ~proved & (width[halved, np.arange(len(now))] <= FINEST)
-        bound = min(bound, cells.smallest[now[fine]].min(initial=bound))
+        bound = min(bound, cells.smallest[fine].min(initial=bound))
         split = np.flatnonzero(~proved & ~fine)
-        code[now[split]], child[now[split]] = halved[split], len(code) + 2 * np.arange(len(split))
-        pending = np.concatenate([pending, len(code) + np.arange(2 * len(split))])
-        cells = _joined([cells, cells[now[split]].halves(halved[split])])
-        code = np.concatenate([code, np.full(2 * len(split), OPEN)])
-        child = np.concatenate([child, np.zeros(2 * len(split), np.intp)])
-    generations, rows = [], np.arange(first)
-    while rows.size:
-        generations.append(code[rows])
-        rows = (child[rows[code[rows] >= 0]][:, None] + np.arange(2)).ravel()
-    return Survived(trap, largest, np.concatenate(generations), _bound(cells[code == OPEN], largest))
+        pending = np.concatenate([pending, halving.halve(now[split], halved[split])])
+    return Survived(trap, largest, halving.codes, _bound(halving.cells[halving.code == OPEN], largest))
 
 
-def _bound(left: _Cells, largest: float) -> float:
+def _bound(left: Cells, largest: float) -> float:
     """The size up to which no cell is left."""
     return float(left.smallest.min(initial=largest))
 
@@ -225,15 +185,10 @@ def survived_again(groups: Groups[float], trap: Trap, largest: float, halved: In
         If there are not as many cells as it takes.
     """
     period, impacts = Period(groups, trap, compiled=False), patience(trap)
-    cells, bound = _first_cells(len(trap.motion.word), largest), largest
-    while cells.impact.size:
-        count = len(cells.impact)
-        code, halved = halved[:count], halved[count:]
-        if len(code) < count or (code > SECOND).any():
-            raise ValueError("the cells of the proof are not complete")
+    bound = largest
+    for cells, code in generations(_first_cells(len(trap.motion.word), largest), halved):
         holds, _, _ = period.prove(cells[code == PROVED], impacts)
         missing = code < 0
         missing[np.flatnonzero(code == PROVED)[holds]] = False
         bound = min(bound, _bound(cells[missing], largest))
-        cells = cells[code >= 0].halves(code[code >= 0])
     return bound

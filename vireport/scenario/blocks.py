@@ -697,7 +697,8 @@ class DisturbancesBlock(Block):
         False,
         "Prove",
         "",
-        "Whether to prove that the motion is reached from rest, and up to which jump of the velocity all die out.",
+        "Whether to prove that the motion is reached from rest, from which share of all impacts and of all moments of "
+        "switching on, and up to which jump of the velocity all die out.",
         example=True,
     )
     basin: bool = _key(

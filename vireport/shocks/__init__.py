@@ -6,6 +6,7 @@ from vireport.shocks.deviations import flight_matrices, flight_times, stationary
 from vireport.shocks.jitter import Jitter, NoJitter, Unsettled
 from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
 from vireport.shocks.plane import OutcomePlane
+from vireport.shocks.returning import core_of, endings
 from vireport.shocks.shock import SCAN, LeastShock, shocked
 from vireport.shocks.withstood import Withstood, least_of, shocks_around, withstood_by
 
@@ -23,6 +24,8 @@ __all__ = [
     "Withstood",
     "attracting_motions",
     "basins_of",
+    "core_of",
+    "endings",
     "flight_matrices",
     "flight_times",
     "least_of",

@@ -426,9 +426,9 @@ def _attracting(each: AttractingMotion, found: AttractingMotions) -> dict[str, A
 
 def _proof(proved: Proved) -> dict[str, Any]:
     """What it takes to go through the proofs once more: the regions, and the cells of shocks."""
-    arrival, regions = proved.arrival, [shocks.trap for shocks in proved.shocks]
-    if arrival.trap is not None and arrival.trap not in regions:
-        regions.append(arrival.trap)
+    arrival, sections = proved.arrival, proved.sections
+    claimed = (*(shocks.trap for shocks in proved.shocks), *(section.trap for section in sections), arrival.trap)
+    regions = list(dict.fromkeys(trap for trap in claimed if trap is not None))
     return {
         "regions": [_region(trap) for trap in regions],
         "from_rest": {
@@ -442,6 +442,20 @@ def _proof(proved: Proved) -> dict[str, Any]:
             for k, shocks in enumerate(proved.shocks)
         ],
         "shocks_reason": proved.unproved or None,
+        "sections": [
+            {
+                "region": regions.index(section.trap),
+                "name": section.name,
+                "velocity_up_to_m_s": section.fastest * proved.velocity_unit,
+                "velocity_up_to": section.fastest,
+                "share": section.share,
+                "share_of_switch_on_phases": section.switch_on,
+                "cells": section.cells,
+                "halved": section.halved.tolist(),
+                "moments": section.moments.tolist(),
+            }
+            for section in sections
+        ],
     }
 
 

@@ -495,7 +495,7 @@ def recheck(data: Mapping[str, Any]) -> float:
 
 
 def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
-    """Go once more through the proofs that the motion is reached from rest, and which shocks it survives.
+    """Go once more through the proofs of what comes to the motion, from rest as well, and which shocks it survives.
 
     Parameters
     ----------
@@ -509,7 +509,7 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
     NumericalError
         If the package for ball arithmetic is not installed.
     """
-    from vireport.attraction import Region, prove_again
+    from vireport.attraction import ClaimedSection, Region, prove_again
 
     proof = (data.get("disturbances") or {}).get("proof")
     if proof is None:
@@ -528,8 +528,17 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
             (regions[of["region"]], float(of["largest"]), np.array(of["halved"], dtype=np.intp))
             for of in proof["shocks"]
         ]
+        sections = [
+            ClaimedSection(
+                regions[of["region"]],
+                float(of["velocity_up_to"]),
+                np.array(of["halved"], dtype=np.intp),
+                np.array(of["moments"], dtype=np.intp),
+            )
+            for of in proof.get("sections", ())
+        ]
         device = Device.of(loads(json.dumps(data["scenario"])).scenario)
-        return prove_again(device, None if start is None else regions[start], shocks)
+        return prove_again(device, None if start is None else regions[start], shocks, sections)
     except (ValueError, LookupError) as error:
         raise UsageError(f"disturbances.proof: {error}") from error
 
