@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import copysign, hypot, inf
 
-from vireport.design.distortion import with_harmonic
+from vireport.design.distortion import with_harmonic as followed_with
 from vireport.design.lines import Line, reach, stable_ones
 from vireport.design.margins import Margin, margins_from
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.motions import Event
-from vireport.physics import Device, Harmonic
+from vireport.physics import Device, Harmonic, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -155,7 +155,8 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
     if slopes is not None and (steepest := hypot(*slopes)) > 0:
         towards = -copysign(1.0, end.distance) / steepest
         parts = [(towards * slopes[0], towards * slopes[1])]
-    return [replace(device, harmonics=(Harmonic(SECOND, size * cosine, size * sine),)) for cosine, sine in parts]
+    more = (Harmonic(SECOND, size * cosine, size * sine) for cosine, sine in parts)
+    return [replace(device, harmonics=with_harmonic(device.harmonics, each)) for each in more]
 
 
 CHANGES: Mapping[LeftOut, Callable[[Device, float, Margin], Sequence[Device]]] = {
@@ -193,7 +194,10 @@ def shifts(device: Device, design: DesignPoint, effects: Sequence[Effect] = USUA
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
     rows = []
     for effect in effects:
-        found = [_followed(other, end, effect) for other in CHANGES[effect.left_out](device, effect.size, end)]
+        found = [
+            _followed(other, device.harmonics, end, effect)
+            for other in CHANGES[effect.left_out](device, effect.size, end)
+        ]
         rows += [min(found, key=lambda shift: shift.room)] if found else []
     return Shifts(end, tuple(rows))
 
@@ -204,8 +208,8 @@ def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float
     return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
 
 
-def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
-    """Where the stable motions of a device end, those of the design at `end`."""
+def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect) -> Shift:
+    """Where the stable motions of a device end, those of the design at `end`; `force` are harmonics of the design."""
     varied, own = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
     here: Sequence[Margin] | None = None
@@ -214,7 +218,7 @@ def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
-        ends = _ends(at, varied, way)
+        ends = _ends(at, force, varied, way)
         here = ends if not retreat else here
         same = (margin for margin in ends or () if _becomes(end, margin))
         if (chosen := min(same, key=lambda margin: abs(margin.distance), default=None)) is not None:
@@ -227,12 +231,13 @@ def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
     return shift_to(effect, end, here[0].sweep_value, here[0].event, own)
 
 
-def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[Margin] | None:
+def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float) -> Sequence[Margin] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
-    # Of a force with harmonics the closed form knows no motions: those of the sine are followed to it.
-    followed = stable_ones(device, motions_at(replace(device, harmonics=()), Parameter.LENGTH)[0])
-    for harmonic in device.harmonics:
-        followed = with_harmonic(replace(device, harmonics=()), followed, harmonic)
+    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found.
+    sine = device if force else replace(device, harmonics=())
+    followed = stable_ones(device, motions_at(sine, Parameter.LENGTH)[0])
+    for harmonic in device.harmonics if not force else ():
+        followed = followed_with(sine, followed, harmonic)
     if not followed:
         return None
     line = next(line for line in Line if varied in line.value)
