@@ -260,7 +260,7 @@ LEFT_OUT = (
     bad(
         "no excitation",
         without(10, 11, 12),
-        (1, "excitation", "(a block of keys: amplitude_n, frequency_hz)"),
+        (1, "excitation", "(a block of keys: amplitude_n, frequency_hz, harmonics)"),
     ),
     bad("no parameter", without(17), (16, "sweep.parameter", f"{MISSING} (one of length_m")),
     value(4, "", "is empty (a number"),
@@ -720,7 +720,63 @@ inclination_deg: 30
     ),
 )
 
+_HARMONIC = "excitation.harmonics.0"
+
+
+def harmonics(name: str, rows: str, *expected: tuple[str, str]) -> Bad:
+    """Build the case of harmonics in the place of the force's frequency, which go with it on one line."""
+    row = f"  frequency_hz: 2.0\n  harmonics: [{rows}]"
+    return bad(name, good_but(12, row), *((13, path, fragment) for path, fragment in expected))
+
+
+HARMONICS = (
+    harmonics(
+        "an order twice",
+        "{order: 2, percent: 1, phase_deg: 0}, {order: 2, percent: 2, phase_deg: 90}",
+        ("excitation.harmonics.1.order", "order 2 is given already (each order once)"),
+    ),
+    harmonics(
+        "a harmonic below 0",
+        "{order: 2, percent: -1, phase_deg: 0}",
+        (f"{_HARMONIC}.percent", "got -1, which is too small (a number from 0 to 50, in %)"),
+    ),
+    harmonics(
+        "a harmonic beyond the force",
+        "{order: 3, percent: 120, phase_deg: 0}",
+        (f"{_HARMONIC}.percent", "got 120, which is too large (a number from 0 to 50, in %)"),
+    ),
+    harmonics(
+        "a phase as text",
+        "{order: 3, percent: 1, phase_deg: quarter}",
+        (f"{_HARMONIC}.phase_deg", "got 'quarter', which is text (a number from -360 to 360, in deg)"),
+    ),
+    harmonics(
+        "the sine as a harmonic",
+        "{order: 1, percent: 1, phase_deg: 0}",
+        (f"{_HARMONIC}.order", "got 1, which is too small (a whole number from 2 to 8)"),
+    ),
+    harmonics(
+        "a harmonic without a phase",
+        "{order: 2, percent: 1}",
+        (f"{_HARMONIC}.phase_deg", "required, but missing"),
+    ),
+    harmonics(
+        "harmonics that are none", "2, 5", (_HARMONIC, "got 2 (a block of keys"), (f"{_HARMONIC[:-1]}1", "got 5")
+    ),
+    bad(
+        "a harmonic and tolerances",
+        good_but(12, "  frequency_hz: 2.0\n  harmonics: [{order: 2, percent: 1, phase_deg: 0}]")
+        + "tolerances: {length_m: 0.01}\nmotions: {}\n",
+        (
+            21,
+            "tolerances",
+            "it knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)",
+        ),
+        (22, "motions", "it knows a force that is a sine alone"),
+    ),
+)
+
 BAD_SCENARIOS = (
     *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *RESTITUTIONS, *LEFT_OUT, *UNKNOWN),
-    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *STRUCTURE, *SYNTAX, *SEVERAL),
+    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *HARMONICS, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

@@ -136,7 +136,7 @@ def test_a_harmonic_is_taken_at_phases_of_which_none_is_much_worse() -> None:
     def least(phase: float) -> float:
         """At a phase of its own: for each input the nearest end that a ray of another order of steps finds."""
         sized = Harmonic(2, 0.02 * cos(phase), -0.02 * sin(phase))
-        return _least_margin(replace(PAPER, harmonics=(sized,)))
+        return _least_margin(replace(PAPER, harmonics=(sized,)), ())
 
     asked = (Effect(LeftOut.SECOND_HARMONIC, 0.02),)
     (shift,) = shifts(PAPER, design_point(PAPER, None), asked, in_any_input=True).rows

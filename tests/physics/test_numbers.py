@@ -11,16 +11,17 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from vireport.motions import (
-    Orbits,
     coefficients,
     orbits,
     return_trace,
 )
+from vireport.motions.orbits import ORBIT_NUMBERS
 from vireport.physics import (
     ARRAYS,
     DIGITS,
     ROUNDED,
     DecimalOps,
+    Harmonic,
     Rounded,
 )
 
@@ -64,9 +65,11 @@ def test_the_arithmetic_bounds_its_own_rounding() -> None:
         for _ in range(200):
             u, phi, r = float(rng.uniform(-0.49, 0.49)), float(rng.uniform(0, 6.28)), float(rng.uniform(0, 0.99))
             n = int(rng.integers(1, 4))
-            carried = orbits(Rounded(u), Rounded(phi), Rounded(r), n, ROUNDED)
-            exact = orbits(mpf(u), mpf(phi), mpf(r), n, mp)
-            for name in Orbits.__slots__:
+            parts = [(order, *map(float, rng.uniform(-0.5, 0.5, 2))) for order in (2, 5)[: int(rng.integers(0, 3))]]
+            harmonics, same = (tuple(Harmonic(*own).each(kind) for own in parts) for kind in (Rounded, mpf))
+            carried = orbits(Rounded(u), Rounded(phi), Rounded(r), n, ROUNDED, harmonics)
+            exact = orbits(mpf(u), mpf(phi), mpf(r), n, mp, same)
+            for name in ORBIT_NUMBERS:
                 x, y = getattr(carried, name), getattr(exact, name)
                 assert abs(mpf(float(x.value)) - y) <= mpf(float(x.error)), name
             trace, true = (return_trace(o, s) for o, s in ((carried, Rounded(r)), (exact, mpf(r))))

@@ -215,7 +215,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
             "length_m": 1.0,
             "membrane": None,
         },
-        "excitation": {"amplitude_n": 3.0, "frequency_hz": 2.0},
+        "excitation": {"amplitude_n": 3.0, "frequency_hz": 2.0, "harmonics": []},
         "inclination_deg": 0.0,
         "gravity_m_s2": 9.8,
         "period_ratio": 1,

@@ -40,6 +40,7 @@ BEYOND = {
     ),
     *("row 9 '    ball_radius_m: 7e-3'", "row 9 '    active_radius_m: 5e-3'", "key simulation: {samples: 4.0}"),
     "restitutions that differ by rounding",
+    "an order twice",
     *("nothing behind requirements", "required stable_from: 0.6, stable_to: 0.76 stable_to"),
     "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
     "required margin_any_percent: 6 margin_any_percent",
@@ -124,7 +125,7 @@ def test_template_has_every_key_and_the_defaults():
     assert loaded.given == {path for path in KEYS if "*" not in path} - instead
     plain = to_dict(loaded.scenario)
     without = {path: key["default"] for path, key in KEYS.items() if key.get("default") is not None}
-    assert len(without) == 28
+    assert len(without) == 29
     for path, default in without.items():
         value = plain
         for step in path.split("."):

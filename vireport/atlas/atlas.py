@@ -95,7 +95,7 @@ def atlas(
         How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    model = Model(sweep.level, sweep.device.restitution)
+    model = Model(sweep.level, sweep.device.of_sine("the families of all impact sequences").restitution)
     search = _Search(solve(sweep), model, low, high, limits, progress, finest, openings)
     for family in _one_to_one(search):
         if not search.known(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image

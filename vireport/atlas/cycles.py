@@ -55,7 +55,8 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     for column, values in ((WALL, wall), (PHASE, motion.phase), (FLIGHT, flight), (VELOCITY, motion.velocity)):
         rows[:, column] = np.append(values, values[0])
     attractor = Attractor(Outcome.PERIODIC, cycle, nan if at_rest else cycle.lyapunov, 0.0, count)
-    return Portrait(label, d, gbar, model.r, attractor, float(motion.phase[0]), *path(check_model(groups)[0], rows))
+    drawn = path(check_model(groups)[0], rows)
+    return Portrait(label, d, gbar, model.r, attractor, float(motion.phase[0]), *drawn, groups.harmonics)
 
 
 def motion_of_cycle(cycle: Cycle, coordinate: float) -> Motion:

@@ -144,7 +144,7 @@ def proved_of(
     progress : callable, optional
         Called with each long step as it begins.
     """
-    design, device = solution.design, solution.device
+    design, device = solution.design, solution.device.of_sine("a proof of disturbances")
     if design is None:
         return None
     unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
@@ -313,6 +313,7 @@ def prove_again(
     ValueError
         If there are not as many cells as it takes.
     """
+    device.of_sine("a proof of disturbances")
     at = Parameter.LENGTH, device.length_m
     groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
     if _refused(device, groups) is not None:

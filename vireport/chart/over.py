@@ -44,6 +44,7 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     inputs, ranges = zip(*(_axis(scenario, part) for part in parts), strict=True)
     if inputs[0] is inputs[1]:
         raise UsageError(f"--over: {inputs[0]} is named twice ({FORM})")
+    Device.of(scenario).of_sine("the chart")
     if not any(is_swept(varied, Device.of(scenario).recoils) for varied in inputs):
         # Curves are found from sweeps across the plane.
         both = (

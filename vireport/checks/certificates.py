@@ -140,6 +140,7 @@ def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:
     """
     if diagram is None:
         return ()
+    diagram.sweep.device.of_sine("a proof of critical points")
     return tuple(certify_point(diagram.sweep, critical) for critical in diagram.critical_points)
 
 

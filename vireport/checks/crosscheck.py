@@ -292,7 +292,9 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     sweep, level = diagram.sweep, diagram.curve.level
     groups = _of_each(sweep.device.groups(sweep.parameter, values), len(values))
     # One restitution for all values: motions are then found five times as fast.
-    everywhere = find_motions(groups._replace(restitution=sweep.device.restitution), sweep.device.period_ratio)
+    device = sweep.device
+    known = groups._replace(restitution=device.restitution, harmonics=device.harmonics)
+    everywhere = find_motions(known, device.period_ratio)
     at_values: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):
         motions = motions_of(sweep, level, everywhere.orbit.select(everywhere.cell == i))

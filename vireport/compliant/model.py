@@ -56,6 +56,7 @@ def compliant_model(
     device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
 ) -> CompliantModel:
     """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
+    device = device.of_sine("what long contacts change")
     at = device.at(parameter, float(value))
     d, gbar, restitution, _ = device.groups(parameter, float(value)).as_floats()
     speed = float(device.velocity_unit(parameter, float(value)))

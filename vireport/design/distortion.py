@@ -21,6 +21,7 @@ from vireport.design.lines import Followed, Line, along, ends_along, mirrored, s
 from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, resting, solved_end
 from vireport.motions import Curve, Event, Motion, Motions, in_decimals, touching, turns
 from vireport.physics import FLOATS, Device, Groups, Harmonic
+from vireport.physics import with_harmonic as added
 from vireport.scenario import LARGEST_HARMONIC
 
 Floats = NDArray[np.float64]
@@ -48,7 +49,7 @@ STILL = -0.1
 
 @dataclass(frozen=True, slots=True)
 class Distortion:
-    """The least harmonic of one order that ends stable motion.
+    """The least harmonic of one order that ends stable motion, beside those that the force has.
 
     Attributes
     ----------
@@ -81,7 +82,7 @@ class Ray:
     Attributes
     ----------
     origin : Groups
-        Of the device, whose force is a sine.
+        Of the device.
     order : int
     cosine, sine : object
         Of the harmonic, at a share of 1.
@@ -106,12 +107,14 @@ class Ray:
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a share."""
         (share,) = varied
-        d, gbar, r, _ = self.origin
-        return Groups(d, gbar, r, (Harmonic(self.order, share * self.cosine, share * self.sine),))
+        grown = Harmonic(self.order, share * self.cosine, share * self.sine)
+        # It is the last of them all, whether or not the force had something of it.
+        return self.origin._replace(harmonics=added(self.origin.harmonics, grown))
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives of `Groups.numbers` by the share, shape (6, 1)."""
-        return np.array([[0.0], [0.0], [0.0], [0.0], [self.cosine], [self.sine]])
+        """The derivatives of `Groups.numbers` by the share, shape (6, 1) where the force was a sine."""
+        others = len(self.at((0.0,)).numbers) - 2
+        return np.array([*[[0.0]] * others, [self.cosine], [self.sine]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,13 +175,14 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
     Parameters
     ----------
     device : Device
-        All inputs given; its force is a sine.
+        All inputs given.
     stable : sequence of Followed
         Of the device.
     harmonic : Harmonic
+        What is added to its force.
     """
     share, phase = hypot(harmonic.cosine, harmonic.sine), atan2(-harmonic.sine, harmonic.cosine)
-    flat = mirrored(replace(device, harmonics=(harmonic,)))
+    flat = mirrored(replace(device, harmonics=added(device.harmonics, harmonic)))
     left = []
     for motion, u in stable:
         curve = Curve(motion.word, Ray.of(device, harmonic.order, phase, FLOATS), -LARGEST, share, 1.0)
@@ -263,7 +267,8 @@ class _Border:
         if event is Event.GRAZING:
             motion = touching(motion, turns(motion, groups))
             rests = motion.rests
-        cosine, sine = normal_of(motion, groups, event, rests)[4:]
+        grown = len(groups.harmonics) - 1
+        cosine, sine = normal_of(motion, groups, event, rests)[4:].reshape(-1, 2)[grown]
         # Of a harmonic p cos(jx + psi) cosine and sine are p cos(psi) and -p sin(psi). The normal may point to either
         # side: its angle to the ray is the smaller one.
         return (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0

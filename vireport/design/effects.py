@@ -14,13 +14,13 @@ from math import copysign, hypot, inf
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.design.distortion import with_harmonic
+from vireport.design.distortion import with_harmonic as followed_with
 from vireport.design.lines import LINES, Ending, Followed, Line, along, endings, mirrored, reach, stable_ones, value_at
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.motions import Event
-from vireport.physics import FLOATS, Device, Groups, Harmonic
+from vireport.physics import FLOATS, Device, Groups, Harmonic, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -164,7 +164,8 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
     if slopes is not None and (steepest := hypot(*slopes)) > 0:
         towards = -copysign(1.0, end.distance) / steepest
         parts = [(towards * slopes[0], towards * slopes[1])]
-    return [replace(device, harmonics=(Harmonic(SECOND, size * cosine, size * sine),)) for cosine, sine in parts]
+    more = (Harmonic(SECOND, size * cosine, size * sine) for cosine, sine in parts)
+    return [replace(device, harmonics=with_harmonic(device.harmonics, each)) for each in more]
 
 
 CHANGES: Mapping[LeftOut, Callable[[Device, float, Margin], Sequence[Device]]] = {
@@ -214,7 +215,7 @@ def shifts(
         changed = CHANGES[effect.left_out](device, effect.size, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
         found = [
-            _followed(other, end, effect)
+            _followed(other, device.harmonics, end, effect)
             if _groups(other) != _groups(device)
             else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
             for other in changed
@@ -230,12 +231,12 @@ def _least_with(device: Device, design: DesignPoint, effect: Effect) -> float:
     """The least margin in any input with an effect; of a harmonic, at the phases that are worst for each end."""
     changed = (other for end in design.limits() for other in CHANGES[effect.left_out](device, effect.size, end))
     differing = {tuple(np.round(_groups(other).numbers, SAME_DEVICE)): other for other in changed}
-    return min(map(_least_margin, differing.values()))
+    return min(_least_margin(other, device.harmonics) for other in differing.values())
 
 
-def _least_margin(device: Device) -> float:
+def _least_margin(device: Device, force: Sequence[Harmonic]) -> float:
     """The least margin of a device in any input, over its design value; 0 without motion, infinite without an end."""
-    followed, shares = _followed_to(device), [inf]
+    followed, shares = _followed_to(device, force), [inf]
     if not followed:
         return 0.0
     for end in endings(device, followed, LINES, (-1.0, 1.0)):
@@ -257,8 +258,8 @@ def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float
     return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
 
 
-def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
-    """Where the stable motions of a device end, those of the design at `end`."""
+def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect) -> Shift:
+    """Where the stable motions of a device end, those of the design at `end`; `force` are harmonics of the design."""
     varied, own = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
     here: Sequence[_End] | None = None
@@ -267,7 +268,7 @@ def _followed(device: Device, end: Margin, effect: Effect) -> Shift:
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
-        ends = _ends(at, varied, way)
+        ends = _ends(at, force, varied, way)
         here = ends if not retreat else here
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
             return shift_to(effect, end, same.value, same.event, own)
@@ -303,9 +304,9 @@ class _End:
         return self.event is end.event and abs(self.speed - speed) <= ALIKE * speed
 
 
-def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[_End] | None:
+def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float) -> Sequence[_End] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
-    followed = _followed_to(device)
+    followed = _followed_to(device, force)
     if not followed:
         return None
     line, found = next(line for line in Line if varied in line.value), []
@@ -316,12 +317,13 @@ def _ends(device: Device, varied: DesignInput, way: float) -> Sequence[_End] | N
     return sorted(found, key=lambda end: way * end.value)
 
 
-def _followed_to(device: Device) -> list[Followed]:
-    """The stable motions of a device; of a force with harmonics, to which the closed form's are followed, these."""
-    of_sine = replace(device, harmonics=())
-    followed = stable_ones(of_sine, motions_at(of_sine, Parameter.LENGTH)[0])
-    for harmonic in device.harmonics:
-        followed = with_harmonic(of_sine, followed, harmonic)
+def _followed_to(device: Device, force: Sequence[Harmonic]) -> list[Followed]:
+    """The stable motions of a device; `force` are harmonics of the design."""
+    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found.
+    sine = device if force else replace(device, harmonics=())
+    followed = stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
+    for harmonic in device.harmonics if not force else ():
+        followed = followed_with(sine, followed, harmonic)
     return followed
 
 

@@ -284,6 +284,11 @@ HARMONICS = tuple(Harmonic(order, 0.0, 0.0) for order in (2, 3))
 """Harmonics by which ends of motions are differentiated."""
 
 
+def differentiated(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
+    """The harmonics of a force, and those of `HARMONICS` that it has nothing of."""
+    return *harmonics, *(own for own in HARMONICS if own.order not in {other.order for other in harmonics})
+
+
 class _Groups:
     """The groups themselves as what varies."""
 
@@ -300,7 +305,7 @@ class _Groups:
 def normal_of(motion: Motion, groups: Groups[float], event: Event, rests: tuple[int, ...]) -> Floats:
     """Normal, in `Groups.numbers`, of the surface on which motions end in this way; NaN where it has none.
 
-    Where the force is a sine, the numbers are those with its second and third `HARMONICS`, of which it has nothing.
+    Among the numbers are those of its second and third `HARMONICS`, also where it has nothing of them.
 
     The conditions R(y; d, gbar, r_b, r_t, ...) = 0 of such a motion, y its velocities and times, are one more than the
     unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, ...), which is orthogonal to every change that leaves
@@ -316,7 +321,7 @@ def normal_of(motion: Motion, groups: Groups[float], event: Event, rests: tuple[
     rests : tuple of int
         Its impacts without velocity, touches included.
     """
-    groups = groups if groups.harmonics else groups._replace(harmonics=HARMONICS)
+    groups = groups._replace(harmonics=differentiated(groups.harmonics))
     if event is Event.PITCHFORK:
         return _pitchfork_normal(motion, groups)
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.
@@ -381,7 +386,7 @@ def _derivatives(
     # Where inputs overlap, the other moves the value itself as well.
     derivatives = {name: (-slope / own if own else inf) + carried(varied, name) for name, slope in slopes.items()}
     by_harmonics = {}
-    for harmonic, parts in zip(device.harmonics or HARMONICS, normal[4:].reshape(-1, 2), strict=True):
+    for harmonic, parts in zip(differentiated(device.harmonics), normal[4:].reshape(-1, 2), strict=True):
         cosine, sine = (float(-part / own) if own else inf for part in parts)
         by_harmonics[harmonic.order] = (cosine, sine) if np.isfinite([cosine, sine]).all() else None
     return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}, by_harmonics

@@ -74,7 +74,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     changed = np.array([max(r * (1 - UNSURE), r - least), min(r * (1 + UNSURE), highest)])
     moved = device.with_values({DesignInput.RESTITUTION: changed}).restitution
     d, gbar = (np.full(2, group) for group in device.groups(Parameter.LENGTH, device.length_m)[:2])
-    others = find_motions(Groups(d, gbar, moved), device.period_ratio)
+    others = find_motions(Groups(d, gbar, moved, device.harmonics), device.period_ratio)
     elasticity = 0.0
     for k, other in enumerate(changed):
         own = others.cell == k
@@ -96,11 +96,13 @@ def input_error(device: Device, motions: Motions) -> Floats:
     By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
     """
     r, n, u, phi = device.restitution, device.period_ratio, motions.u, motions.phi_bottom
+    harmonics = device.harmonics
     largest = max(by_wall(r))
     step = SMALL * (1 - largest) / (1 + largest)
 
     def slopes(du: float, dphi: float) -> tuple[Floats, Floats]:
-        ahead, behind = orbits(u + du, phi + dphi, r, n), orbits(u - du, phi - dphi, r, n)
+        places = (u + du, phi + dphi), (u - du, phi - dphi)
+        ahead, behind = (orbits(*place, r, n, harmonics=harmonics) for place in places)
         return (ahead.d - behind.d) / (2 * step), (ahead.gbar - behind.gbar) / (2 * step)
 
     (d_u, gbar_u), (d_phi, gbar_phi) = slopes(step, 0.0), slopes(0.0, step)

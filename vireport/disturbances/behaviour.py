@@ -122,6 +122,7 @@ def disturbances_of(
         found = from_rest(groups, targets, ratio, compiled)
         reached = None if targets else _reached(solution, found)
         return Disturbances(found, recovery=recovery, reached=reached)
+    device.of_sine("what it does when the force sets in at any moment")
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
     ramp = None

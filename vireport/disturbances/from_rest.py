@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import acos, ceil, exp, pi
+from math import acos, ceil, cos, exp, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vireport.disturbances.ramp import State, ramped
 from vireport.disturbances.recovery import largest_modulus
 from vireport.motions import Motions
-from vireport.physics import Groups, word_name, wrapped
+from vireport.physics import Groups, unaccelerated, wave, word_name, wrapped
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -219,8 +219,21 @@ def release_phase(gbar: float) -> float:
     return acos(-gbar)
 
 
+def releases(groups: Groups[float]) -> list[float]:
+    """Forcing phases at which a ball leaves the bottom membrane; none where it never does, one of a sine."""
+    if not groups.harmonics:
+        return [release_phase(groups.gbar)] if groups.gbar < 1 else []
+    phases = unaccelerated(groups.gbar, groups.harmonics)
+    following = [*phases[1:], phases[0] + TURN] if phases else []
+    middles = [(a + b) / 2 for a, b in zip(phases, following, strict=True)]
+    pulls = [groups.pull(wave(sin(x), cos(x), groups.harmonics).force) for x in middles]
+    return [phases[k] for k in range(len(phases)) if pulls[k - 1] > 0 > pulls[k]]
+
+
 def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, compiled: bool = False) -> FromRest:
     """What a ball comes to that is pressed onto the bottom membrane when the force sets in.
+
+    Where a force with harmonics presses it several times a period, the worst of all: a way that leads to no 1:1 motion.
 
     Parameters
     ----------
@@ -233,9 +246,9 @@ def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, 
     compiled : bool
         Whether to compile the simulation, where numba is there.
     """
-    if groups.gbar >= 1:
-        return FromRest(Destination.AT_REST)
-    return started((float(BOTTOM), 0.0, 0.0, release_phase(groups.gbar)), groups, targets, ratio, compiled)
+    starts = ((float(BOTTOM), 0.0, 0.0, phase) for phase in releases(groups))
+    ends = (started(start, groups, targets, ratio, compiled) for start in starts)
+    return min(ends, key=lambda end: end.reached, default=FromRest(Destination.AT_REST))
 
 
 def switched_on(

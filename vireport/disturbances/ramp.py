@@ -10,7 +10,7 @@ from math import ceil, cos, floor, inf, nextafter, pi, sin
 
 import numpy as np
 
-from vireport.physics import Groups, flight
+from vireport.physics import Groups, flight, wave
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -58,8 +58,8 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
 
 def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: float, compiled: bool) -> State:
     """State after a time [t_c] with a constant amplitude, over that at the end of the ramp."""
-    d, gbar, r, _ = groups
-    model = check_model(Groups(d / amplitude, gbar / amplitude, r))[0]
+    d, gbar, r, harmonics = groups
+    model = check_model(Groups(d / amplitude, gbar / amplitude, r, harmonics))[0]
     wall, position, velocity, phase = state
     start = wall, position / amplitude, velocity / amplitude, phase
     clock, count = 0.0, ceil(BLOCK)
@@ -83,8 +83,8 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
     place = hit * model[0] / 2 if hit else start[1]
     speed = 0.0 if moved else float(row[VELOCITY]) * (-r if hit else 1.0)
     angle, t = float(row[PHASE]) + pi * moved, left - moved
-    sine, cosine, end = sin(angle), cos(angle), angle + pi * t
-    z = place + flight.displacement(t, speed, sine, cosine, cos(end), float(model[1]))
-    v = flight.velocity(t, speed, sine, sin(end), float(model[1]))
+    begun, end = (wave(sin(x), cos(x), harmonics) for x in (angle, angle + pi * t))
+    z = place + flight.displacement(t, speed, begun.impulse, begun.path, end.path, float(model[1]))
+    v = flight.velocity(t, speed, begun.impulse, end.impulse, float(model[1]))
     most = nextafter(d / 2, -inf)
     return 0.0, min(max(z * amplitude, -most), most), v * amplitude, phase % TURN

@@ -118,12 +118,18 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
     if device.recoils and "ball_mass_kg" not in varied:
         parameters.append(f"m = {scaled(device.ball_mass_kg, 3)} g, capsule free")
     parameters += [text for name, text in _restitutions(device) if name not in varied]
+    parameters += harmonics_of(device)
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
 
 
 def restitutions_of(device: Device) -> list[str]:
     """The restitution of both membranes, or of each, as text."""
     return [text for _, text in _restitutions(device)]
+
+
+def harmonics_of(device: Device) -> list[str]:
+    """The harmonics of the force as text."""
+    return [f"harmonic {own.order}: {100 * own.share:.4g} %, {own.phase_deg:.4g}°" for own in device.harmonics]
 
 
 def _restitutions(device: Device) -> list[tuple[DesignInput, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
-from vireport.figures.captions import INPUT_DIGITS, held, pictured, restitutions_of
+from vireport.figures.captions import INPUT_DIGITS, harmonics_of, held, pictured, restitutions_of
 from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
@@ -38,8 +39,8 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.motions import Model, Motions
-from vireport.physics import by_wall, flight
+from vireport.motions import Motions, model_of
+from vireport.physics import ARRAYS, Harmonic, by_wall, flight, wave
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import exact, scaled
@@ -100,16 +101,17 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         from vireport.atlas import portrait_of
 
         _, motion = others[0]
-        whole = portrait_of(Model(atlas.sweep.level, atlas.sweep.device.restitution), motion, "")
+        whole = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
         word = motion.word.letters
         return word, True, (periods(whole.time), 0.5 - whole.position / whole.d)
     if not motions.admissible.any():
         return None
     row = int(np.argmax(motions.admissible * (1 + motions.stable)))  # the first of those that rank highest
-    return motions.words[row], False, path(motions, row, study.solution.device.period_ratio)
+    device = study.solution.device
+    return motions.words[row], False, path(motions, row, device.period_ratio, device.harmonics)
 
 
-def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:
+def path(motions: Motions, row: int, period_ratio: int, harmonics: Sequence[Harmonic] = ()) -> DrawnCurve:
     """Times after a bottom impact [forcing periods] and the distance of the ball from the bottom membrane, over s.
 
     The distance is 1/2 - Z/d: 0 at the bottom membrane and 1 at the top one.
@@ -120,9 +122,8 @@ def path(motions: Motions, row: int, period_ratio: int) -> DrawnCurve:
     for (phi, velocity, share), wall, r in zip(impacts, (d / 2, -d / 2), by_wall(motions.restitution), strict=True):
         elapsed = np.linspace(0.0, 2 * period_ratio * share, SAMPLES)
         phase, after = float(phi[row]), flight.reflect(float(velocity[row]), r)
-        z = wall + flight.displacement(
-            elapsed, after, np.sin(phase), np.cos(phase), np.cos(np.pi * elapsed + phase), gbar
-        )
+        begun, then = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, np.pi * elapsed + phase))
+        z = wall + flight.displacement(elapsed, after, begun.impulse, begun.path, then.path, gbar)
         times.append(start + elapsed / 2)
         distances.append(0.5 - z / d)
         start += period_ratio * share
@@ -133,7 +134,7 @@ def _masses(study: Study) -> list[str]:
     device, membrane = study.solution.device, study.solution.membrane
     ball = [f"m = {scaled(membrane.ball_mass_kg, 3)} g"] if membrane is not None else []
     free = ["capsule free"] if device.recoils else []
-    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, *free, *restitutions_of(device)]
+    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, *free, *restitutions_of(device), *harmonics_of(device)]
 
 
 def _value(study: Study, parameter: Parameter) -> str:

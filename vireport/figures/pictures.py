@@ -13,7 +13,8 @@ from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
-from vireport.motions import Atlas, Model
+from vireport.motions import Atlas, model_of
+from vireport.physics import ARRAYS
 from vireport.study import Study, Task
 
 
@@ -79,7 +80,7 @@ def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Pat
     """The motions that a scenario names, as far as there are such."""
     from vireport.atlas import portrait_of
 
-    model, swept = Model(families.sweep.level, families.sweep.device.restitution), families.sweep.parameter
+    model, swept = model_of(families.sweep, ARRAYS), families.sweep.parameter
     named = ((name, families.named(name)) for name in names)
     chosen = ((f"{name}, {swept.symbol} = {swept.show(at[0])}", at[1]) for name, at in named if at is not None)
     shown = [portrait_of(model, motion, label) for label, motion in chosen]

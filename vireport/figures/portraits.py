@@ -32,6 +32,7 @@ from vireport.figures.style import (
     Picture,
     style,
 )
+from vireport.physics import wave
 from vireport.simulation import Outcome
 from vireport.study import Task
 from vireport.text import significant
@@ -345,7 +346,8 @@ def capsule(portrait: Portrait, time: Floats, mass_ratio: float = 0.0) -> Floats
     P'' = cos(pi t + phi) moves a prescribed capsule. Of a free one it moves the centre of mass with the ball,
     (X + mu x)/(1 + mu) = P/(1 + mu), x = X - Z, which impacts leave alone: X = (P + mu Z)/(1 + mu).
     """
-    steady = -np.cos(np.pi * time + portrait.phase) / np.pi**2
+    phase = np.pi * time + portrait.phase
+    steady = -wave(np.sin(phase), np.cos(phase), portrait.harmonics).path / np.pi**2
     if not mass_ratio:
         return np.asarray(steady)
     position = np.interp(time, portrait.time, portrait.position)

@@ -19,7 +19,7 @@ from vireport.design import (
 )
 from vireport.gate.evidence import Evidence
 from vireport.motions import Symmetry, undecided
-from vireport.physics import Fitting, by_wall
+from vireport.physics import Fitting, by_wall, peaks
 from vireport.scenario import Parameter
 from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity, percent
 
@@ -341,7 +341,7 @@ def _chatter(results: Evidence) -> Iterator[Sentence]:
     at = (sweep.parameter, (sweep.start, sweep.end)) if sweep is not None else (Parameter.LENGTH, (device.length_m,))
     parameter, values = at
     gbar = max(device.groups(parameter, value)[1] for value in values)
-    if gbar >= 1:
+    if gbar >= peaks(device.harmonics).lift:
         yield Sentence("gravity", {"gbar": gbar})
 
 

@@ -17,23 +17,26 @@ At a design point, where both groups are given, the exact motion is the one ther
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.motions.contour import Surface
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import coefficients, orbits_above
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, residuals
 from vireport.motions.stability import discriminant, lap_decay, return_trace
-from vireport.motions.sweep import Held, Level, Sweep, level_terms
+from vireport.motions.sweep import Held, Level, Sweep, level_polynomial, level_terms, level_value
 from vireport.physics import (
     FUNCTION,
     GROUP_ERROR,
     ROUNDED,
     UNIT,
-    Restitutions,
+    Groups,
+    Harmonic,
     Rounded,
     by_wall,
     each,
@@ -53,6 +56,9 @@ there is an exact motion close by; his theorem needs 0.5."""
 
 PHASE_ROUNDINGS = 3 * np.pi
 """Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
+
+PARTS = 4 * UNIT
+"""Rounding of the parts of a harmonic, over its share of the force."""
 
 STEP = 1e-3
 """Step of the gradient's difference in q, as a share of the scale (1-r)/(1+r) on which the coefficients vary."""
@@ -90,11 +96,12 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Float
 
 def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
     r, n, held = each(m.restitution, Rounded), sweep.device.period_ratio, sweep.level.held
-    delta_u, delta_phi = _place_bounds(sweep.level, m, n) if given is None else given
+    delta_u, delta_phi = _place_bounds(sweep, m) if given is None else given
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), ROUNDED
-    orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops)
+    harmonics, strength = _known(sweep.device.harmonics), _strength(sweep.device.harmonics)
+    orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops, harmonics)
     trace = return_trace(orbit, r)
     top = wrapped(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top)
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
@@ -109,8 +116,8 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     turning = (
         period * most * np.maximum(velocity_bottom, velocity_top)
         + period**2 / 2 * gbar
-        + (0.3 + period / np.pi) * np.maximum(delta_phi, phase_top)
-        + 8 * UNIT * (period * speed + period**2 * m.gbar + 0.3 + period / np.pi)
+        + strength * (0.3 + period / np.pi) * np.maximum(delta_phi, phase_top)
+        + 8 * UNIT * (period * speed + period**2 * m.gbar + strength * (0.3 + period / np.pi))
     )
     at_rest = (m.velocity_bottom == 0) | (m.velocity_top == 0)
     value = np.zeros(len(m)) if given is not None else sweep_value_bounds(sweep, m.sweep_value, orbit.d, orbit.gbar)
@@ -140,24 +147,46 @@ def _unless_lost(bound: Floats, stored: Floats) -> Floats:
     return np.where(bound > np.maximum(np.abs(stored), 1.0), np.inf, bound)
 
 
-def _place_bounds(level: Level, m: Motions, n: int) -> tuple[Floats, Floats]:
+def _known(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
+    """Harmonics with the error to which their parts are known."""
+    return tuple(
+        Harmonic(own.order, Rounded(own.cosine, PARTS * own.share), Rounded(own.sine, PARTS * own.share))
+        for own in harmonics
+    )
+
+
+def _strength(harmonics: Sequence[Harmonic]) -> float:
+    """The largest rate of a force, over that of a sine, at most."""
+    return 1 + sum(own.order * own.share for own in harmonics)
+
+
+def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     """How far, in q and in phase, the exact motion of the level is from each 1:1 motion."""
+    level, n, harmonics = sweep.level, sweep.device.period_ratio, sweep.device.harmonics
     ops, r, u = ROUNDED, each(m.restitution, Rounded), Rounded(m.u)
-    sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
-    a, b, c = level_terms(_as_known(level), coefficients(u, r, n, ops), u, r, n, ops)
     most = max(by_wall(m.restitution))
     h = STEP * (1 - most) / (1 + most)
+    sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
+    if harmonics:
+        h, phi = h / max(own.order for own in harmonics), Rounded(m.phi_bottom)
+        residual = level_value(level_polynomial(_as_known(level), u, r, n, _known(harmonics), ops), phi, ops)
+        height = Surface(level, m.restitution, n, harmonics)
+        _, _, slope_phi = height.gradient(m.u, m.phi_bottom)
+        slope_u = (height.value(m.u + h, m.phi_bottom) - height.value(m.u - h, m.phi_bottom)) / (2 * h)
+    else:
+        a, b, c = level_terms(_as_known(level), coefficients(u, r, n, ops), u, r, n, ops)
 
-    def condition(u: Floats) -> Any:
-        a, b, c = level_terms(level, coefficients(u, m.restitution, n), u, m.restitution, n)
-        return a * sine.value + b * cosine.value - c
+        def condition(u: Floats) -> Any:
+            a, b, c = level_terms(level, coefficients(u, m.restitution, n), u, m.restitution, n)
+            return a * sine.value + b * cosine.value - c
 
-    slope_u = (condition(m.u + h) - condition(m.u - h)) / (2 * h)
-    slope_phi = a.value * cosine.value - b.value * sine.value
+        slope_u = (condition(m.u + h) - condition(m.u - h)) / (2 * h)
+        slope_phi = a.value * cosine.value - b.value * sine.value
+        residual = a * sine + b * cosine - c
     # The least change of (q, phase) to make up for a residual rho is rho grad/|grad|^2.
-    reach = CURVATURE * _largest(a * sine + b * cosine - c) / (slope_u**2 + slope_phi**2)
+    reach = CURVATURE * _largest(residual) / (slope_u**2 + slope_phi**2)
     # On the symmetric line of a horizontal capsule u = 0 is exact, and any phase is that of a motion.
-    free = (level.horizontal and not isinstance(m.restitution, Restitutions)) & (m.u == 0)
+    free = (level.horizontal and Groups(0.0, 0.0, m.restitution, harmonics).symmetric) & (m.u == 0)
     delta_u, delta_phi = (np.where(free, 0.0, reach * np.abs(slope)) for slope in (slope_u, slope_phi))
     return delta_u, delta_phi
 
@@ -194,7 +223,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
         For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
     """
     word = curve.word
-    known = Model(_as_known(model.level), each(model.r, Rounded))
+    known = Model(_as_known(model.level), each(model.r, Rounded), _known(model.harmonics))
     conditions = residuals(word, [Rounded(column) for column in x.T], known, ROUNDED)
     most = np.stack([_largest(residual) for residual in conditions], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -203,7 +232,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
         change = np.abs(np.einsum("nki,nk,njk->nij", v, 1 / sizes, u)) @ most[..., None]
         # Second derivatives of a flight: of its phases, pi, over at most the period, and of its accelerations.
         _, gbar, *_ = model.groups(np.abs(x[:, -1]))
-        bend = 2 * np.pi * (1 + 2 * word.periods) * (2 + gbar) * np.sqrt(2 * len(word))
+        bend = 2 * np.pi * (1 + 2 * word.periods) * (1 + _strength(model.harmonics) + gbar) * np.sqrt(2 * len(word))
         eta = np.linalg.norm(change, axis=1)[:, 0]
         near = bend * eta / sizes[:, -1]
         # Kantorovich's distance is eta (1 - sqrt(1 - 2h))/h = eta (1 + h/2 + ...), h = beta L eta: 2h is room enough.

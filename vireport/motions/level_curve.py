@@ -3,7 +3,7 @@
 Above each q a level a sin(phi) + b cos(phi) = c has two motions where |c| < (a^2 + b^2)^(1/2), one where they meet,
 none beyond. So a sweep's motions lie above the intervals of q where that holds, on an upper and a lower sheet that
 join smoothly at each end that is a meeting. One parameter w runs over both: q = middle - half cos(w), upper sheet
-for 0 < w < pi, lower for pi < w < 2 pi.
+for 0 < w < pi, lower for pi < w < 2 pi. Where the force has harmonics there are more sheets, see `contour`.
 """
 
 from __future__ import annotations
@@ -17,20 +17,18 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.motions.conditions import Condition
+from vireport.motions.contour import EDGE, Contour, Surface, contours, places
 from vireport.motions.events import Event
-from vireport.motions.orbits import Orbits, coefficients, orbits_above
+from vireport.motions.orbits import Orbits, coefficients, orbits, orbits_above
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Level, Sweep, level_terms, mirrors
 from vireport.motions.turning import wall_gap
-from vireport.physics import FINEST_D, by_wall
+from vireport.physics import FINEST_D, SINE, Harmonic, by_wall
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
-
-EDGE = 0.5
-"""|u| at which one of the two flights has no duration left."""
 
 TINIEST_FEATURE = -18
 """Decade of u down to which existence is looked for next to the symmetric line; `physics.NO_GRAVITY` lies above."""
@@ -112,8 +110,22 @@ class Strand:
         """Whether this is the symmetric line u = 0 of a horizontal capsule."""
         return self.low == self.high
 
+    @property
+    def samples(self) -> int:
+        """Parameters at which it is evaluated first."""
+        return FIRST_SAMPLES
 
-def find_strands(level: Level, r: Any, n: int) -> list[Strand]:
+    def crossings(self) -> list[float]:
+        """Parameters at which q = 1/2 is crossed: u = low + (high - low) sin^2(w/2) is zero there."""
+        middle = 2 * np.arcsin(np.sqrt(-self.low / (self.high - self.low)))
+        return [w for w in (-middle, middle, 2 * np.pi - middle) if self.start < w < self.end]
+
+
+Strands = list[Strand | Contour]
+"""The pieces of a level curve; contours where the force has harmonics, but for the symmetric line."""
+
+
+def find_strands(level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()) -> Strands:
     """Every strand of a level curve over 0 < q < 1.
 
     Parameters
@@ -124,12 +136,16 @@ def find_strands(level: Level, r: Any, n: int) -> list[Strand]:
         Restitution coefficient, 0 <= r < 1.
     n : int
         Forcing periods per motion.
+    harmonics : tuple of Harmonic
+        Of the force.
     """
-    strands = []
+    strands: Strands = []
     # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line beside the rest of
     # the level, of which u is divided out in `level_terms`.
-    if mirrors(level, r, n):
+    if mirrors(level, r, n, harmonics):
         strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
+    if harmonics:
+        return [*strands, *contours(Surface(level, r, n, harmonics))]
     for low, high in _existence(level, r, n):
         if low == -EDGE and high == EDGE:
             strands += [Strand(low, high, 0.0, np.pi, False), Strand(low, high, np.pi, 2 * np.pi, False)]
@@ -172,18 +188,27 @@ def _existence(level: Level, r: Any, n: int) -> list[tuple[float, float]]:
 
 
 @lru_cache(maxsize=64)
-def largest_groups(r: Any, n: int) -> tuple[float, float]:
-    """Largest d and gbar of any motion, with a little room."""
+def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()) -> tuple[float, float]:
+    """Largest d and gbar of any motion, with a little room; of a force with harmonics, no less than these."""
+    if harmonics:
+        parts = [(own.share, *largest_groups(r, own.order * n), own.order) for own in (SINE, *harmonics)]
+        return sum(p * d / j**2 for p, d, _, j in parts), sum(p * gbar for p, _, gbar, _ in parts)
     k = coefficients(np.linspace(-EDGE, EDGE, 4096 * n + 1), r, n)
     # Over all phases a sin(phi) + b cos(phi) is (a^2 + b^2)^(1/2) at most.
     d, gbar = np.hypot(k.d_sine, k.d_cosine), np.hypot(k.gbar_sine, k.gbar_cosine)
     return 1.001 * float(d.max()), 1.001 * float(gbar.max())
 
 
-def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: Any, n: int) -> Orbits:
+def evaluate(
+    strands: Strands, which: Ints, w: Floats, level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()
+) -> Orbits:
     """Motions at parameters `w` of the strands `which`, arrays of one shape."""
-    low = np.array([s.low for s in strands])[which]
-    width = np.array([s.high - s.low for s in strands])[which]
+    if harmonics:
+        u, phi = places(strands, which, w, Surface(level, r, n, harmonics))
+        return orbits(u, np.mod(phi, 2 * np.pi), r, n, harmonics=harmonics)
+    sheets = [strand for strand in strands if isinstance(strand, Strand)]  # all of them
+    low = np.array([s.low for s in sheets])[which]
+    width = np.array([s.high - s.low for s in sheets])[which]
     half_angle = w / 2
     near_low = width * np.sin(half_angle) ** 2
     near_high = width * np.cos(half_angle) ** 2
@@ -194,8 +219,8 @@ def evaluate(strands: list[Strand], which: Ints, w: Floats, level: Level, r: Any
     norm = np.hypot(a, b)
     ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
     # An open strand ends on one sheet, at an edge where the two do not meet: there w must not be taken modulo 2 pi.
-    own = np.array([s.sheet for s in strands])[which]
-    turned = np.where(np.array([s.closed for s in strands])[which], np.mod(w, 2 * np.pi), w)
+    own = np.array([s.sheet for s in sheets])[which]
+    turned = np.where(np.array([s.closed for s in sheets])[which], np.mod(w, 2 * np.pi), w)
     sheet = np.where(own != 0, own, np.where((turned < 0) | (turned > np.pi), -1.0, 1.0))
     # a sin(phi) + b cos(phi) = (a^2 + b^2)^(1/2) cos(phi - arctan2(a, b)) = c: two phases, one on either sheet.
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
@@ -211,7 +236,7 @@ class LevelCurve:
     ----------
     sweep : Sweep
     level : Level
-    strands : list of Strand
+    strands : list of Strand or Contour
     bounds : tuple of float
         Range of the sweep's coordinate that is looked at: what is asked for, as far as there can be motions and
         rounding resolves them.
@@ -219,7 +244,7 @@ class LevelCurve:
 
     sweep: Sweep
     level: Level
-    strands: list[Strand]
+    strands: Strands
     bounds: tuple[float, float]
 
     @property
@@ -233,13 +258,18 @@ class LevelCurve:
         return self.sweep.device.period_ratio
 
     @property
+    def harmonics(self) -> tuple[Harmonic, ...]:
+        """Those of the force."""
+        return self.sweep.device.harmonics
+
+    @property
     def horizontal(self) -> bool:
-        """Whether motions have mirror images: gravity has no part along the capsule, both ends are alike, n is odd."""
-        return mirrors(self.level, self.r, self.n)
+        """Whether motions have mirror images, see `mirrors`."""
+        return mirrors(self.level, self.r, self.n, self.harmonics)
 
     def at(self, which: Ints, w: Floats) -> Orbits:
         """Motions at parameters `w` of the strands `which`."""
-        return evaluate(self.strands, which, w, self.level, self.r, self.n)
+        return evaluate(self.strands, which, w, self.level, self.r, self.n, self.harmonics)
 
     def on(self, strand: int, w: Floats) -> Orbits:
         """Motions at parameters `w` of one strand."""
@@ -275,11 +305,11 @@ def curve_of(sweep: Sweep) -> LevelCurve:
     level, device = sweep.level, sweep.device
     ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
     least = min(float(end.d) for end in ends), min(float(end.gbar) for end in ends)
-    largest = largest_groups(device.restitution, device.period_ratio)
+    largest = largest_groups(device.restitution, device.period_ratio, device.harmonics)
     low, high = sweep.coordinate_range
     if any(group > most for group, most in zip(least, largest, strict=True)):
         return LevelCurve(sweep, level, [], (low, high))
-    strands = find_strands(level, device.restitution, device.period_ratio)
+    strands = find_strands(level, device.restitution, device.period_ratio, device.harmonics)
     # A sweep over decades is bounded on the scale of the motions, or else its ends are lost in rounding.
     if sweep.parameter is Parameter.INCLINATION:
         return LevelCurve(sweep, level, strands, (low, min(high, largest[1])))
@@ -318,8 +348,8 @@ def sample(curve: LevelCurve) -> Samples:
     NumericalError
         If rounding does not resolve the curve.
     """
-    which = np.repeat(np.arange(len(curve.strands)), FIRST_SAMPLES)
-    w = np.concatenate([np.linspace(s.start, s.end, FIRST_SAMPLES) for s in curve.strands] or [np.empty(0)])
+    which = np.repeat(np.arange(len(curve.strands)), [strand.samples for strand in curve.strands] or 0)
+    w = np.concatenate([np.linspace(s.start, s.end, s.samples) for s in curve.strands] or [np.empty(0)])
     samples = _samples(curve, which, w)
     active = np.ones(max(len(w) - 1, 0), dtype=bool)
     for _ in range(PASSES):

@@ -10,16 +10,21 @@ Where the membranes are not alike, r_b at the bottom and r_t at the top, momentu
 give the same with a = (1-r)/(2(1+r)) of either: K(q) = -T^2 (1+r_b) [(q - 1/2)^2 + a_b a_t], and a_t - a_b =
 (r_b - r_t)/[(1+r_b)(1+r_t)] enters gbar beside u.
 
+A harmonic of order j in the force has the surface of a sine with j omega, of which the period is j n: gbar is the same,
+the velocity 1/j and d 1/j^2 of its. Surfaces are added, as the equations are linear in the force, and D2 = K(q)/T^2 is
+that of the sine; above each q the sum is a trigonometric polynomial in the phase.
+
 Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at u
 ~ gbar, where q itself has no digits left. The formulae serve every kind of number, see `vireport.physics.numbers`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from vireport.physics import ARRAYS, Flight, Restitutions, by_wall, flight
+from vireport.physics import ARRAYS, Flight, Harmonic, Restitutions, Wave, by_wall, flight, wave
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +120,23 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     )
 
 
+def of_order(k: Coefficients, order: int) -> Coefficients:
+    """The coefficients of sin(order phi) and cos(order phi) of a harmonic, from those of a sine in order n periods."""
+    square = order * order
+    return replace(
+        k,
+        velocity_sine=k.velocity_sine / order,
+        velocity_cosine=k.velocity_cosine / order,
+        d_sine=k.d_sine / square,
+        d_cosine=k.d_cosine / square,
+    )
+
+
+def turned(sine: Any, cosine: Any, harmonic: Harmonic) -> tuple[Any, Any]:
+    """Coefficients of the sine and the cosine of a multiple phase of a harmonic, by those of cos(order x)."""
+    return harmonic.cosine * sine + harmonic.sine * cosine, harmonic.cosine * cosine - harmonic.sine * sine
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Orbits:
     """Periodic motions with one bottom and one top impact, as numbers or arrays of one shape (dimensionless).
@@ -133,6 +155,8 @@ class Orbits:
         Relative velocities just before the impacts [y_c]; positive at the bottom and negative at the top in a motion.
     gbar, d : array_like
         Gravity and length for which this is a motion.
+    harmonics : tuple of Harmonic
+        Of the force that all of them have, none of a sine.
     """
 
     u: Any
@@ -147,34 +171,62 @@ class Orbits:
     velocity_top: Any
     gbar: Any
     d: Any
+    harmonics: tuple[Harmonic, ...] = ()
 
     def select(self, index: Any) -> Orbits:
         """The motions picked by an index or mask."""
-        return Orbits(*(getattr(self, field.name)[index] for field in fields(Orbits)))
+        return replace(self, **{name: getattr(self, name)[index] for name in ORBIT_NUMBERS})
+
+    @property
+    def waves(self) -> tuple[Wave, Wave]:
+        """The force at the bottom and at the top impact."""
+        return wave(self.sin_phi, self.cos_phi, self.harmonics), wave(self.sin_top, self.cos_top, self.harmonics)
 
     def flights(self, r: Any) -> tuple[Flight, Flight]:
         """The flight from the bottom upward, and the one back down, for the restitution r of `coefficients`."""
         at_bottom, at_top = by_wall(r)
         bottom, top = flight.reflect(self.velocity_bottom, at_bottom), flight.reflect(self.velocity_top, at_top)
+        begun, back = self.waves
         return (
-            Flight(-1, bottom, self.sin_phi, self.cos_phi, self.time_up, self.gbar, self.d),
-            Flight(1, top, self.sin_top, self.cos_top, self.time_down, self.gbar, self.d),
+            Flight(-1, bottom, begun.impulse, begun.path, self.time_up, self.gbar, self.d),
+            Flight(1, top, back.impulse, back.path, self.time_down, self.gbar, self.d),
         )
 
 
-def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:
+ORBIT_NUMBERS = tuple(field.name for field in fields(Orbits) if field.name != "harmonics")
+"""What `Orbits` hold numbers of."""
+
+
+def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS, harmonics: tuple[Harmonic, ...] = ()) -> Orbits:
     """Evaluate the motion through (q = 1/2 + u, phi): the only one there is, with the gbar and d it belongs to.
 
-    Parameters are those of `coefficients`, and the forcing phase `phi` at the bottom impact [rad].
+    Parameters are those of `coefficients`, the forcing phase `phi` at the bottom impact [rad], and the harmonics of the
+    force, in the kind of number of `ops`.
     """
-    return orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops)
+    return orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops, harmonics)
 
 
-def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:
-    """Evaluate `orbits` where the coefficients above each u are known already. The velocity at the top is (3.8)."""
+def added(
+    u: Any, phi: Any, r: Any, n: int, ops: Any, harmonics: Sequence[Harmonic]
+) -> Iterator[tuple[Coefficients, Harmonic, Any, Any]]:
+    """The coefficients of each harmonic, and the sine and the cosine of its multiple of the phase."""
+    for own in harmonics:
+        k = of_order(coefficients(u, r, own.order * n, ops), own.order)
+        yield k, own, ops.sin(own.order * phi), ops.cos(own.order * phi)
+
+
+def orbits_above(
+    c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS, harmonics: tuple[Harmonic, ...] = ()
+) -> Orbits:
+    """Evaluate `orbits` where the sine's coefficients above each u are known. The velocity at the top is (3.8)."""
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
     velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
+    d = c.d_sine * sin_phi + c.d_cosine * cos_phi
+    for k, own, sine, cosine in added(u, phi, r, n, ops, harmonics):
+        pairs = (k.gbar_sine, k.gbar_cosine), (k.velocity_sine, k.velocity_cosine), (k.d_sine, k.d_cosine)
+        of_gbar, of_velocity, of_d = (a * sine + b * cosine for a, b in (turned(*pair, own) for pair in pairs))
+        gbar, velocity, d = gbar + of_gbar, velocity + of_velocity, d + of_d
     # Over the period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its own: that is
     # (3.8).
     bottom, top = by_wall(r)
@@ -191,5 +243,6 @@ def orbits_above(c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = A
         velocity_bottom=velocity,
         velocity_top=2 * n * gbar / (1 + top) - taken,
         gbar=gbar,
-        d=c.d_sine * sin_phi + c.d_cosine * cos_phi,
+        d=d,
+        harmonics=harmonics,
     )

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
-from vireport.physics import FLOATS, Groups, Restitutions, Wave, Word, by_wall, flight, wave
+from vireport.physics import FLOATS, Groups, Harmonic, Restitutions, Wave, Word, by_wall, flight, wave
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -51,25 +51,26 @@ class Variation(Varied, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What a sweep leaves as it is: a line in the plane of d and gbar, and the restitution of the membranes.
+    """What a sweep leaves as it is: a line in the plane of d and gbar, restitution and the harmonics of the force.
 
     It gives the groups at what varies, which follows the velocities and times among the unknowns.
     """
 
     level: Level
     r: Any
+    harmonics: tuple[Harmonic, ...] = ()
 
     @property
     def horizontal(self) -> bool:
-        """Whether motions have mirror images: gravity has no part along the capsule, and both ends are alike."""
-        return self.level.horizontal and not isinstance(self.r, Restitutions)
+        """Whether motions have mirror images: no gravity along the capsule, and what is left its own mirror image."""
+        return self.level.horizontal and Groups(0.0, 0.0, self.r, self.harmonics).symmetric
 
     def groups(self, coordinate: Any) -> Groups[Any]:
         """The groups at a value of the coordinate that orders the sweep."""
         if self.level.held is Held.D:
-            return Groups(self.level.value, coordinate, self.r)
+            return Groups(self.level.value, coordinate, self.r, self.harmonics)
         gbar = self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
-        return Groups(coordinate, gbar, self.r)
+        return Groups(coordinate, gbar, self.r, self.harmonics)
 
     def decay(self, walls: Sequence[int]) -> Any:
         """The root of the determinant of a motion's Jacobian, see `Groups.decay`."""
@@ -103,15 +104,17 @@ class Model:
         most = (1 + r) / (1 - r)
         gbar = self.level.value if self.level.held is Held.GBAR else most
         farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - r)
-        return BEYOND * float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
+        # Harmonics add as much to a speed, or to gbar, as they are of the force.
+        pushed = BEYOND * (1 + sum(own.share for own in self.harmonics))
+        return pushed * float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups where the coordinate is the only entry of `varied`."""
         return self.groups(varied[0])
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Derivatives of `Groups.numbers` by the coordinate, (4, 1)."""
-        return np.array([[*self.slope, 0.0, 0.0]]).T
+        """Derivatives of `Groups.numbers` by the coordinate, (4, 1), and zeros below for harmonics."""
+        return np.array([[*self.slope, 0.0, 0.0, *[0.0] * (2 * len(self.harmonics))]]).T
 
 
 class Leg(NamedTuple):

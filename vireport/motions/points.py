@@ -206,7 +206,9 @@ def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> O
 @lru_cache(maxsize=8)
 def model_of(sweep: Sweep, ops: Any) -> Model:
     """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
-    return Model(sweep.level_in(ops), each(sweep.device.restitution, ops.exact))
+    device = sweep.device
+    harmonics = tuple(own.each(ops.exact) for own in device.harmonics)
+    return Model(sweep.level_in(ops), each(device.restitution, ops.exact), harmonics)
 
 
 def solved_on_sweep(sweep: Sweep, guess: Motion, equation: Equation, symmetric: bool = False, **more: Any) -> Solved:

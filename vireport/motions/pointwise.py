@@ -9,7 +9,7 @@ points. A change of sign between two samples is a zero; two or three zeros betwe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import pi
@@ -20,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
-from vireport.motions.level_curve import largest_groups
+from vireport.motions.level_curve import evaluate, find_strands, largest_groups
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits, coefficients, orbits
-from vireport.motions.roots import cubic_root, secant_root
+from vireport.motions.roots import bracketed_root, cubic_root, golden_minimum, secant_root
 from vireport.motions.stability import lap_decay, return_trace
+from vireport.motions.sweep import Held, Level
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics import Groups, Restitutions, Word, by_wall, each
+from vireport.physics import Groups, Harmonic, Restitutions, Word, by_wall, each
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -64,6 +65,9 @@ LAST_STEP = 2e-16
 
 FLAT = 1e-9
 """Step of the search for an extremum, as a share of u, at which it ends: half the digits of u give all of G there."""
+
+SECTIONS = 40
+"""Golden sections that find an extremum of the length along a level curve, to the root of rounding."""
 
 AT_SYMMETRY = 1e-13
 """|u| below which a zero that is left after the symmetric family was divided out is a pitchfork, a symmetric motion."""
@@ -122,10 +126,10 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     n : int
         Forcing periods per motion, the same for all.
     """
-    if groups.harmonics:
-        raise ValueError("the closed form is of a force that is a sine")
     d, gbar, r, _ = groups
     of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
+    if harmonics := groups.same_harmonics:
+        return _evaluated(*_on_levels(groups, of_cells, n), d, gbar, of_cells, n, harmonics)
     every = np.arange(len(d))
     kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]
     if isinstance(of_cells, Restitutions):
@@ -150,6 +154,72 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
                 parts.append((chosen[which], u, phi))
     cell, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
     return _evaluated(cell, u, phi, d, gbar, of_cells, n)
+
+
+def _on_levels(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats, Floats]:
+    """The motions of a force with harmonics: the design point that each belongs to, u and the phase.
+
+    Design points with one gbar and restitution lie on one level curve, which is followed, see `contour`.
+    """
+    d, gbar, *_ = groups
+    harmonics = groups.same_harmonics
+    rows = np.column_stack([gbar, *(np.broadcast_to(own, d.shape) for own in by_wall(r))])
+    different, own = np.unique(rows, axis=0, return_inverse=True)
+    parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
+    for k, (held, bottom, top) in enumerate(different.tolist()):
+        cells = np.flatnonzero(own.ravel() == k)
+        of_both = Restitutions(bottom, top) if isinstance(r, Restitutions) else bottom
+        parts.append(_on_level(Level(Held.GBAR, held), cells, d[cells], of_both, n, harmonics))
+    which, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return which, u, phi
+
+
+def _on_level(
+    level: Level, cells: Ints, d: Floats, r: Any, n: int, harmonics: tuple[Harmonic, ...]
+) -> tuple[Ints, Floats, Floats]:
+    strands = find_strands(level, r, n, harmonics)
+
+    def at(which: Ints, w: Floats) -> Orbits:
+        return evaluate(strands, which, w, level, r, n, harmonics)
+
+    parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
+    for k, strand in enumerate(strands):
+        w = np.linspace(strand.start, strand.end, 2 * strand.samples - 1)
+
+        def lengths(w: Floats, k: int = k) -> Floats:
+            return np.asarray(at(np.full(len(w), k), w).d)
+
+        w, values = _with_extrema(w, lengths, d)
+        above = values > d[:, None]
+        cell, i = np.nonzero(above[:, 1:] != above[:, :-1])
+
+        def above_d(x: Floats, own: Floats = d[cell], of: Callable[[Floats], Floats] = lengths) -> Floats:
+            return of(x) - own
+
+        root = bracketed_root(above_d, w[i], w[i + 1])
+        found = at(np.full(len(root), k), root)
+        # A pitchfork is on both families; its motion is taken from the symmetric one, of which u = 0 is exact.
+        kept = np.abs(found.u) > (-1.0 if strand.symmetric or not level.horizontal else AT_SYMMETRY)
+        parts.append((cells[cell[kept]], found.u[kept], found.phi[kept]))
+    which, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return which, u, phi
+
+
+def _with_extrema(w: Floats, function: Callable[[Floats], Floats], asked: Floats) -> tuple[Floats, Floats]:
+    """Samples of a smooth function with those extrema between which and a sample it may have a value that is asked."""
+    values = function(w)
+    rise = np.diff(values)
+    middle = np.flatnonzero(rise[1:] * rise[:-1] < 0) + 1
+    # An extremum is no farther beyond the sample next to it than the larger step beside that is high.
+    sign, room = np.sign(rise[middle - 1]), np.maximum(np.abs(rise[middle - 1]), np.abs(rise[middle]))
+    beyond = sign[:, None] * (asked - values[middle, None])
+    near = ((beyond >= 0) & (beyond <= room[:, None])).any(axis=1)
+    middle, sign = middle[near], sign[near]
+    if not middle.size:
+        return w, values
+    extrema = golden_minimum(lambda x: -sign * function(x), w[middle - 1], w[middle + 1], SECTIONS)
+    order = np.argsort(np.concatenate([w, extrema]), kind="stable")
+    return np.concatenate([w, extrema])[order], np.concatenate([values, function(extrema)])[order]
 
 
 def _different(r: Any) -> list[Any]:
@@ -204,11 +274,20 @@ def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tupl
     )
 
 
-def _evaluated(cell: Ints, u: Floats, phi: Floats, d: Floats, gbar: Floats, r: Any, n: int) -> PointwiseMotions:
+def _evaluated(
+    cell: Ints,
+    u: Floats,
+    phi: Floats,
+    d: Floats,
+    gbar: Floats,
+    r: Any,
+    n: int,
+    harmonics: tuple[Harmonic, ...] = (),
+) -> PointwiseMotions:
     """What is known of solutions, in order, those that are none by the sign of a velocity left out."""
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
-    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n)
+    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n, harmonics=harmonics)
     # G knows squares only: what it finds may strike the membranes from behind.
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
@@ -232,7 +311,8 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
     formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
     """
-    d, gbar, r, _ = groups
+    if groups.harmonics:
+        raise ValueError("derivatives are of the closed form of a force that is a sine")
     motions = find_motions(groups.each(np.real), n)
     d, gbar, r, _ = groups.each(itemgetter(motions.cell))
     u, phi, real = motions.orbit.u, motions.orbit.phi, each(r, np.real)

@@ -88,7 +88,7 @@ def flight_jacobian(
 
 def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
     """Jacobians of the flight from the bottom to the top impact of a motion, and of the flight back."""
-    bottom, top = orbit.gbar + orbit.cos_phi, orbit.gbar + orbit.cos_top
+    bottom, top = (orbit.gbar + there.force for there in orbit.waves)
     r_bottom, r_top = by_wall(r)
     return (
         flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r_bottom),

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from vireport.motions.orbits import Coefficients, Orbits
+from vireport.motions.orbits import Coefficients, Orbits, coefficients, of_order, turned
 from vireport.physics import (
     ARRAYS,
     FINEST_D,
     FINEST_GBAR,
+    SINE,
     Device,
+    Harmonic,
     Restitutions,
 )
 from vireport.scenario import Parameter
@@ -49,9 +52,10 @@ class Level:
         return self.held is Held.GBAR and bool(self.value == 0)
 
 
-def mirrors(level: Level, r: Any, n: int) -> bool:
-    """Whether 1:1 motions have mirror images: of a horizontal capsule with membranes that are alike, and odd n."""
-    return level.horizontal and n % 2 == 1 and not isinstance(r, Restitutions)
+def mirrors(level: Level, r: Any, n: int, harmonics: Sequence[Harmonic] = ()) -> bool:
+    """Whether 1:1 motions have mirror images: horizontal capsule, membranes that are alike, odd n, odd harmonics."""
+    alike = level.horizontal and n % 2 == 1 and not isinstance(r, Restitutions)
+    return alike and all(own.order % 2 for own in harmonics)
 
 
 def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any = ARRAYS) -> tuple[Any, Any, Any]:
@@ -60,16 +64,59 @@ def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any 
     For a horizontal capsule with membranes that are alike, and odd n, the factor u, whose zeros are the symmetric
     family, is divided out.
     """
+    return _divided_terms(u, r, n, ops) if mirrors(level, r, n) else _terms(level, k)
+
+
+def _divided_terms(u: Any, r: Any, n: int, ops: Any) -> tuple[Any, Any, Any]:
+    """Those of a horizontal capsule with mirror images, over u T/(pi K)."""
+    p = (1 + r) * u - (1 - r) / 2
+    a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
+    return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, 0 * u
+
+
+def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
     zero = 0 * k.determinant
-    if mirrors(level, r, n):
-        p = (1 + r) * u - (1 - r) / 2
-        a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
-        return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, zero
     if level.held is Held.GBAR:
         return k.gbar_sine, k.gbar_cosine, zero + level.value
     if level.held is Held.RATIO:
         return k.d_sine - level.value * k.gbar_sine, k.d_cosine - level.value * k.gbar_cosine, zero
     return k.d_sine, k.d_cosine, zero + level.value
+
+
+Polynomial = tuple[list[tuple[int, Any, Any]], Any]
+"""A trigonometric polynomial in the phase that is a number: order, coefficients of sine and cosine; and the number."""
+
+
+def level_polynomial(
+    level: Level, u: Any, r: Any, n: int, harmonics: Sequence[Harmonic], ops: Any = ARRAYS
+) -> Polynomial:
+    """Write the level of a force with harmonics as sum_j a_j sin(j phi) + b_j cos(j phi) = c above each q.
+
+    As in `level_terms`, u is divided out where motions have mirror images.
+    """
+    divided, parts, held = mirrors(level, r, n, harmonics), [], None
+    for own in (SINE, *harmonics):
+        periods = own.order * n
+        if divided:
+            # T/(pi K), which goes with u, is 1/j of the sine's in the surface of a harmonic.
+            a, b, c = (term / own.order for term in _divided_terms(u, r, periods, ops))
+        else:
+            a, b, c = _terms(level, of_order(coefficients(u, r, periods, ops), own.order))
+        held = c if held is None else held
+        parts.append((own.order, *turned(a, b, own)))
+    return parts, held
+
+
+def level_value(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
+    """How far a phase is above the level."""
+    parts, held = polynomial
+    return sum((a * ops.sin(j * phi) + b * ops.cos(j * phi) for j, a, b in parts), -held)
+
+
+def level_slope(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
+    """Derivative of `level_value` by the phase."""
+    parts, _ = polynomial
+    return sum(j * (a * ops.cos(j * phi) - b * ops.sin(j * phi)) for j, a, b in parts)
 
 
 def level_residual(level: Level, orbit: Orbits) -> Any:

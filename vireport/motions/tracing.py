@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.motions.branches import Branch, family_of
 from vireport.motions.conditions import Condition
+from vireport.motions.contour import Contour
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
 from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples, Strand
@@ -155,13 +156,11 @@ def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
             yield Run(k, np.concatenate([lead, body, tail]), ends[2 * i], ends[2 * i + 1])
 
 
-def _symmetric_points(curve: LevelCurve, strand: Strand) -> list[float]:
+def _symmetric_points(curve: LevelCurve, strand: Strand | Contour) -> list[float]:
     """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion."""
     if not curve.horizontal or strand.symmetric:
         return []
-    # u = low + (high - low) sin^2(w/2) is zero there.
-    middle = 2 * np.arcsin(np.sqrt(-strand.low / (strand.high - strand.low)))
-    return [w for w in (-middle, middle, 2 * np.pi - middle) if strand.start < w < strand.end]
+    return strand.crossings()
 
 
 Ends = tuple[tuple[float, int], tuple[float, int]]
@@ -276,7 +275,7 @@ def _branch(curve: LevelCurve, piece: Piece) -> Branch:
             u[row], phi[row] = point.closed.u, point.closed.phi_bottom
     at_symmetry = _symmetric_ends(curve, piece, orbit)
     u[at_symmetry] = 0.0
-    motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n))
+    motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n, harmonics=curve.harmonics))
     _pin(motions, curve, piece, points, at_symmetry)
     marks = _marks(piece, points, at_symmetry)
     return Branch(family_of(curve.sweep, motions, marks), _symmetry(curve, piece), None, motions)
@@ -323,7 +322,7 @@ def _polish_ends(curve: LevelCurve, piece: Piece, u: Floats, phi: Floats) -> Non
         # farther than the next sample.
         reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
-            orbit = orbits(u[[row]], phi[[row]], curve.r, curve.n)
+            orbit = orbits(u[[row]], phi[[row]], curve.r, curve.n, harmonics=curve.harmonics)
             u[row], phi[row] = place_at(curve.sweep, value, orbit, symmetric, max(reach, FARTHEST))
 
 

@@ -8,7 +8,7 @@ motion is followed ten times as fast.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import acos, cos, pi, sin, sqrt
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits
 from vireport.motions.roots import newton_root
-from vireport.physics import Flight, Groups, flight, force_rate, unaccelerated, wave
+from vireport.physics import Flight, Groups, Harmonic, flight, force_rate, unaccelerated, wave
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -68,7 +68,12 @@ class Turns:
 
 
 def turning_points(
-    way: Flight, phase: Floats, returns: bool, nearest: bool = False, settled: float = SMALLEST_STEP
+    way: Flight,
+    phase: Floats,
+    returns: bool,
+    nearest: bool = False,
+    settled: float = SMALLEST_STEP,
+    harmonics: Sequence[Harmonic] = (),
 ) -> Iterator[Turns]:
     """Every turning point of one flight of each motion, or those that can be the `nearest` to a membrane.
 
@@ -84,12 +89,18 @@ def turning_points(
         Of flights across, only what can be nearest to a membrane.
     settled : float
         Newton step at which a turning point is found [t_c].
+    harmonics : sequence of Harmonic
+        Of the force.
     """
-    for index, low, high, back in _returning(way, phase) if returns else _crossing(way, phase, nearest):
+    if harmonics:
+        brackets = _between(way, phase, _unaccelerated(way.gbar, harmonics), harmonics)
+    else:
+        brackets = _returning(way, phase) if returns else _crossing(way, phase, nearest)
+    for index, low, high, back in brackets:
         if index.size:
             part, start = way.select(index), phase[index]
-            time = _at_rest(part, start, low, high, settled)
-            covered = part.covered(time, np.cos(start + np.pi * time))
+            time = _at_rest(part, start, low, high, settled, harmonics)
+            covered = part.covered(time, _path(start + np.pi * time, harmonics))
             yield Turns(index, time, covered, part.d - covered, back)
 
 
@@ -149,35 +160,63 @@ def _returning(way: Flight, phase: Floats) -> Brackets:
     # Here Z' has the other sign at the end than at the start: it changes sign an odd number of times, and the pairs of
     # `_crossing` are no help. Between extrema, ends included, Z' is monotone.
     turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
-    extrema = np.stack([np.mod(sign * turn - phase, 2 * np.pi) / np.pi for sign in (1, -1)])
-    laps = np.repeat(2 * np.arange(_laps(way)), 2)
+    yield from _between(way, phase, np.stack([turn, -turn]), ())
+
+
+def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harmonic]) -> Brackets:
+    """Where flights turn between the phases `still` without acceleration, of each flight a column."""
+    extrema = np.mod(still - phase, 2 * np.pi) / np.pi
+    laps = np.repeat(2 * np.arange(_laps(way)), len(still))
     each = np.tile(np.sort(extrema, axis=0), (_laps(way), 1)) + laps[:, None]
-    times = np.minimum(each, way.duration)
+    times = np.fmin(each, way.duration)
     times = np.concatenate([np.zeros((1, len(phase))), times, way.duration[None]])
-    speeds = way.speed(times, np.sin(phase + np.pi * times))
+    speeds = way.speed(times, _impulse(phase + np.pi * times, harmonics))
     piece, index = np.nonzero(speeds[:-1] * speeds[1:] < 0)
     yield index, times[piece, index], times[piece + 1, index], speeds[piece, index] > 0
 
 
-def _at_rest(way: Flight, phase: Floats, low: Floats, high: Floats, settled: float) -> Floats:
+def _unaccelerated(gbar: Floats, harmonics: Sequence[Harmonic]) -> Floats:
+    """The phases at which Z'' is zero, of each gbar a column; NaN where there are fewer than of others."""
+    different, which = np.unique(gbar, return_inverse=True)
+    phases = [unaccelerated(float(one), harmonics) for one in different]
+    most = max(map(len, phases), default=0)
+    filled = np.array([[*own, *[np.nan] * (most - len(own))] for own in phases]).reshape(len(phases), most)
+    return filled[which.ravel()].T
+
+
+def _impulse(phase: Any, harmonics: Sequence[Harmonic]) -> Any:
+    """The impulse of the force at a phase: of a sine its sine."""
+    return wave(np.sin(phase), np.cos(phase), harmonics).impulse if harmonics else np.sin(phase)
+
+
+def _path(phase: Any, harmonics: Sequence[Harmonic]) -> Any:
+    """The path of the force at a phase: of a sine its cosine."""
+    return wave(np.sin(phase), np.cos(phase), harmonics).path if harmonics else np.cos(phase)
+
+
+def _at_rest(
+    way: Flight, phase: Floats, low: Floats, high: Floats, settled: float, harmonics: Sequence[Harmonic]
+) -> Floats:
     """Zero of a monotone Z' between two times where its sign differs."""
 
     def speed(t: Floats, which: Ints) -> tuple[Floats, Floats]:
         part = way if t.size == phase.size else way.select(which)
         angle = phase[which] + np.pi * t
-        return part.speed(t, np.sin(angle)), part.pressing(np.cos(angle))
+        here = wave(np.sin(angle), np.cos(angle), harmonics)
+        return part.speed(t, here.impulse), part.pressing(here.force)
 
     # Newton, not secants: the slope, Z'', costs one cosine of an angle whose sine is needed anyway.
-    rising = way.speed(high, np.sin(phase + np.pi * high)) > 0
+    rising = way.speed(high, _impulse(phase + np.pi * high, harmonics)) > 0
     return newton_root(speed, low, high, rising, settled)
 
 
 def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = False) -> Iterator[tuple[int, Turns]]:
     """The turning points of 1:1 motions, by the impact that begins the flight: 0 for the bottom, 1 for the top."""
     up, down = flights
-    for part in turning_points(up, orbit.phi, False, nearest):
+    for part in turning_points(up, orbit.phi, False, nearest, harmonics=orbit.harmonics):
         yield 0, part
-    for part in turning_points(down, np.arctan2(orbit.sin_top, orbit.cos_top), False, nearest):
+    top = np.arctan2(orbit.sin_top, orbit.cos_top)
+    for part in turning_points(down, top, False, nearest, harmonics=orbit.harmonics):
         yield 1, part
 
 

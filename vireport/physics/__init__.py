@@ -30,7 +30,7 @@ from vireport.physics.energy import (
     voltages,
 )
 from vireport.physics.flight import Flight
-from vireport.physics.forcing import Harmonic, Wave, force_rate, unaccelerated, wave
+from vireport.physics.forcing import SINE, Harmonic, Peaks, Wave, force_rate, peaks, unaccelerated, wave, with_harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import (
     ARRAYS,
@@ -61,6 +61,7 @@ __all__ = [
     "NO_GRAVITY",
     "RESTITUTIONS",
     "ROUNDED",
+    "SINE",
     "SMALLEST_RESTITUTION",
     "UNIT",
     "Affine",
@@ -74,6 +75,7 @@ __all__ = [
     "Groups",
     "Harmonic",
     "Membrane",
+    "Peaks",
     "Restitutions",
     "Rounded",
     "Shaker",
@@ -98,10 +100,12 @@ __all__ = [
     "infinite_where_undefined",
     "law_of",
     "magnitude",
+    "peaks",
     "unaccelerated",
     "voltage_bounds",
     "voltages",
     "wave",
+    "with_harmonic",
     "word_name",
     "wrapped",
 ]

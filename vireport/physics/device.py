@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypeVar
 
-from vireport.physics.forcing import Harmonic
+from vireport.base import UsageError
+from vireport.physics.forcing import Harmonic, peaks
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import ARRAYS, UNIT
 from vireport.scenario import CapsuleMotion, DesignInput, Parameter, ScalarInput, Scenario
@@ -44,9 +45,10 @@ STANDARD_GRAVITY = 9.80665
 
 @dataclass(frozen=True, slots=True)
 class Shaker:
-    """What must drive the capsule: the harmonic motion of a mass M under a force of amplitude F; numbers or arrays.
+    """What must drive the capsule: the motion of a mass M under a force of amplitude F; numbers or arrays.
 
-    A free capsule recoils as well, see `Device.shaker`.
+    A free capsule recoils as well, see `Device.shaker`. Where the force has harmonics, what is an amplitude of a sine
+    is the largest size.
 
     Attributes
     ----------
@@ -132,6 +134,11 @@ class Device(Generic[Quantity]):
             period_ratio=scenario.period_ratio,
             capsule=scenario.device.capsule,
             ball_mass_kg=scenario.device.ball_mass_kg,
+            harmonics=tuple(
+                Harmonic.of(own.order, own.percent / 100, own.phase_deg)
+                for own in scenario.excitation.harmonics
+                if own.percent
+            ),
         )
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
@@ -148,6 +155,19 @@ class Device(Generic[Quantity]):
         for varied in (varied for varied in RESTITUTIONS if varied in values):
             restitution = _moved(restitution, varied, values[varied])
         return replace(self, restitution=restitution, **others)
+
+    def of_sine(self, what: str) -> Device[Quantity]:
+        """The device, for what knows a force that is a sine alone.
+
+        Raises
+        ------
+        UsageError
+            If the force has harmonics.
+        """
+        if self.harmonics:
+            allowed = "allowed: a sine, without excitation.harmonics"
+            raise UsageError(f"of a force with harmonics {what} is not known ({allowed})")
+        return self
 
     @property
     def recoils(self) -> bool:
@@ -207,7 +227,7 @@ class Device(Generic[Quantity]):
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
         weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
         gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
-        harmonics = tuple(Harmonic(own.order, ops.exact(own.cosine), ops.exact(own.sine)) for own in self.harmonics)
+        harmonics = tuple(own.each(ops.exact) for own in self.harmonics)
         return Groups(d, gbar * (gbar > NO_GRAVITY), each(self.restitution, ops.exact), harmonics)
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
@@ -259,6 +279,8 @@ class Device(Generic[Quantity]):
     def shaker(self, parameter: Parameter, value: Any) -> Shaker:
         """What must drive the capsule where `parameter` has a value, by M X'' = F cos(omega t + phi), Eq. (2.1).
 
+        With its harmonics, where the force has some.
+
         Notes
         -----
         Impacts do not move the centre of mass of ball and free capsule: with P'' = cos(pi t + phi) periodic,
@@ -270,6 +292,10 @@ class Device(Generic[Quantity]):
         acceleration = force / self.capsule_mass_kg
         stroke = 2 * acceleration / omega**2
         velocity = acceleration / omega
+        if self.harmonics:
+            largest = peaks(self.harmonics)
+            force, acceleration = force * largest.force, acceleration * largest.force
+            velocity, stroke = velocity * largest.impulse, stroke * largest.path
         if self.recoils:
             ratio = self.mass_ratio
             stroke = (stroke + ratio * x[Parameter.LENGTH]) / (1 + ratio)

@@ -7,8 +7,9 @@ and, but for its sign, cos x again; harmonics add to each.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import atan2, cos, degrees, hypot, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,41 @@ class Harmonic:
     order: int
     cosine: Any
     sine: Any
+
+    @staticmethod
+    def of(order: int, share: float, phase_deg: float) -> Harmonic:
+        """The harmonic share cos(order x + phase), its parts rounded to doubles; exact where the phase is a quarter."""
+        quarters = round(phase_deg / 90)
+        rest = (phase_deg - 90 * quarters) * pi / 180
+        c, s = ((cos(rest), sin(rest)), (-sin(rest), cos(rest)), (-cos(rest), -sin(rest)), (sin(rest), -cos(rest)))[
+            quarters % 4
+        ]
+        return Harmonic(order, share * c, -share * s)
+
+    def each(self, function: Callable[[Any], Any]) -> Harmonic:
+        """What a function makes of both parts."""
+        return Harmonic(self.order, function(self.cosine), function(self.sine))
+
+    @property
+    def share(self) -> float:
+        """Its amplitude over that of the sine."""
+        return hypot(self.cosine, self.sine)
+
+    @property
+    def phase_deg(self) -> float:
+        """Its phase in share cos(order x + phase), from 0 to 360."""
+        return degrees(atan2(-self.sine, self.cosine)) % 360
+
+
+SINE = Harmonic(1, 1.0, 0.0)
+"""The force that a harmonic is one of: cos x."""
+
+
+def with_harmonic(harmonics: Sequence[Harmonic], more: Harmonic) -> tuple[Harmonic, ...]:
+    """The harmonics of a force to which one is added; of those of one order the parts are added."""
+    same = [own for own in harmonics if own.order == more.order]
+    both = [Harmonic(more.order, own.cosine + more.cosine, own.sine + more.sine) for own in same] or [more]
+    return *(own for own in harmonics if own.order != more.order), *both
 
 
 class Wave(NamedTuple):
@@ -80,18 +116,65 @@ def _multiple(sine: Any, cosine: Any, order: int) -> tuple[Any, Any]:
 
 
 def unaccelerated(gbar: float, harmonics: Sequence[Harmonic]) -> list[float]:
-    """The phases at which gbar and the force cancel, ascending within one period [rad], and perhaps some beside them.
+    """The phases at which gbar and the force cancel, ascending [rad], at most 2H and perhaps some beside them."""
+    return _zeros(gbar, (SINE, *harmonics))
+
+
+def _zeros(constant: float, parts: Sequence[Harmonic]) -> list[float]:
+    """The phases at which a constant and a trigonometric polynomial cancel, see `unaccelerated`.
 
     Notes
     -----
     With z = e^(ix) the sum is z^-H times a polynomial of degree 2H in z, H the highest order: at most 2H phases.
     """
-    highest = max(each.order for each in harmonics)
+    highest = max(each.order for each in parts)
     polynomial = np.zeros(2 * highest + 1, dtype=complex)
-    polynomial[highest] = gbar
-    for each in (Harmonic(1, 1.0, 0.0), *harmonics):
+    polynomial[highest] = constant
+    for each in parts:
         polynomial[highest - each.order] += (each.cosine - 1j * each.sine) / 2
         polynomial[highest + each.order] += (each.cosine + 1j * each.sine) / 2
     roots = np.roots(polynomial)
     on_circle = roots[np.abs(np.abs(roots) - 1) < NEAR_CIRCLE]
     return sorted(np.mod(np.angle(on_circle), 2 * np.pi).tolist())
+
+
+class Peaks(NamedTuple):
+    """The largest sizes of a force and of what it has done, over those of a sine of its amplitude.
+
+    Attributes
+    ----------
+    force : float
+        Of the force itself.
+    impulse : float
+        Of its integral over the phase.
+    path : float
+        Half the distance between the ends of the integral of that.
+    lift : float
+        Of the force against gravity: gbar from which a ball never leaves the bottom.
+    """
+
+    force: float
+    impulse: float
+    path: float
+    lift: float
+
+
+def peaks(harmonics: Sequence[Harmonic]) -> Peaks:
+    """The largest sizes of a force with harmonics; 1 of a sine."""
+    if not harmonics:
+        return Peaks(1.0, 1.0, 1.0, 1.0)
+    parts = (SINE, *harmonics)
+    # Each is largest where the next is zero: the force where its rate is, the impulse where the force is, the path
+    # where the impulse is.
+    rate = [Harmonic(own.order, own.order * own.sine, -own.order * own.cosine) for own in parts]
+    impulse = [Harmonic(own.order, -own.sine / own.order, own.cosine / own.order) for own in parts]
+    force, pushed, gone = (
+        [wave(sin(x), cos(x), harmonics) for x in _zeros(0.0, zeroed)] for zeroed in (rate, parts, impulse)
+    )
+    paths = [each.path for each in gone]
+    return Peaks(
+        force=max(abs(each.force) for each in force),
+        impulse=max(abs(each.impulse) for each in pushed),
+        path=(max(paths) - min(paths)) / 2,
+        lift=max(-each.force for each in force),
+    )

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
+import numpy as np
+
 from vireport.physics import flight
 from vireport.physics.forcing import Harmonic, Wave, wave
 
@@ -68,7 +70,7 @@ class Groups(NamedTuple, Generic[Number]):
 
     def each(self, function: Callable[[Any], Any]) -> Groups[Any]:
         """What a function makes of each number."""
-        harmonics = tuple(Harmonic(own.order, function(own.cosine), function(own.sine)) for own in self.harmonics)
+        harmonics = tuple(own.each(function) for own in self.harmonics)
         return Groups(function(self.d), function(self.gbar), each(self.restitution, function), harmonics)
 
     @property
@@ -83,6 +85,15 @@ class Groups(NamedTuple, Generic[Number]):
         pairs = zip(self.harmonics, parts[::2], parts[1::2], strict=True)
         harmonics = tuple(Harmonic(own.order, cosine, sine) for own, cosine, sine in pairs)
         return Groups(d, gbar, Restitutions(bottom, top), harmonics)
+
+    @property
+    def same_harmonics(self) -> tuple[Harmonic, ...]:
+        """The harmonics as numbers, where those of arrays are the same for all."""
+        harmonics = tuple(own.each(lambda part: float(np.ravel(part)[0])) for own in self.harmonics)
+        pairs = zip(harmonics, self.harmonics, strict=True)
+        if not all(np.all(one.cosine == own.cosine) and np.all(one.sine == own.sine) for one, own in pairs):
+            raise ValueError("devices with different harmonics are not solved together")
+        return harmonics
 
     @property
     def alike(self) -> bool:

@@ -201,8 +201,31 @@ class DeviceBlock(Block):
         return tree
 
 
+LARGEST_HARMONIC = 50.0
+"""Harmonic of the force, over its amplitude [%]: the largest that is taken, and looked for where stable motion ends."""
+
+HIGHEST_ORDER = 8
+"""Order of the highest harmonic of a force."""
+
+
+class HarmonicBlock(Block):
+    """A harmonic of the force, F percent/100 cos(order x + phase) where the sine is F cos x."""
+
+    order: int = _key(REQUIRED, "Order", "1", "Order of the harmonic.", example=2, ge=2, le=HIGHEST_ORDER)
+    percent: float = _key(
+        REQUIRED, "Size", "%", "Amplitude over that of the force.", example=5.0, ge=0.0, le=LARGEST_HARMONIC
+    )
+    phase_deg: float = _key(
+        REQUIRED, "Phase", "deg", "Phase where that of the sine is 0.", example=225.0, ge=-360.0, le=360.0
+    )
+
+    def __str__(self) -> str:
+        """The harmonic as a factor of F."""
+        return f"{self.percent:.12g} %, order {self.order}, {self.phase_deg:.12g} deg"
+
+
 class ExcitationBlock(Block):
-    """The harmonic force on the capsule, F cos(omega t)."""
+    """The periodic force on the capsule, F cos(omega t) and its harmonics."""
 
     amplitude_n: float | None = _swept(
         Parameter.AMPLITUDE, "Force amplitude", "N", "Amplitude F of the force on the capsule.", 3.0
@@ -210,6 +233,20 @@ class ExcitationBlock(Block):
     frequency_hz: float | None = _swept(
         Parameter.FREQUENCY, "Frequency", "Hz", "Frequency omega/(2 pi) of the force.", 2.0
     )
+    harmonics: tuple[HarmonicBlock, ...] = _key(
+        (),
+        "Harmonics",
+        "",
+        "Harmonics of the force, each order once. Left out, it is a sine.",
+        example=[{"order": 2, "percent": 5.0, "phase_deg": 225.0}],
+        max_length=HIGHEST_ORDER - 1,
+        strict=False,
+    )
+
+    @property
+    def distorted(self) -> bool:
+        """Whether the force is no sine."""
+        return any(own.percent for own in self.harmonics)
 
 
 class SweepBlock(Block):
@@ -894,7 +931,7 @@ class Scenario(Block):
         None, "Title", "", "Free text of one line for the head of the report.", example="Inclined harvester"
     )
     device: DeviceBlock = _key(REQUIRED, "Device", "", "The capsule, the ball in it, and the membranes.")
-    excitation: ExcitationBlock = _key(REQUIRED, "Excitation", "", "The harmonic force on the capsule.")
+    excitation: ExcitationBlock = _key(REQUIRED, "Excitation", "", "The periodic force on the capsule.")
     inclination_deg: float | None = _swept(
         Parameter.INCLINATION, "Inclination", "deg", "Angle beta of the capsule to the horizontal.", 45.0
     )
@@ -1097,12 +1134,14 @@ def unit_of(key: FieldInfo) -> str:
 def inputs(block: Block, path: str = "") -> Iterator[Input]:
     """Every value of a block and of those within it, in the order of the format; what is absent is left out.
 
-    A list of blocks is left out too: it says what a device might be, not what it is.
+    A list of blocks is left out too, where it says what a device might be and not what it is.
     """
     for name, key in type(block).model_fields.items():
         value, here = getattr(block, name), f"{path}{key.alias or name}"
         if isinstance(value, Block):
             yield from inputs(value, f"{here}.")
+        elif isinstance(value, tuple) and any(isinstance(row, HarmonicBlock) for row in value):
+            yield Input(here, key.title or "", unit_of(key), tuple(map(str, value)))
         elif value is not None and not (isinstance(value, tuple) and any(isinstance(row, Block) for row in value)):
             yield Input(here, key.title or "", unit_of(key), value)
 

@@ -173,7 +173,8 @@ def allowed(key: Schema) -> str:
     if "enum" in key:
         return f"one of {', '.join(key['enum'])}"
     if "array" in kinds and "$ref" in key["items"]:
-        return f"a list of {key['minItems']} to {key['maxItems']} blocks of keys"
+        least = f"{key['minItems']} to" if "minItems" in key else "at most"
+        return f"a list of {least} {key['maxItems']} blocks of keys"
     if "array" in kinds:
         least, most = key.get("minItems", 0), key["maxItems"]
         what = f"numbers{unit}"

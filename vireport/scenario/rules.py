@@ -48,6 +48,11 @@ RESTITUTIONS = "restitution_bottom", "restitution_top"
 
 RESTITUTION_ALLOWED = "either restitution, of both membranes, or restitution_bottom and restitution_top"
 
+HARMONICS = "excitation.harmonics"
+
+SINE_ONLY = "motions", "accuracy", "disturbances", "tolerances", "design", "map"
+"""Blocks that ask for what is not known of a force with harmonics."""
+
 NEAREST_RESTITUTIONS = 1e-9
 """Difference of two restitutions below which the motions next to where a pitchfork was are not resolved."""
 
@@ -119,7 +124,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
         if issubclass(model, MapFile)
         else (_required, _sweep, _simulation, _tolerances, _effects, _design)
     )
-    rules = (*own, _restitutions, _masses, _radii, _dielectric, _accuracy, _requirements)
+    rules = (*own, _harmonics, _restitutions, _masses, _radii, _dielectric, _accuracy, _requirements)
     return [finding for rule in rules for finding in rule(tree)]
 
 
@@ -219,6 +224,20 @@ def _restitutions(tree: _Tree) -> Iterator[Finding]:
     if bottom is not None and top is not None and 0 < abs(bottom - top) < NEAREST_RESTITUTIONS:
         allowed = f"equal ones, or {NEAREST_RESTITUTIONS:g} apart at least"
         yield _rule(each[1], f"got {top!r}, which is {bottom!r} at the bottom but for rounding ({allowed})")
+
+
+def _harmonics(tree: _Tree) -> Iterator[Finding]:
+    """Each order is there once; and what only knows a force that is a sine is not asked for beside harmonics."""
+    rows = rows_of(tree.data, "excitation", "harmonics")
+    orders = [row.get("order") if isinstance(row, dict) else None for row in rows]
+    for k, order in enumerate(orders):
+        if type(order) is int and order in orders[:k]:
+            yield _rule(f"excitation.harmonics.{k}.order", f"order {order} is given already (each order once)")
+    if any(isinstance(row, dict) and is_number(row.get("percent")) and row["percent"] > 0 for row in rows):
+        for path in SINE_ONLY:
+            if not tree.absent(path) or path in tree.bare:
+                alone = f"it knows a force that is a sine alone, and {HARMONICS} is given (leave one of them out)"
+                yield _rule(path, alone)
 
 
 def _masses(tree: _Tree) -> Iterator[Finding]:

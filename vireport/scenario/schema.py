@@ -16,6 +16,7 @@ from vireport.scenario.rules import (
     DIELECTRIC,
     RANGES,
     RESTITUTIONS,
+    SINE_ONLY,
     SWITCHES,
     judged_at_design,
     needing,
@@ -63,6 +64,31 @@ _RESTITUTIONS = {
 }
 
 
+# What only knows a force that is a sine is not asked for beside harmonics.
+_SINE_ONLY = {
+    "if": {
+        "required": ["excitation"],
+        "properties": {
+            "excitation": {
+                "type": "object",
+                "required": ["harmonics"],
+                "properties": {
+                    "harmonics": {
+                        "type": "array",
+                        "contains": {
+                            "type": "object",
+                            "required": ["percent"],
+                            "properties": {"percent": {"type": "number", "exclusiveMinimum": 0}},
+                        },
+                    }
+                },
+            }
+        },
+    },
+    "then": {"properties": {block: {"type": "null"} for block in SINE_ONLY if block in Scenario.model_fields}},
+}
+
+
 _SOME_TOLERANCE = {
     "properties": {
         "tolerances": {
@@ -83,13 +109,14 @@ def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, range and example of every key.
 
     It accepts what `vireport.scenario.load` accepts. What only a program can compare is beyond it:
-    that one mass or radius is smaller than the other, that a range ends elsewhere than it starts, and that one lies
-    within another.
+    that one mass or radius is smaller than the other, that a range ends elsewhere than it starts, that one lies within
+    another, and that no harmonic is given twice.
     """
     rules = [
         *map(_required_unless_swept, Parameter),
         *map(_limits_of_sweep, Parameter),
         _RESTITUTIONS,
+        _SINE_ONLY,
         *_NEED_BALL,
         _all_or_none("device.membrane", DIELECTRIC),
         _SOME_TOLERANCE,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.physics import Groups, flight, wrapped
-from vireport.simulation.events import as_start, follow_one
+from vireport.simulation.events import OF_SINE, as_start, check_model, follow_one, harmonics_of
 from vireport.simulation.kernel import (
     FLIGHT,
     PHASE,
@@ -112,8 +112,8 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
 
     Parameters
     ----------
-    model : array (4,)
-        `Groups.numbers`.
+    model : array (4 + 3 h,)
+        A row of `check_model`.
     before, after : array (n, 6)
         Rows of the impacts at the two ends of each flight.
 
@@ -122,7 +122,7 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     array (n, 2, 2)
         Zero after a ball that stuck: it forgets.
     """
-    _, gbar, bottom, top = model
+    _, gbar, bottom, top = model[:OF_SINE]
     r = np.where(before[:, WALL] > 0, bottom, top)
     t, speed = after[:, FLIGHT], after[:, VELOCITY]
     speed = np.where(np.abs(speed) < SLOWEST, SLOWEST, speed)
@@ -131,6 +131,14 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     rise = 2 * np.sin(x / 2) ** 2
     z_phase = -(sine * rise + cosine * _lag(x)) / pi**2
     end = np.cos(after[:, PHASE])
+    for own in harmonics_of(model):
+        # S(phi + x) - S(phi) - x f(phi), S the impulse of the force f, is linear in the force.
+        turned, way = own.order * before[:, PHASE], own.order * x
+        s, c = np.sin(turned), np.cos(turned)
+        of_cosine, of_sine = own.cosine * c + own.sine * s, own.cosine * s - own.sine * c
+        z_phase = z_phase - (of_sine * 2 * np.sin(way / 2) ** 2 + of_cosine * _lag(way)) / (own.order * pi**2)
+        cosine = cosine + of_cosine
+        end = end + own.cosine * np.cos(own.order * after[:, PHASE]) + own.sine * np.sin(own.order * after[:, PHASE])
     pull = flight.acceleration(end, gbar)
     result = np.empty((len(t), 2, 2))
     result[:, 0, 0] = 1 - pi * z_phase / speed
@@ -150,7 +158,7 @@ def growth_bound(groups: Groups[float], cycle: Cycle) -> float:
     n = len(cycle.phase)
     if cycle.sticks or not n:
         return 0.0
-    model, rows = np.array(groups.numbers), np.zeros((n, RIDING + 1))
+    model, rows = check_model(groups)[0], np.zeros((n, RIDING + 1))
     rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
     rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
 
@@ -281,8 +289,8 @@ def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
 
     Parameters
     ----------
-    model : array (4,)
-        `Groups.numbers`.
+    model : array (4 + 3 h,)
+        A row of `check_model`.
     lap : array (n, 6)
         Impacts since the release, the last one being that after which the ball rides.
     compiled : bool

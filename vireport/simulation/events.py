@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import install_command
-from vireport.physics import Groups
+from vireport.physics import Groups, Harmonic, unaccelerated, wave
 from vireport.simulation import kernel
 from vireport.simulation.compiled import compiled_search
 from vireport.simulation.kernel import (
@@ -29,6 +29,8 @@ from vireport.simulation.kernel import (
 
 BOTTOM, TOP = 1, -1
 COLUMNS = 6
+# Numbers of a device whose force is a sine; those of harmonics follow.
+OF_SINE = 4
 # Parts per core: enough to even out slow and fast parameters.
 PARTS = 8
 # Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
@@ -85,15 +87,63 @@ def wrapped(phase: float) -> float:
 
 
 def check_model(groups: Groups[Any]) -> Array:
-    """Groups as an array (n, 4) of `Groups.numbers`, after broadcasting; ValueError if they describe no device."""
-    if groups.harmonics:
-        raise ValueError("the simulation is of a force that is a sine")
-    model = np.stack(np.broadcast_arrays(*np.atleast_1d(*groups.numbers)), axis=-1).astype(float)
+    """Groups as an array (n, 4 + 3 h), after broadcasting; ValueError if they describe no device.
+
+    A row is d, gbar, the restitution at the bottom and at the top, and order, cosine and sine of each harmonic.
+    """
+    parts = [number for own in groups.harmonics for number in (own.order, own.cosine, own.sine)]
+    numbers = *groups.numbers[:OF_SINE], *parts
+    model = np.stack(np.broadcast_arrays(*np.atleast_1d(*numbers)), axis=-1).astype(float)
     if not np.isfinite(model).all():
         raise ValueError("d, gbar and r must be finite")
-    if (model[:, 0] <= 0).any() or (model[:, 1:] < 0).any() or (model[:, 2:] > 1).any():
+    plain = model[:, :OF_SINE]
+    if (plain[:, 0] <= 0).any() or (plain[:, 1:] < 0).any() or (plain[:, 2:] > 1).any():
         raise ValueError("need d > 0, gbar >= 0 and 0 <= r <= 1")
     return np.ascontiguousarray(model)
+
+
+def groups_of(model: Array) -> Groups[float]:
+    """The groups of a row of `check_model`."""
+    d, gbar, bottom, top = map(float, model[:OF_SINE])
+    return Groups.of(d, gbar, bottom, top)._replace(harmonics=harmonics_of(model))
+
+
+def harmonics_of(model: Array) -> tuple[Harmonic, ...]:
+    """The harmonics of a row of `check_model`."""
+    return tuple(Harmonic(int(order), a, b) for order, a, b in model[OF_SINE:].reshape(-1, 3).tolist())
+
+
+def zeros_of_pull(model: Array) -> Array:
+    """The phases at which the acceleration of a row of `check_model` is zero, with what follows, for the search.
+
+    Returns
+    -------
+    array (m, 2)
+        Ascending phases, at least one, and the sign that makes Z concave from there to the next.
+    """
+    groups = groups_of(model)
+    phases = np.array(unaccelerated(groups.gbar, groups.harmonics) or [0.0])
+    middle = phases + np.diff(phases, append=phases[0] + TURN) / 2
+    pull = groups.pull(wave(np.sin(middle), np.cos(middle), groups.harmonics).force)
+    return np.column_stack([phases, np.where(pull > 0, -1.0, 1.0)])
+
+
+def _forced(model: Array) -> tuple[Array, Array] | tuple[None, None]:
+    """Harmonics and zeros of the acceleration of rows of `check_model`, as the search takes them; None of a sine."""
+    if model.shape[1] == OF_SINE:
+        return None, None
+    _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
+    zeros = [zeros_of_pull(model[row]) for row in first]
+    most = max(map(len, zeros))
+    still = np.stack([_filled(own, most) for own in zeros])[which.ravel()]
+    return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), np.ascontiguousarray(still)
+
+
+def _filled(zeros: Array, count: int) -> Array:
+    """Zeros of the acceleration with others that are none between the last one and the end of the period."""
+    last, sign = zeros[-1]
+    more = count - len(zeros)
+    return np.vstack([zeros, *((last + (TURN - last) * k / (more + 1), sign) for k in range(1, more + 1))])
 
 
 def check_start(start: Start, d: float) -> tuple[float, float, float, float]:
@@ -138,8 +188,8 @@ def follow_impacts(
 
     Parameters
     ----------
-    model : array (n, 3)
-        d, gbar and r of each, from `check_model`.
+    model : array (n, 4 + 3 h)
+        From `check_model`.
     starts : array (n, 4)
         Rows of `check_start`.
     impacts : int
@@ -165,9 +215,13 @@ def follow_impacts(
     if compiled and search is None and len(model) * impacts * INTERPRETED_IMPACT > LONG:
         _say_that_it_is_slow()
 
+    plain, (harmonics, still) = np.ascontiguousarray(model[:, :OF_SINE]), _forced(model)
+
     def run(part: slice) -> None:
         with np.errstate(all="ignore"):  # the compiled search raises no flags, the interpreted one must not
-            (search or kernel.follow_starts)(model[part], starts[part], impacts, rows[part], summary[part])
+            filled = starts[part], impacts, rows[part], summary[part]
+            forced = (None, None) if harmonics is None or still is None else (harmonics[part], still[part])
+            (search or kernel.follow_starts)(plain[part], *filled, *forced)
 
     count = len(model)
     if workers > 1 and count > 1:

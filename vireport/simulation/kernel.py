@@ -5,6 +5,9 @@ zeros of Z'' (phases with cosine -gbar) Z' is monotone, so on such a piece the m
 sign, is a concave function y with at most one peak: either y passes its upper wall before the peak, or it can
 only leave through the lower one. So every crossing is bracketed before it is computed.
 
+Harmonics of the force add to each flight what their own sines do; the zeros of Z'' are then given from outside. Where
+`more` or `harmonics` is None the force is a sine: the compiler leaves the rest away.
+
 The functions are plain ones, some hundred times slower than what `compiled` makes of them, and the same to rounding.
 They stay in one file, and import nothing that is ours, because numba's cache looks at no other for changes.
 """
@@ -37,6 +40,8 @@ Node = tuple[float, float, float]  # a time, and displacement and velocity there
 Hit = tuple[float, float, float, float, float]
 Pair = tuple[float, float]
 Array = NDArray[np.float64]
+More = tuple[Array, float] | None  # of each harmonic: order, cosine and sine at the start, as in a flight; and a sign
+ORDER, COSINE, SINE = 0, 1, 2
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -50,33 +55,79 @@ floor: Callable[[float], float] = np.floor
 sqrt: Callable[[float], float] = np.sqrt
 
 
-def _state(t: float, flight: FlightRow, wall: float) -> FlightRow:
+def _long(t: float, x: float) -> FlightRow:
+    """Return 1 - cos x and x - sin x, x = pi t, with sine and cosine; for |x| of 1 or more."""
+    sine, cosine = sin(x), cos(x)
+    head = t * SPLIT - (t * SPLIT - t)
+    rest = ((PI_HEAD * head - x) + PI_HEAD * (t - head)) + PI_TAIL * t  # what rounding cut off pi t
+    return 1.0 - cosine + rest * sine, x - sine + rest * (1.0 - cosine), sine, cosine
+
+
+def _short(x: float, q: float) -> Pair:
+    """Return 1 - cos x and x - sin x, both over q = x^2, by their series; for |x| below 1."""
+    lag = 1 / 39916800 - q * (1 / 6227020800 - q * (1 / 1307674368000 - q / 355687428096000))
+    lag = x * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880 - q * lag))))
+    rise = 1 / 479001600 - q * (1 / 87178291200 - q * (1 / 20922789888000 - q / 6402373705728000))
+    rise = 1 / 2 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320 - q * (1 / 3628800 - q * rise))))
+    return rise, lag
+
+
+def _state(t: float, flight: FlightRow, more: More, wall: float) -> FlightRow:
     """Return y - wall, y', y'' and y''' at t.
 
     y = v t + g t^2/2 + [c (1 - cos pi t) - s (pi t - sin pi t)]/pi^2 is (2.12) freed of its cancellation:
-    short flights are as accurate, relatively, as long ones.
+    short flights are as accurate, relatively, as long ones. A harmonic of order j has j t for t, over j^2.
     """
     v, g, c, s = flight
     x = pi * t
     if abs(x) >= 1.0:
-        sine, cosine = sin(x), cos(x)
-        head = t * SPLIT - (t * SPLIT - t)
-        rest = ((PI_HEAD * head - x) + PI_HEAD * (t - head)) + PI_TAIL * t  # what rounding cut off pi t
-        rise, lag = 1.0 - cosine + rest * sine, x - sine + rest * (1.0 - cosine)
+        rise, lag, sine, cosine = _long(t, x)
         y = (t * (v + 0.5 * g * t) - wall) + (c * rise - s * lag) * PER_PI2
     else:
         q = x * x
-        lag = 1 / 39916800 - q * (1 / 6227020800 - q * (1 / 1307674368000 - q / 355687428096000))
-        lag = x * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880 - q * lag))))
-        rise = 1 / 479001600 - q * (1 / 87178291200 - q * (1 / 20922789888000 - q / 6402373705728000))
-        rise = 1 / 2 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320 - q * (1 / 3628800 - q * rise))))
+        rise, lag = _short(x, q)
         y = t * (v + t * (0.5 * g + (c * rise - s * lag))) - wall
         rise, sine, cosine = rise * q, x - lag * q, 1.0 - rise * q
     y1 = v + g * t + (c * sine - s * rise) * PER_PI
-    return y, y1, g + c * cosine - s * sine, -pi * (c * sine + s * cosine)
+    y2, y3 = g + c * cosine - s * sine, -pi * (c * sine + s * cosine)
+    if more is not None:
+        parts, sign = more
+        for k in range(len(parts)):
+            j, c, s = parts[k, ORDER], sign * parts[k, COSINE], sign * parts[k, SINE]
+            x = pi * (j * t)
+            if abs(x) >= 1.0:
+                rise, lag, sine, cosine = _long(j * t, x)
+            else:
+                q = x * x
+                rise, lag = _short(x, q)
+                rise, lag, sine, cosine = rise * q, lag * q, x - lag * q, 1.0 - rise * q
+            y += (c * rise - s * lag) * PER_PI2 / (j * j)
+            y1 += (c * sine - s * rise) * PER_PI / j
+            y2 += c * cosine - s * sine
+            y3 -= pi * j * (c * sine + s * cosine)
+    return y, y1, y2, y3
 
 
-def _crossing(flight: FlightRow, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
+def _snap(t: float, more: More) -> float:
+    """Return y'''' at t less pi^2 (g - y''), which is 0 where the force is a sine."""
+    snap = 0.0
+    if more is not None:
+        parts, sign = more
+        for k in range(len(parts)):
+            j = parts[k, ORDER]
+            there = parts[k, COSINE] * cos(j * pi * t) - parts[k, SINE] * sin(j * pi * t)
+            snap -= sign * pi * pi * (j * j - 1.0) * there
+    return snap
+
+
+def _signed(more: More, sign: float) -> More:
+    """What harmonics add where y is Z seen with a sign."""
+    if more is None:
+        return None
+    return more[0], sign * more[1]
+
+
+def _crossing(flight: FlightRow, more: More, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
     """Time of the one crossing of y = wall between the ends, velocity there, evaluations; t is a guess.
 
     Steps are of fourth order, as y''' is free once y is known; one that leaves the bracket is bisected
@@ -85,7 +136,7 @@ def _crossing(flight: FlightRow, wall: float, rising: float, ends: Pair, t: floa
     v, g, _, _ = flight
     low, high = ends
     for step in range(1, MAX_STEPS):
-        f, y1, y2, y3 = _state(t, flight, wall)
+        f, y1, y2, y3 = _state(t, flight, more, wall)
         low, high = (t, high) if f * rising < 0.0 else (low, t)
         square = y1 * y1
         d = -f * (square - 0.5 * f * y2) / (y1 * (square - f * y2) + f * f * y3 * (1 / 6))
@@ -96,7 +147,10 @@ def _crossing(flight: FlightRow, wall: float, rising: float, ends: Pair, t: floa
                 size = abs(v * t) + 0.5 * abs(g) * t * t + min(0.5 * t * t, 0.2 + abs(t)) + abs(wall)
                 done = abs(f) <= EPS * size
             if done:
-                return t + d, y1 + d * (y2 + 0.5 * d * (y3 + d * pi * pi * (g - y2) * (1 / 3))), float(step)
+                snap = d * pi * pi * (g - y2) * (1 / 3)
+                if more is not None:
+                    snap += d * _snap(t, more) * (1 / 3)
+                return t + d, y1 + d * (y2 + 0.5 * d * (y3 + snap)), float(step)
         t = t + d if low < t + d < high and step < FAST_STEPS else 0.5 * (low + high)
     return t, y1, float(MAX_STEPS)
 
@@ -111,7 +165,7 @@ def _parabola(flat: Node, other: Node, wall: float) -> float:
     return t0 + (max(plus, minus) if span > 0.0 else min(plus, minus))
 
 
-def _peak(flight: FlightRow, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
+def _peak(flight: FlightRow, more: More, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
     """Whether concave y, rising at the start and falling at the end, reaches the wall in between.
 
     Two tangents bound the peak from above, any value of y from below: the search for the zero of Z' ends once
@@ -125,7 +179,7 @@ def _peak(flight: FlightRow, wall: float, start: Node, end: Node) -> tuple[bool,
         top = (y1 - y0 + p0 * t0 - p1 * t1) / (p0 - p1)
         if y0 + p0 * (top - t0) < wall:
             return False, m, m, float(step)
-        y, p, q, j = _state(m, flight, wall)
+        y, p, q, j = _state(m, flight, more, wall)
         if y >= 0.0:
             guess = m - sqrt(2.0 * y / abs(q))
             if p > 0.1 or m - guess > 0.3 * (m - start[0]):  # not near the peak: its curvature says little
@@ -140,9 +194,10 @@ def _peak(flight: FlightRow, wall: float, start: Node, end: Node) -> tuple[bool,
     return False, m, m, step + 1.0
 
 
-def _piece(sign: float, flight: FlightRow, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
+def _piece(sign: float, flight: FlightRow, more: More, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
     v, g, c, s = sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3]
+    turned = _signed(more, sign)
     upper, lower = (walls[1], walls[0]) if sign > 0.0 else (-walls[0], -walls[1])
     a, ya, pa = start[0], sign * start[1], sign * start[2]
     b, yb, pb = end[0], sign * end[1], sign * end[2]
@@ -151,20 +206,20 @@ def _piece(sign: float, flight: FlightRow, walls: Pair, start: Node, end: Node, 
         reached = True
         guess = _parabola((b, yb, pb), (a, ya, pa), upper)
     elif pa > 0.0 and pb < 0.0:
-        reached, high, guess, seen = _peak((v, g, c, s), upper, (a, ya, pa), (b, yb, pb))
+        reached, high, guess, seen = _peak((v, g, c, s), turned, upper, (a, ya, pa), (b, yb, pb))
     if not reached:
         if yb > lower:
             return 0.0, 0.0, 0.0, seen
         high = b
         brake = -(g + c)
-        if a == 0.0 and ya == lower and 8.0 * pa < brake * b:
+        if more is None and a == 0.0 and ya == lower and 8.0 * pa < brake * b:
             # A short hop from the lower wall: its own expansion, as in `_settle`.
             guess = pa * (2.0 - (4 / 3) * pi * s * pa / (brake * brake)) / brake
         else:
             guess = _parabola((a, ya, pa), (b, yb, pb), lower)
     guess = guess if a < guess < high else 0.5 * (a + high)
     wall, rising = (upper, 1.0) if reached else (lower, -1.0)
-    t, speed, steps = _crossing((v, g, c, s), wall, rising, (a, high), guess, base)
+    t, speed, steps = _crossing((v, g, c, s), turned, wall, rising, (a, high), guess, base)
     return rising * sign, t, sign * speed, seen + steps
 
 
@@ -174,7 +229,7 @@ def _node(t: float, flight: FlightRow, end: Pair) -> Node:
     if abs(t) * pi >= 1.0:
         z = t * (v + 0.5 * g * t - s * PER_PI) + (c - end[0]) * PER_PI2
         return t, z, v + g * t + (end[1] - s) * PER_PI
-    z, speed, _, _ = _state(t, flight, 0.0)
+    z, speed, _, _ = _state(t, flight, None, 0.0)
     return t, z, speed
 
 
@@ -192,11 +247,11 @@ def _breakpoint(phase: float, gbar: float, turn: float) -> Node:
     return -1.0, (TURN + turn - phase) * PER_PI, 2.0 * (1.0 - turn * PER_PI)
 
 
-def _idle_periods(t: float, flight: FlightRow, walls: Pair) -> float:
-    """Whole forcing periods after t in which no wall can be reached, since Z is its mean motion +- 1/pi^2."""
+def _idle_periods(t: float, flight: FlightRow, walls: Pair, reach: float) -> float:
+    """Whole forcing periods after t in which no wall can be reached, since Z is its mean motion +- reach/pi^2."""
     v, g, c, s = flight
     mean = t * (v - s * PER_PI + 0.5 * g * t) + c * PER_PI2
-    room = min(walls[1] - mean, mean - walls[0]) - PER_PI2
+    room = min(walls[1] - mean, mean - walls[0]) - reach * PER_PI2
     if room <= 0.0:
         return 0.0
     drift = abs(v - s * PER_PI + g * t)
@@ -220,12 +275,12 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
     for window in range(MAX_PERIODS):
         for half in range(2):
             end = _node(ends[half], now, middle if half == 0 else last)
-            wall, t, hit, steps = _piece(sign if half == 0 else flip, now, gate, node, end, periods)
+            wall, t, hit, steps = _piece(sign if half == 0 else flip, now, None, gate, node, end, periods)
             seen += steps
             if wall != 0.0:
                 return periods, t, wall, hit, seen
             node = end
-        idle = _idle_periods(ends[1], now, gate)
+        idle = _idle_periods(ends[1], now, gate, 1.0)
         if g == 0.0 and v == s * PER_PI and (window > 0 or idle > 0.0):
             break  # no drift: every period repeats this one
         # Times stay between one and two periods after the new origin: none is a small difference.
@@ -235,6 +290,101 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
         now, gate = (v + 2.0 * g * periods, g, c, s), (walls[0] - shift, walls[1] - shift)
         node = _node(first + gap, now, last)
     return periods, 0.0, 0.0, 0.0, seen
+
+
+def _begun(phase: float, harmonics: Array, parts: Array) -> None:
+    """Fill in what each harmonic is at a phase, as the cosine and sine of a flight are."""
+    for k in range(len(harmonics)):
+        j, a, b = harmonics[k]
+        cosine, sine = cos(j * phase), sin(j * phase)
+        parts[k, ORDER], parts[k, COSINE], parts[k, SINE] = j, a * cosine + b * sine, a * sine - b * cosine
+
+
+def _next_zero(phase: float, still: Array) -> int:
+    """Which zero of Z'' comes first after a phase; their number where that is the first of the next period."""
+    for k in range(len(still)):
+        if phase < still[k, 0]:
+            return k
+    return len(still)
+
+
+def _next_impact_among(flight: FlightRow, more: More, phase: float, still: Array, walls: Pair) -> Hit:
+    """First impact of a flight as `_next_impact`, between zeros of Z'' that are given, of a force with harmonics.
+
+    Rows of `still` are a phase and the sign that makes Z concave from there on.
+    """
+    v, g, c, s = flight
+    count, following = len(still), _next_zero(phase, still)
+    impulse, path, reach = s, c, 1.0
+    if more is not None:
+        parts = more[0]
+        for k in range(len(parts)):
+            j = parts[k, ORDER]
+            impulse += parts[k, SINE] / j
+            path += parts[k, COSINE] / (j * j)
+            reach += sqrt(parts[k, SINE] * parts[k, SINE] + parts[k, COSINE] * parts[k, COSINE]) / (j * j)
+    node, now, gate = (0.0, 0.0, v), flight, walls
+    periods, seen, late = 0.0, 0.0, 0.0
+    for window in range(MAX_PERIODS):
+        for i in range(count):
+            k, lap = following + i, 0.0
+            if k >= count:
+                k, lap = k - count, TURN
+            t = (still[k, 0] + lap - phase) * PER_PI + late
+            z, speed, _, _ = _state(t, now, more, 0.0)
+            end = (t, z, speed)
+            wall, t, hit, steps = _piece(still[k - 1, 1], now, more, gate, node, end, periods)
+            seen += steps
+            if wall != 0.0:
+                return periods, t, wall, hit, seen
+            node = end
+        idle = _idle_periods(node[0], (now[0], g, path, impulse), gate, reach)
+        if g == 0.0 and v == impulse * PER_PI and (window > 0 or idle > 0.0):
+            break  # no drift, as in `_next_impact`
+        periods += idle if window == 0 else 1.0 + idle
+        shift = 2.0 * periods * (v - impulse * PER_PI + g * periods)
+        now, gate = (v + 2.0 * g * periods, g, c, s), (walls[0] - shift, walls[1] - shift)
+        t, late = node[0] - late, 2.0
+        z, speed, _, _ = _state(t, now, more, 0.0)
+        node = (t, z, speed)
+    return periods, 0.0, 0.0, 0.0, seen
+
+
+def _settle_among(
+    wall: float, flight: FlightRow, more: More, phase: float, r: float, still: Array
+) -> tuple[bool, float, float]:
+    """Whether the ball settles on the wall as in `_settle`, between zeros of Z'' that are given; inf: for ever."""
+    v = flight[0]
+    if abs(v) > CHATTER_SPEED:
+        return False, 0.0, 0.0
+    count, following = len(still), _next_zero(phase, still)
+    sign, left = still[following - 1, 1], inf
+    for i in range(count):
+        k, lap = following + i, 0.0
+        if k >= count:
+            k, lap = k - count, TURN
+        if still[k, 1] != sign:
+            left = (still[k, 0] + lap - phase) * PER_PI
+            break
+    if v == 0.0 or sign * wall > 0.0:
+        return sign * wall < 0.0, 0.0, left
+    _, _, pull, rate = _state(0.0, flight, more, 0.0)
+    bend = pi * pi * abs(flight[1] - pull) + abs(_snap(0.0, more))
+    w, press, jerk = abs(v) / (1.0 - r), wall * pull, -wall * rate
+    time = 2.0 * w / press * (1.0 + 2.0 * jerk * w / (3.0 * press * press))
+    settled = w * w * w * (4.0 * jerk * jerk / press + 2.0 * bend) <= CHATTER_TOL * press**4
+    return settled and press > 0.0 and time < left, time, left - time
+
+
+def _released(phase: float, still: Array) -> float:
+    """The zero of Z'' that a phase is up to rounding."""
+    nearest, away = phase, inf
+    for k in range(len(still)):
+        off = abs(phase - still[k, 0]) % TURN
+        off = min(off, TURN - off)
+        if off < away:
+            nearest, away = still[k, 0], off
+    return nearest
 
 
 def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float) -> tuple[bool, float, float]:
@@ -256,7 +406,9 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
     return settled and press > 0.0 and time < left, time, left - time
 
 
-def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Array) -> None:
+def _follow(
+    model: Array, start: Array, impacts: int, rows: Array, summary: Array, harmonics: Array | None, still: Array | None
+) -> None:
     """Follow one start; see `follow_starts`."""
     d, g, r_bottom, r_top = model
     wall, z, v, phase = start
@@ -264,6 +416,10 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
     s, c = sin(phase), cos(phase)
     walls, flight = (-0.5 * d - z, 0.5 * d - z), 0.0
     evaluations, status, row, count = 1.0, RUNNING, 0, 0
+    parts = np.empty((0, 3))
+    if harmonics is not None:
+        parts = np.empty((len(harmonics), 3))
+        _begun(phase, harmonics, parts)
     while True:
         out = rows[row]
         row = row + 1 if row + 1 < len(rows) else 0
@@ -273,16 +429,29 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
             walls = (-d, 0.0) if wall > 0.0 else (0.0, d)
             r = r_bottom if wall > 0.0 else r_top
             v = -r * v  # (2.10)
-            settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
+            if harmonics is None or still is None:
+                settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
+                for_ever = g >= 1.0
+            else:
+                settles, settling, riding = _settle_among(wall, (v, g, c, s), (parts, 1.0), phase, r, still)
+                for_ever = riding == inf
             if settles:
                 out[SETTLING], out[RIDING] = settling, riding
-                if g >= 1.0:
+                if for_ever:
                     out[RIDING], status = inf, REST
                     break
-                phase, s, c, v = turn[0] if wall > 0.0 else TURN - turn[0], wall * turn[1], -g, 0.0
+                if harmonics is None or still is None:
+                    phase, s, c, v = turn[0] if wall > 0.0 else TURN - turn[0], wall * turn[1], -g, 0.0
+                else:
+                    phase, v = _released(phase + pi * (settling + riding), still), 0.0
+                    s, c = sin(phase), cos(phase)
+                    _begun(phase, harmonics, parts)
         if count == impacts:
             break
-        periods, t, wall, v, steps = _next_impact((v, g, c, s), phase, turn, walls)
+        if harmonics is None or still is None:
+            periods, t, wall, v, steps = _next_impact((v, g, c, s), phase, turn, walls)
+        else:
+            periods, t, wall, v, steps = _next_impact_among((v, g, c, s), (parts, 1.0), phase, still, walls)
         evaluations += steps + 1.0
         if wall == 0.0:
             status = FREE
@@ -294,16 +463,31 @@ def _follow(model: Array, start: Array, impacts: int, rows: Array, summary: Arra
         while phase >= TURN:  # at most twice: cheaper than a remainder
             phase -= TURN
         s, c = sin(phase), cos(phase)
+        if harmonics is not None:
+            _begun(phase, harmonics, parts)
         count += 1
     summary[IMPACTS], summary[EVALUATIONS], summary[STATUS] = count, evaluations, status
 
 
-def follow_starts(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
+def follow_starts(
+    parameters: Array,
+    starts: Array,
+    impacts: int,
+    rows: Array,
+    summary: Array,
+    harmonics: Array | None,
+    still: Array | None,
+) -> None:
     """Follow each start for a number of impacts or to its end.
 
     `parameters` (n, 4) are d, gbar, and r at the bottom and at the top; `starts` (n, 4) wall (+1 bottom, -1 top,
     0 in flight), position (used in flight), velocity (before the impact, if on a wall) and phase in [0, 2 pi).
+    Of a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `still` (n, m, 2) the zeros
+    of Z'' ascending, each with the sign that makes Z concave from there on; both are None of a sine.
     Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
     for i in range(len(parameters)):
-        _follow(parameters[i], starts[i], impacts, rows[i], summary[i])
+        if harmonics is None or still is None:
+            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], None, None)
+        else:
+            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], harmonics[i], still[i])

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import Groups, flight
+from vireport.physics import Groups, Harmonic, flight, wave
 from vireport.simulation.attractors import Attractor, attractors
 from vireport.simulation.events import (
     BOTTOM,
@@ -25,6 +25,7 @@ from vireport.simulation.events import (
     check_model,
     check_start,
     follow_one,
+    groups_of,
 )
 from vireport.simulation.kernel import (
     FLIGHT,
@@ -46,8 +47,8 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
 
     Parameters
     ----------
-    model : array (4,)
-        `Groups.numbers`.
+    model : array (4 + 3 h,)
+        A row of `check_model`.
     rows : array (n, 6)
         Successive impacts, see `kernel`; the first is where it begins.
     samples : int
@@ -58,8 +59,8 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
     time, position, velocity : array
         In t_c, x_c and y_c.
     """
-    groups = Groups.of(*map(float, model))
-    d, gbar, *_ = groups
+    groups = groups_of(model)
+    d, gbar, _, harmonics = groups
     clock = 0.0
     pieces = [(np.zeros(0),) * 3]
     for before, after in pairwise(rows):
@@ -67,9 +68,10 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
         speed = 0.0 if held else groups.after(before[WALL], before[VELOCITY])
         clock, phase = clock + held, before[PHASE] + pi * held
         t = np.linspace(0.0, after[FLIGHT], samples)
-        s, c, now = np.sin(phase), np.cos(phase), phase + pi * t
-        position = before[WALL] * d / 2 + flight.displacement(t, speed, s, c, np.cos(now), gbar)
-        pieces.append((clock + t, position, flight.velocity(t, speed, s, np.sin(now), gbar)))
+        begun, now = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, phase + pi * t))
+        covered = flight.displacement(t, speed, begun.impulse, begun.path, now.path, gbar)
+        velocity = flight.velocity(t, speed, begun.impulse, now.impulse, gbar)
+        pieces.append((clock + t, before[WALL] * d / 2 + covered, velocity))
         clock += after[FLIGHT]
     time, position, velocity = (np.concatenate(column) for column in zip(*pieces, strict=True))
     return time, position, velocity
@@ -91,6 +93,8 @@ class Portrait:
         Forcing phase at time zero, at an impact on the bottom where there is one [rad].
     time, position, velocity : ndarray
         Dimensionless; the velocity jumps where a time occurs twice.
+    harmonics : tuple of Harmonic
+        Of the force.
     """
 
     label: str
@@ -102,6 +106,7 @@ class Portrait:
     time: Array
     position: Array
     velocity: Array
+    harmonics: tuple[Harmonic, ...] = ()
 
 
 def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") -> Portrait:
@@ -128,4 +133,4 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") ->
         if len(settled) > 1:
             begin = as_start(settled[-1])
     rows, _ = follow_one(model, begin, count)
-    return Portrait(label, *groups[:3], shown, float(rows[0, PHASE]), *path(model, rows))
+    return Portrait(label, *groups[:3], shown, float(rows[0, PHASE]), *path(model, rows), groups.harmonics)

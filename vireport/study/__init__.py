@@ -1,7 +1,16 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
 from vireport.study.families import families_of, motion_data
-from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan, refuse_undecidable, refuse_unlike
+from vireport.study.plan import (
+    ALL_FORMATS,
+    FIGURES,
+    FORMATS,
+    Task,
+    plan,
+    refuse_harmonics,
+    refuse_undecidable,
+    refuse_unlike,
+)
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import SCHEMA_VERSION, SWEEP_END, branches_csv, csv_bytes, json_bytes, worst_scenario
 from vireport.study.study import (
@@ -34,6 +43,7 @@ __all__ = [
     "provenance_of",
     "recheck",
     "recheck_disturbances",
+    "refuse_harmonics",
     "refuse_undecidable",
     "refuse_unlike",
     "results",

@@ -166,6 +166,14 @@ ALIKE = Precondition(
 ONE_RESTITUTION = Precondition(
     lambda scenario, _: scenario.device.alike, "it knows one restitution of both membranes, and here they differ"
 )
+OF_SINE = Precondition(
+    lambda scenario, _: not scenario.excitation.distorted,
+    "it knows a force that is a sine alone, and excitation.harmonics is given",
+)
+ODD_HARMONICS = Precondition(
+    lambda scenario, _: all(own.order % 2 or not own.percent for own in scenario.excitation.harmonics),
+    "the force has an even harmonic: no motion is symmetric",
+)
 ODD = Precondition(lambda scenario, _: scenario.period_ratio % 2, "for an even period ratio no motion is symmetric")
 DESIGN = Precondition(lambda scenario, _: scenario.value_of(scenario.parameter) is not None, "{parameter} is not given")
 BALL = Precondition(lambda scenario, _: scenario.device.ball_mass_kg, "device.ball_mass_kg is not given")
@@ -242,7 +250,7 @@ PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neithe
 
 STEPS = (
     DeclaredStep(Task.BRANCHES, (SWEEP,), "a sweep is given"),
-    DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD), "the capsule is horizontal"),
+    DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD, ODD_HARMONICS), "the capsule is horizontal"),
     DeclaredStep(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.EFFECTS, (DESIGN, SHIFTS), "the design point is given"),
@@ -271,7 +279,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY, ONE_RESTITUTION), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, ONE_RESTITUTION, COMPLIANT, BALL), "the scenario has an accuracy block"),
-    DeclaredStep(Task.OWN_STIFFNESS, (BALL,), "the ball mass is given"),
+    DeclaredStep(Task.OWN_STIFFNESS, (BALL, OF_SINE), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (ONE_RESTITUTION, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(
         Task.FIGURE_STIFFNESS,
@@ -341,6 +349,20 @@ def refuse_unlike(scenario: Scenario, what: str) -> None:
         raise UsageError(
             f"{what} knows one restitution of both membranes: device.restitution_bottom and device.restitution_top "
             "differ (allowed: device.restitution, or the same value for both)"
+        )
+
+
+def refuse_harmonics(scenario: Scenario, what: str) -> None:
+    """Refuse a scenario whose force has harmonics for what knows a sine alone, before anything is computed.
+
+    Raises
+    ------
+    UsageError
+        If it has.
+    """
+    if scenario.excitation.distorted:
+        raise UsageError(
+            f"{what} knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)"
         )
 
 

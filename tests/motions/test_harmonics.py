@@ -1,0 +1,357 @@
+"""1:1 motions of a force with harmonics: against flights in 40 digits, Newton from anywhere, and the simulation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from math import cos, pi, radians, sin
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from vireport.checks import reference
+from vireport.design.point import motions_at
+from vireport.motions import Event, Motions, Sweep, find_motions, orbits, solve, turns
+from vireport.motions.points import motion_at
+from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall, peaks
+from vireport.scenario import Parameter
+from vireport.simulation import BOTTOM, Impact, find_attractor
+
+INCLINED = Device(
+    capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.6934, amplitude_n=3.0, frequency_hz=2.0,
+    inclination_deg=45.0,
+)  # fmt: skip
+Parts = tuple[tuple[int, float, float], ...]
+"""Order, share and phase in degrees of harmonics."""
+
+SECOND, THIRD = (2, 0.02, 225.0), (3, 0.1, 30.0)
+FORCES = [(SECOND,), (THIRD,), (SECOND, THIRD), ((5, 0.3, 30.0),), ((2, 0.2, 10.0), (8, 0.1, 70.0))]
+
+
+def with_force(device: Device, *parts: tuple[int, float, float]) -> Device:
+    return replace(device, harmonics=tuple(Harmonic.of(*part) for part in parts))
+
+
+class Flights:
+    """Flights under a force with harmonics (order, share, phase in degrees), in 40 digits, by integrals of cosines."""
+
+    def __init__(self, groups: Groups, parts: Parts) -> None:
+        self.d, self.gbar = mpf(float(groups.d)), mpf(float(groups.gbar))
+        self.r = [mpf(float(r)) for r in by_wall(groups.restitution)]
+        self.parts = [(1, mpf(1), mpf(0)), *((j, mpf(p), mpf(psi) * mp.pi / 180) for j, p, psi in parts)]
+
+    def pull(self, t: mpf) -> mpf:
+        return self.gbar + sum(p * mp.cos(j * mp.pi * t + psi) for j, p, psi in self.parts)
+
+    def flown(self, after: mpf, start: mpf, t: mpf) -> tuple[mpf, mpf]:
+        """Velocity and way a time after an impact."""
+        speed, way = after + self.gbar * t, after * t + self.gbar * t * t / 2
+        for j, p, psi in self.parts:
+            turn = j * mp.pi
+            first, last = turn * start + psi, turn * (start + t) + psi
+            speed += p * (mp.sin(last) - mp.sin(first)) / turn
+            way += -p * (mp.cos(last) - mp.cos(first)) / turn**2 - p * mp.sin(first) * t / turn
+        return speed, way
+
+    def missed(self, bottom: mpf, top: mpf, start: mpf, up: mpf, n: int) -> list[mpf]:
+        """What is zero of a 1:1 motion."""
+        first = self.flown(-self.r[0] * bottom, start, up)
+        second = self.flown(-self.r[1] * top, start + up, 2 * n - up)
+        return [first[0] - top, first[1] + self.d, second[0] - bottom, second[1] - self.d]
+
+
+def exact(flights: Flights, motions: Motions, row: int, n: int) -> list[mpf]:
+    """Velocities at bottom and top, time at the bottom and way up of the exact motion next to one in doubles."""
+    start = mpf(float(motions.phi_bottom[row])) / mp.pi
+    guess = [mpf(float(motions.velocity_bottom[row])), mpf(float(motions.velocity_top[row])), start]
+    guess.append(2 * n * (mpf(1) / 2 + mpf(float(motions.u[row]))))
+    return list(mp.findroot(lambda *x: flights.missed(*x, n), guess, tol=mpf(10) ** -60))
+
+
+def trace(flights: Flights, x: list[mpf], n: int) -> tuple[mpf, mpf]:
+    """Trace and determinant of the return map, by differences in 40 digits."""
+
+    def lap(bottom: mpf, start: mpf) -> tuple[mpf, mpf]:
+        speed = bottom
+        for r, wall, flight in ((flights.r[0], -1, x[3]), (flights.r[1], 1, 2 * n - x[3])):
+            after = -r * speed
+            t = mp.findroot(
+                lambda t, after=after, start=start, wall=wall: flights.flown(after, start, t)[1] - wall * flights.d,
+                flight,
+            )
+            speed, start = flights.flown(after, start, t)[0], start + t
+        return speed, start
+
+    step = mpf(10) ** -14
+    pairs = [
+        [lap(x[0] + way * a, x[2] + way * b) for way in (step, -step)] for a, b in ((mpf(1), mpf(0)), (mpf(0), mpf(1)))
+    ]
+    (a, c), (b, d) = ([(p - q) / (2 * step) for p, q in zip(*pair, strict=True)] for pair in pairs)
+    return a + d, a * d - b * c
+
+
+def test_the_motions_of_a_design_point_are_those_of_the_raw_flights_in_40_digits() -> None:
+    as_in_40_digits(FORCES[2], 45.0, 1)
+    as_in_40_digits(FORCES[4], 20.0, 2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parts", FORCES)
+def test_the_motions_of_many_design_points_are_those_of_the_raw_flights_in_40_digits(parts) -> None:
+    for beta, n in ((45.0, 1), (0.0, 1), (20.0, 2)):
+        as_in_40_digits(parts, beta, n)
+
+
+def as_in_40_digits(parts: Parts, beta: float, n: int) -> None:
+    device = with_force(replace(INCLINED, inclination_deg=beta, period_ratio=n, length_m=0.6934 * n), *parts)
+    motions, _, (error_u, error_phi) = motions_at(device, Parameter.LENGTH)
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    assert motions.stable.any() or n == 2
+    with reference.precise():
+        flights = Flights(groups, parts)
+        for row in range(len(motions)):
+            x = exact(flights, motions, row, n)
+            # The groups are rounded, and the parts of harmonics: what that moves is some roundings.
+            assert abs(x[0] - float(motions.velocity_bottom[row])) < 1e-13
+            assert abs(x[1] - float(motions.velocity_top[row])) < 1e-13
+            assert abs(x[3] / (2 * n) - mpf(1) / 2 - float(motions.u[row])) < 1e-14 + float(error_u[row])
+            assert abs(x[2] * mp.pi - float(motions.phi_bottom[row])) < 1e-13 + float(error_phi[row])
+            own, product = trace(flights, x, n)
+            assert abs(product - (flights.r[0] * flights.r[1]) ** 2) < mpf(10) ** -18
+            assert abs(own - float(motions.trace[row])) < 1e-11 * max(1, abs(float(own)))
+
+
+def gap_by_sampling(flights: Flights, motions: Motions, row: int, n: int) -> float:
+    """Least distance from a membrane between the impacts, at the extrema of Z among many times of each flight."""
+    up, least = 2 * n * (0.5 + float(motions.u[row])), float(flights.d)
+    start = float(motions.phi_bottom[row]) / pi
+    r, d, gbar = [float(x) for x in flights.r], float(flights.d), float(flights.gbar)
+    for wall, speed, begun, long, loss in (
+        (1, float(motions.velocity_bottom[row]), start, up, r[0]),
+        (-1, float(motions.velocity_top[row]), start + up, 2 * n - up, r[1]),
+    ):
+        t, after = np.linspace(0, long, 40001), -loss * speed
+        velocity, way = after + gbar * t, after * t + gbar * t * t / 2
+        for j, p, psi in ((j, float(p), float(psi)) for j, p, psi in flights.parts):
+            first, last = j * pi * begun + psi, j * pi * (begun + t) + psi
+            velocity = velocity + p * (np.sin(last) - np.sin(first)) / (j * pi)
+            way = way - p * (np.cos(last) - np.cos(first)) / (j * pi) ** 2 - p * np.sin(first) * t / (j * pi)
+        turned = np.flatnonzero(velocity[1:-2] * velocity[2:-1] < 0) + 1
+        least = min([least, *(min(-wall * way[i], d + wall * way[i]) for i in turned)])
+    return least
+
+
+@pytest.mark.parametrize(
+    "parts", [((2, 0.5, 200.0),), ((8, 0.4, 50.0), (3, 0.2, 10.0)), ((2, 0.4, 0.0), (4, 0.5, 90.0))]
+)
+def test_the_gap_to_a_membrane_is_that_of_many_times(parts) -> None:
+    seen = 0
+    for length in (0.25, 0.4, 0.9):
+        device = with_force(replace(INCLINED, length_m=length, inclination_deg=20.0), *parts)
+        motions, _, _ = motions_at(device, Parameter.LENGTH)
+        groups = device.groups(Parameter.LENGTH, length)
+        flights = Flights(groups, parts)
+        for row in range(len(motions)):
+            expected = gap_by_sampling(flights, motions, row, 1)
+            assert motions.wall_gap[row] == pytest.approx(expected, abs=2e-7)
+            found = [turn.gap for turn in turns(motion_at(motions, row, 1), groups.as_floats())]
+            assert min([float(groups.d), *found]) == pytest.approx(motions.wall_gap[row], abs=1e-9)
+            seen += motions.wall_gap[row] < groups.d
+    assert seen
+
+
+def missed_by(
+    device: Device, parts: tuple[tuple[int, float, float], ...], rng: np.random.Generator, starts: int
+) -> int:
+    """Motions that Newton's method finds from random starts, none of which may be missing; their number."""
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    d, gbar = float(groups.d), float(groups.gbar)
+    n, (bottom, top) = device.period_ratio, map(float, by_wall(device.restitution))
+    known = find_motions(groups._replace(d=np.array([d]), gbar=np.array([gbar])), n).orbit
+    forces = [(1, 1.0, 0.0), *((j, p, radians(psi)) for j, p, psi in parts)]
+
+    def conditions(x: np.ndarray) -> np.ndarray:
+        speed, other, start, up = x
+        values = []
+        for after, begun, t, end, way in (
+            (-bottom * speed, start, up, other, -d),
+            (-top * other, start + up, 2 * n - up, speed, d),
+        ):
+            velocity, place = after + gbar * t, after * t + gbar * t * t / 2
+            for j, p, psi in forces:
+                first, last = j * pi * begun + psi, j * pi * (begun + t) + psi
+                velocity = velocity + p * (np.sin(last) - np.sin(first)) / (j * pi)
+                place = place - p * (np.cos(last) - np.cos(first)) / (j * pi) ** 2 - p * np.sin(first) * t / (j * pi)
+            values += [velocity - end, place - way]
+        return np.array(values)
+
+    found = 0
+    for _ in range(starts):
+        x = np.array([rng.uniform(0, 2), -rng.uniform(0, 2), rng.uniform(0, 2), rng.uniform(0, 2 * n)])
+        for _ in range(40):
+            value = conditions(x)
+            matrix = np.imag([conditions(x + 1e-30j * row) for row in np.eye(4)]).T / 1e-30
+            try:
+                step = np.linalg.solve(matrix, value)
+            except np.linalg.LinAlgError:
+                break
+            x = x - step / max(1.0, 2 * float(np.abs(step).max()))
+            if np.abs(step).max() < 1e-13:
+                break
+        settled = np.abs(conditions(x)).max() < 1e-11
+        if not settled or not (1e-6 < x[3] < 2 * n - 1e-6) or not x[0] > 1e-6 or not x[1] < -1e-6:
+            continue
+        found += 1
+        phase = np.abs(np.mod(known.phi - pi * x[2] + pi, 2 * pi) - pi)
+        off = np.maximum(np.abs(known.u - (x[3] / (2 * n) - 0.5)), phase)
+        assert off.size, (device, x)
+        assert off.min() < 1e-5, (device, x, known.u, known.phi)
+    return found
+
+
+def random_device(rng: np.random.Generator) -> tuple[Device, Parts]:
+    orders = rng.choice(np.arange(2, 9), size=int(rng.integers(1, 4)), replace=False)
+    parts = tuple((int(j), float(rng.uniform(0.01, 0.5)), float(rng.uniform(0, 360))) for j in orders)
+    r = Restitutions(*map(float, rng.uniform(0.2, 0.8, 2))) if rng.random() < 0.3 else float(rng.uniform(0.0, 0.8))
+    beta = float(rng.choice([0.0, 1e-4, rng.uniform(1, 89)]))
+    device = Device(
+        0.1245, r, 9.8, float(rng.uniform(0.05, 1.0)), 3.0, float(rng.uniform(1.6, 2.6)), beta,
+        period_ratio=int(rng.choice([1, 1, 2, 3])),
+    )  # fmt: skip
+    return with_force(device, *parts), parts
+
+
+def test_newton_from_random_starts_finds_no_other_motion() -> None:
+    rng = np.random.default_rng(5)
+    assert sum(missed_by(*random_device(rng), rng, 40) for _ in range(2)) > 5
+
+
+@pytest.mark.slow
+def test_newton_from_many_random_starts_finds_no_other_motion() -> None:
+    rng = np.random.default_rng(17)
+    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(16)) > 300
+
+
+def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
+    as_many_along_a_sweep(Parameter.AMPLITUDE, (SECOND,), 45.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parameter", list(Parameter))
+def test_every_sweep_has_the_motions_of_each_of_its_points(parameter) -> None:
+    for parts, beta in (((SECOND, THIRD), 0.0), ((THIRD,), 0.0), ((SECOND,), 45.0)):
+        as_many_along_a_sweep(parameter, parts, beta)
+
+
+def as_many_along_a_sweep(parameter: Parameter, parts: Parts, beta: float) -> None:
+    """Whatever is swept: by the branches as many motions as at the point alone, where these are admissible."""
+    value = float(INCLINED.value_of(parameter)) if parameter is not Parameter.INCLINATION else 40.0
+    device = with_force(replace(INCLINED, inclination_deg=beta), *parts)
+    diagram = solve(Sweep(device, parameter, 0.5 * value, 1.5 * value))
+    for share in (0.61, 0.87, 1.2, 1.43):
+        at = device.with_values({parameter: share * value})
+        motions, _, _ = motions_at(at, parameter)
+        crossed = 0
+        for branch in diagram.branches:
+            x = branch.motions.sweep_value
+            inner = branch.motions.admissible
+            for (a, b), both in zip(pairwise(x), inner[:-1] & inner[1:], strict=True):
+                crossed += bool(both) and (a - share * value) * (b - share * value) < 0
+        assert crossed == np.count_nonzero(motions.admissible), (share, motions.u)
+
+
+def test_critical_points_have_the_trace_of_their_event_in_40_digits() -> None:
+    for parts, beta in (((SECOND,), 45.0), ((SECOND, THIRD), 0.0), ((THIRD,), 0.0)):
+        device = with_force(replace(INCLINED, inclination_deg=beta), *parts)
+        sweep = Sweep(device, Parameter.LENGTH, 0.2, 0.9)
+        points = solve(sweep).critical_points
+        assert {Event.PERIOD_DOUBLING} < {point.event for point in points}
+        for point in points:
+            if point.event is Event.GRAZING:
+                continue
+            at = replace(device, length_m=point.sweep_value)
+            closed = point.closed
+            orbit = orbits(np.array([closed.u]), np.array([closed.phi_bottom]), 0.5, 1, harmonics=device.harmonics)
+            assert float(orbit.d[0]) == pytest.approx(point.d, rel=1e-13)
+            with reference.precise():
+                flights = Flights(at.groups(Parameter.LENGTH, point.sweep_value), parts)
+                start = mpf(closed.phi_bottom) / mp.pi
+                x = [mpf(closed.velocity_bottom), mpf(closed.velocity_top), start, 1 + 2 * mpf(closed.u)]
+                own, _ = trace(flights, x, 1)
+            level = {Event.PERIOD_DOUBLING: -1.0625, Event.NODE_FOCUS: np.copysign(0.5, float(own))}
+            assert float(own) == pytest.approx(level.get(point.event, 1.0625), abs=1e-9)
+
+
+def test_an_even_harmonic_makes_a_fold_of_the_pitchfork_and_an_odd_one_keeps_it() -> None:
+    level = replace(INCLINED, inclination_deg=0.0)
+    for parts, event, symmetric in (((THIRD,), Event.PITCHFORK, True), ((SECOND,), Event.FOLD, False)):
+        diagram = solve(Sweep(with_force(level, *parts), Parameter.LENGTH, 0.2, 0.9))
+        assert [point.event for point in diagram.critical_points if point.event.letter == "C"] == [event]
+        assert any(branch.motions.u.any() == 0 for branch in diagram.branches) is symmetric
+        mirrors = [branch for branch in diagram.branches if branch.mirror_of is not None]
+        assert bool(mirrors) is symmetric
+    # A second harmonic that hardly is one parts the pitchfork by little: the fold is next to it.
+    plain = solve(Sweep(with_force(level, (3, 1e-9, 0.0)), Parameter.LENGTH, 0.2, 0.9))
+    parted = solve(Sweep(with_force(level, (2, 1e-9, 0.0)), Parameter.LENGTH, 0.2, 0.9))
+    first, second = (
+        next(point.sweep_value for point in diagram.critical_points if point.event.letter == "C")
+        for diagram in (plain, parted)
+    )
+    assert abs(first - second) < 1e-5
+    assert first == pytest.approx(solve(Sweep(level, Parameter.LENGTH, 0.2, 0.9)).critical_points[5].sweep_value, 1e-8)
+
+
+def test_five_per_cent_of_the_second_harmonic_double_the_papers_period() -> None:
+    """At 45 degrees and 0.6934 m: published theory has the frequency of the period doubling 2.6 % up at 2 %."""
+    stable = motions_at(with_force(INCLINED, SECOND), Parameter.LENGTH)[0].stable
+    assert stable.any()
+    assert not motions_at(with_force(INCLINED, (2, 0.05, 225.0)), Parameter.LENGTH)[0].stable.any()
+    ends = [
+        solve(Sweep(device, Parameter.FREQUENCY, 1.8, 2.1)).critical_points[0].sweep_value
+        for device in (INCLINED, with_force(INCLINED, (2, 0.02, 225.7)))
+    ]
+    assert ends[1] / ends[0] == pytest.approx(1.026, abs=5e-4)
+
+
+@pytest.mark.parametrize("parts", FORCES[2:4])
+def test_the_simulation_ends_on_every_stable_motion(parts) -> None:
+    device = with_force(INCLINED, *parts)
+    motions, _, _ = motions_at(device, Parameter.LENGTH)
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    for row in np.flatnonzero(motions.stable):
+        start = Impact(BOTTOM, float(motions.velocity_bottom[row]) * (1 + 1e-6), float(motions.phi_bottom[row]))
+        cycle = find_attractor(groups, start, compiled=False).cycle
+        assert cycle is not None
+        assert (cycle.word, cycle.period) == ("BT", 1)
+        assert cycle.velocity[0] == pytest.approx(motions.velocity_bottom[row], abs=1e-12)
+        assert cycle.phase[0] == pytest.approx(motions.phi_bottom[row], abs=1e-12)
+        assert sum(cycle.multipliers).real == pytest.approx(motions.trace[row], abs=1e-10)
+
+
+def test_peaks_of_a_force_are_those_of_many_phases() -> None:
+    x = np.linspace(0, 2 * pi, 200001)
+    for parts in FORCES:
+        largest = peaks(tuple(Harmonic.of(*part) for part in parts))
+        force, impulse, path = np.cos(x), np.sin(x), np.cos(x)
+        for j, p, psi in parts:
+            turned = j * x + radians(psi)
+            force, impulse, path = (
+                force + p * np.cos(turned),
+                impulse + p * np.sin(turned) / j,
+                path + p * np.cos(turned) / j**2,
+            )
+        expected = np.abs(force).max(), np.abs(impulse).max(), np.ptp(path) / 2, -force.min()
+        assert tuple(largest) == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_harmonic_is_that_of_its_phase() -> None:
+    for order, share, phase in ((2, 0.05, 225.0), (3, 0.2, -77.0), (4, 0.1, 359.0), (2, 0.3, 90.0)):
+        own = Harmonic.of(order, share, phase)
+        for x in (0.0, 0.3, 4.0):
+            expected = share * cos(order * x + radians(phase))
+            assert own.cosine * cos(order * x) + own.sine * sin(order * x) == pytest.approx(expected, abs=1e-15)
+        assert own.share == pytest.approx(share, rel=1e-15)
+        assert own.phase_deg == pytest.approx(phase % 360, abs=1e-12)
+    assert Harmonic.of(2, 0.3, 90.0).cosine == 0
+    assert Harmonic.of(2, 0.3, -180.0).sine == 0

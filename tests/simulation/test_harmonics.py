@@ -1,0 +1,185 @@
+"""The event search under a force with harmonics: against flights in fixed steps, by compiler and interpreter alike."""
+
+from __future__ import annotations
+
+from math import pi, radians
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from vireport.physics import Groups, Harmonic, Restitutions
+from vireport.simulation import (
+    BOTTOM,
+    FLIGHT,
+    PHASE,
+    REST,
+    RIDING,
+    SETTLING,
+    TOP,
+    TURN,
+    VELOCITY,
+    WALL,
+    Impact,
+    check_model,
+    check_start,
+    follow_impacts,
+    follow_one,
+    path,
+)
+
+Parts = tuple[tuple[int, float, float], ...]
+"""Order, share and phase in degrees of harmonics."""
+
+FORCES: tuple[Parts, ...] = (
+    ((2, 0.05, 225.0),),
+    ((2, 0.5, 10.0), (3, 0.3, 200.0)),
+    ((8, 0.5, 70.0), (5, 0.2, 0.0)),
+    ((3, 0.1, 0.0),),
+)
+
+
+def groups_of(d: float, gbar: float, r: object, parts: Parts) -> Groups:
+    return Groups(d, gbar, r, tuple(Harmonic.of(*part) for part in parts))
+
+
+def state(t: np.ndarray, after: float, phase: float, gbar: float, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
+    """Way and velocity after times, by integrals of each cosine."""
+    way, speed = after * t + gbar * t * t / 2, after + gbar * t
+    for j, p, psi in ((1, 1.0, 0.0), *((j, p, radians(psi)) for j, p, psi in parts)):
+        first, last = j * phase + psi, j * (phase + pi * t) + psi
+        speed = speed + p * (np.sin(last) - np.sin(first)) / (j * pi)
+        way = way - p * (np.cos(last) - np.cos(first)) / (j * pi) ** 2 - p * np.sin(first) * t / (j * pi)
+    return way, speed
+
+
+def next_impact(wall: float, after: float, phase: float, groups: Groups, parts: Parts) -> tuple[float, float, float]:
+    """Wall, time and velocity of the first impact, by small steps and bisections; the ball has left a wall."""
+    d = float(groups.d)
+    low, high = (-d, 0.0) if wall > 0 else (0.0, d)
+    t = np.linspace(1e-9, 4.0, 40_001)
+    way, _ = state(t, after, phase, float(groups.gbar), parts)
+    out = (way < low) | (way > high)
+    i = int(np.argmax(out))
+    if not out[i]:
+        return 0.0, 0.0, 0.0
+    goal = high if way[i] > high else low
+    before, behind = (t[i - 1] if i else 0.0), t[i]
+    for _ in range(60):
+        middle = (before + behind) / 2
+        here = float(state(np.array([middle]), after, phase, float(groups.gbar), parts)[0][0])
+        inside = here < goal if goal == high else here > goal
+        before, behind = (middle, behind) if inside else (before, middle)
+    speed = float(state(np.array([behind]), after, phase, float(groups.gbar), parts)[1][0])
+    return (1.0 if goal == high else -1.0), behind, speed
+
+
+@pytest.mark.parametrize("parts", FORCES)
+def test_each_impact_is_the_first_that_small_steps_find(parts: Parts) -> None:
+    rng = np.random.default_rng(7)
+    seen = 0
+    for _ in range(3):
+        d, gbar = float(rng.uniform(0.1, 0.8)), float(rng.uniform(0.0, 0.6))
+        groups = groups_of(d, gbar, Restitutions(0.6, 0.5), parts)
+        model = check_model(groups)[0]
+        rows, _ = follow_one(model, check_start(Impact(BOTTOM, 0.9, 0.4), d), 40, compiled=False)
+        for before, after in zip(rows[-8:-1], rows[-7:], strict=True):
+            if before[SETTLING] + before[RIDING] > 0 or abs(before[VELOCITY]) < 1e-2:
+                continue
+            leaves = -groups.restitution_at(int(before[WALL])) * before[VELOCITY]
+            wall, time, speed = next_impact(before[WALL], leaves, before[PHASE], groups, parts)
+            if abs(speed) < 1e-3:
+                continue  # a touch that steps may not see, or a long flight
+            assert after[WALL] == wall
+            assert after[FLIGHT] == pytest.approx(time, abs=1e-11)
+            assert after[VELOCITY] == pytest.approx(speed, abs=1e-10)
+            assert after[PHASE] == pytest.approx((before[PHASE] + pi * time) % TURN, abs=1e-10)
+            seen += 1
+    assert seen > 5
+
+
+def test_compiled_and_interpreted_searches_agree_over_devices_with_zeros_of_different_number() -> None:
+    pytest.importorskip("numba")
+    parts = FORCES[1]
+    groups = groups_of(np.array([0.2, 0.5, 0.9]), np.array([0.0, 0.3, 1.7]), 0.5, parts)
+    model = check_model(groups)
+    starts = np.array([check_start(Impact(BOTTOM, 0.8, 0.3), 0.2)] * 3)
+    both = [follow_impacts(model, starts, 60, compiled=compiled)[0] for compiled in (True, False)]
+    for row in range(3):
+        alone, summary = follow_one(model[row], tuple(starts[row]), 60, compiled=False)
+        count = int(summary[0])
+        ended = both[1][row, -count - 1 :] if count < 60 else both[1][row]
+        np.testing.assert_allclose(ended, alone, rtol=0, atol=1e-9)
+    finite = np.isfinite(both[0]) & np.isfinite(both[1])
+    assert np.array_equal(np.isfinite(both[0]), np.isfinite(both[1]))
+    np.testing.assert_allclose(both[0][finite][:60], both[1][finite][:60], rtol=0, atol=1e-9)
+
+
+def test_without_harmonics_to_speak_of_impacts_are_those_of_the_sine() -> None:
+    for gbar in (0.0, 0.4, 1.3):
+        plain, more = (
+            follow_one(check_model(groups)[0], check_start(Impact(BOTTOM, 0.7, 1.0), 0.45), 12, compiled=False)[0]
+            for groups in (Groups(0.45, gbar, 0.5), groups_of(0.45, gbar, 0.5, ((3, 1e-15, 0.0),)))
+        )
+        count = min(len(plain), len(more))
+        np.testing.assert_allclose(plain[:count], more[:count], rtol=0, atol=1e-10)
+        assert len(plain) == len(more)
+
+
+def test_a_ball_at_rest_leaves_where_the_force_no_longer_presses_it() -> None:
+    """Laid on the bottom, it rides to a zero of the pull at which that turns; pressed for ever it stays."""
+    parts = FORCES[1]
+    groups = groups_of(0.5, 0.2, 0.5, parts)
+    model = check_model(groups)[0]
+    seen = set()
+    for phase in np.linspace(0, TURN, 25, endpoint=False):
+        rows, _ = follow_one(model, (float(BOTTOM), 0.0, 0.0, float(phase)), 1, compiled=False)
+        released = (phase + pi * rows[0, RIDING]) % TURN
+        x = np.array([released - 1e-6, released, released + 1e-6])
+        pull = 0.2 + np.cos(x) + sum(p * np.cos(j * x + radians(psi)) for j, p, psi in parts)
+        if rows[0, RIDING] > 0:
+            assert pull[0] > 0 > pull[2]
+            assert abs(pull[1]) < 1e-12
+            seen.add(round(float(released), 6))
+    assert seen
+    _, summary = follow_one(check_model(groups_of(0.5, 2.0, 0.5, parts))[0], (float(BOTTOM), 0.0, 0.0, 1.0), 5)
+    assert summary[2] == REST
+
+
+def test_chatter_ends_where_many_small_hops_do() -> None:
+    """A ball that is let fall a little way: the time of all its hops is the geometric sum that the search takes."""
+    parts = ((2, 0.1, 40.0),)
+    groups = groups_of(0.5, 0.3, 0.3, parts)
+    model = check_model(groups)[0]
+    rows, _ = follow_one(model, check_start(Impact(BOTTOM, 1e-3, 5.5), 0.5), 12, compiled=False)
+    first = int(np.argmax(rows[:, SETTLING] > 0))
+    assert rows[first, SETTLING] > 0
+    with mp.workdps(40):
+
+        def gone(t: mpf, after: mpf, phase: mpf) -> tuple[mpf, mpf]:
+            way, speed = after * t + mpf(0.3) * t * t / 2, after + mpf(0.3) * t
+            for j, p, psi in ((1, mpf(1), mpf(0)), (2, mpf(0.1), 40 * mp.pi / 180)):
+                first, last = j * phase + psi, j * (phase + mp.pi * t) + psi
+                speed += p * (mp.sin(last) - mp.sin(first)) / (j * mp.pi)
+                way += -p * (mp.cos(last) - mp.cos(first)) / (j * mp.pi) ** 2 - p * mp.sin(first) * t / (j * mp.pi)
+            return way, speed
+
+        clock, speed, phase = mpf(0), mpf(float(rows[0, VELOCITY])), mpf(5.5)
+        for _ in range(16):
+            after, pull = -mpf(0.3) * speed, 0.3 + mp.cos(phase) + 0.1 * mp.cos(2 * phase + 40 * mp.pi / 180)
+            hop = mp.findroot(lambda t, a=after, x=phase: gone(t, a, x)[0] / t, -2 * after / pull)
+            speed, clock, phase = gone(hop, after, phase)[1], clock + hop, phase + mp.pi * hop
+    told = float(rows[1 : first + 1, FLIGHT].sum() + rows[first, SETTLING])
+    assert told == pytest.approx(float(clock), rel=1e-8)
+
+
+def test_paths_end_on_the_walls_of_their_impacts() -> None:
+    groups = groups_of(0.46, 0.29, 0.5, FORCES[0])
+    model = check_model(groups)[0]
+    rows, _ = follow_one(model, check_start(Impact(BOTTOM, 1.0, 0.57), 0.46), 6, compiled=False)
+    time, position, velocity = path(model, rows, samples=30)
+    ends = np.flatnonzero(np.diff(time) == 0)
+    assert len(ends) == 5
+    np.testing.assert_allclose(np.abs(position[ends]), 0.23, atol=1e-12)
+    np.testing.assert_allclose(velocity[ends], rows[1:-1, VELOCITY], atol=1e-12)
+    assert set(rows[:, WALL]) == {BOTTOM, TOP}

@@ -1,0 +1,450 @@
+"""The level curve of a sweep where the force has harmonics: found as a contour in the plane of q and phase.
+
+Above each q the level is a trigonometric polynomial in the phase, of the highest order of the force: with at most twice
+as many phases, and not on two sheets as that of a sine. So the plane is covered with a grid, far below the shortest
+wavelength and, next to q = 1/2 and to the edges, in every decade down to rounding. Where the signs differ at the ends
+of an edge of the grid, the curve crosses it; these points are located to the last bit and joined from cell to cell.
+A curve that a cell hides crosses no edge: it goes round an extremum, which is looked for next to the extrema of the
+grid. Between two points of a strand the curve is found on the normal of the chord.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.roots import bracketed_root
+from vireport.motions.sweep import Level, level_polynomial, level_slope, level_value
+from vireport.physics import Harmonic
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+EDGE = 0.5
+"""|u| at which one of the two flights has no duration left."""
+
+PER_PERIOD, PHASES = 128, 48
+"""Steps of q for each forcing period of the motion, and of the phase, for each order of the force."""
+
+TINIEST, COARSEST = -18, -2
+"""Decades of u next to q = 1/2 and to the edges that have steps of their own."""
+
+ON_MIDDLE = 10.0**TINIEST
+"""|u| up to which a point is on q = 1/2."""
+
+PER_DECADE = 4
+"""Steps of each of them."""
+
+STEP = 1e-30
+"""Imaginary step that gives the derivative of an analytic function to the last digit."""
+
+NEAREST = 1e-11
+"""Distance of two points up to which one is enough."""
+
+STEEP = 0.5
+"""Most that the direction of the curve may differ from the chord of two points [rad]; beyond it there are more."""
+
+SMALLEST, LARGEST_PART = 1e-13, 0.25
+"""Least and largest share of a chord by which a curve that bends more is followed."""
+
+TURNED = 0.2
+"""Most that its direction changes in such a step [rad]."""
+
+MOST_STEPS = 400
+"""Such steps within one chord."""
+
+CORRECTIONS, SETTLED = 40, 4e-16
+"""Newton steps onto the curve, of which four are usual, and the step, over the size of the place, that ends them."""
+
+FREE, ROUNDING = 5, 1e-9
+"""Steps after which those end as well that are so small against the chord: rounding keeps them so."""
+
+EXTREMUM_STEPS = 40
+"""Newton steps to an extremum of the level, of which six are usual."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """How far above its level a place of the plane is, and its derivatives; of a force with harmonics."""
+
+    level: Level
+    r: Any
+    n: int
+    harmonics: tuple[Harmonic, ...]
+
+    def value(self, u: Any, phi: Any) -> Any:
+        """The height above the level at places of one shape."""
+        return level_value(level_polynomial(self.level, u, self.r, self.n, self.harmonics), phi)
+
+    def on_grid(self, u: Floats, phi: Floats) -> Floats:
+        """The height at all pairs of a u and a phase."""
+        parts, held = level_polynomial(self.level, u, self.r, self.n, self.harmonics)
+        waves = ((a[:, None] * np.sin(j * phi) + b[:, None] * np.cos(j * phi)) for j, a, b in parts)
+        return np.asarray(sum(waves, -np.asarray(held)[:, None]))
+
+    def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
+        """The height and its derivatives by u and by the phase."""
+        polynomial = level_polynomial(self.level, u + 1j * STEP, self.r, self.n, self.harmonics)
+        value = level_value(polynomial, phi)
+        return value.real, value.imag / STEP, np.real(level_slope(polynomial, phi))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contour:
+    """One smooth piece of a level curve, by points on it.
+
+    Attributes
+    ----------
+    u, phi : ndarray
+        Of the points, in order; the phase goes on beyond 2 pi. Of a closed curve the last is the first, whole turns on.
+    closed : bool
+    """
+
+    u: Floats
+    phi: Floats
+    closed: bool
+
+    @property
+    def start(self) -> float:
+        """Parameter at the beginning."""
+        return 0.0
+
+    @property
+    def end(self) -> float:
+        """Parameter at the end: the number of the last point."""
+        return float(len(self.u) - 1)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether this is the symmetric line of a horizontal capsule, which is no contour."""
+        return False
+
+    @property
+    def samples(self) -> int:
+        """Parameters at which it is evaluated first."""
+        return len(self.u)
+
+    def crossings(self) -> list[float]:
+        """Parameters next to which q = 1/2 is crossed: points on it, or the middles of chords across it."""
+        # The finest cells of the grid are around it: a curve that crosses them has a point there.
+        return [float(i) for i in np.flatnonzero(np.abs(self.u[1:-1]) <= ON_MIDDLE) + 1]
+
+
+def contours(surface: Surface) -> list[Contour]:
+    """Every piece of the level curve over 0 < q < 1."""
+    u, phi = _grid(surface)
+    values = surface.on_grid(u, phi)
+    found = [_thinned(chain) for chain in _chains(surface, u, phi, values)]
+    found += _hidden(surface, u, phi, values)
+    return [_refined(surface, own) for own in found]
+
+
+def places(strands: Sequence[Any], which: Ints, w: Floats, surface: Surface) -> tuple[Floats, Floats]:
+    """The places at parameters `w` of the strands `which`: on the normal of a chord of a contour, to the last bit.
+
+    What is no contour is the symmetric line, where u is zero and the parameter is the phase.
+    """
+    u, phi = np.zeros(len(w)), np.array(w, dtype=float)
+    for k in np.unique(which):
+        if isinstance(strand := strands[k], Contour):
+            own = which == k
+            u[own], phi[own] = _on(strand, w[own], surface)
+    return u, phi
+
+
+def _on(strand: Contour, w: Floats, surface: Surface) -> tuple[Floats, Floats]:
+    last = len(strand.u) - 1
+    turns, along = np.zeros_like(w), w
+    if strand.closed:
+        turns = np.floor(w / last)
+        along = w - turns * last
+    i = np.clip(np.floor(along).astype(np.intp), 0, last - 1)
+    share = along - i
+    u = strand.u[i] + share * (strand.u[i + 1] - strand.u[i])
+    phi = strand.phi[i] + share * (strand.phi[i + 1] - strand.phi[i])
+    # A point of the strand itself stays as it was located.
+    off = (share > 0) & (share < 1)
+    chord = strand.u[i + 1] - strand.u[i], strand.phi[i + 1] - strand.phi[i]
+    u[off], phi[off] = _corrected(surface, u[off], phi[off], (-chord[1][off], chord[0][off]))
+    return np.clip(u, -EDGE, EDGE), phi + turns * (strand.phi[-1] - strand.phi[0])
+
+
+def _corrected(surface: Surface, u: Floats, phi: Floats, normal: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """The points of the curve on straight lines in a direction, by Newton's method."""
+    size = np.hypot(*normal)
+    across = normal[0] / size, normal[1] / size
+    active, u, phi = np.arange(len(u)), u.copy(), phi.copy()
+    for count in range(CORRECTIONS):
+        if not active.size:
+            break
+        here, by_u, by_phi = surface.gradient(u[active], phi[active])
+        slope = by_u * across[0][active] + by_phi * across[1][active]
+        # Never farther than the chord is long: a step that is, is one to another piece.
+        step = np.clip(-here / np.where(slope == 0, np.inf, slope), -size[active], size[active])
+        moved = step * across[0][active], step * across[1][active]
+        # Rounding leaves of a step what it leaves of either coordinate, or of the height.
+        rounded = SETTLED * (np.abs(across[0][active] * u[active]) + np.abs(across[1][active] * phi[active]))
+        u[active], phi[active] = np.clip(u[active] + moved[0], -EDGE, EDGE), phi[active] + moved[1]
+        settled = (np.abs(step) <= rounded) | ((count > FREE) & (np.abs(step) <= ROUNDING * size[active]))
+        active = active[~settled]
+    return u, phi
+
+
+def _grid(surface: Surface) -> tuple[Floats, Floats]:
+    """Steps of u and of the phase."""
+    highest = max(own.order for own in surface.harmonics)
+    even = np.linspace(-EDGE, EDGE, PER_PERIOD * surface.n * highest + 1)
+    decades = 10.0 ** np.arange(TINIEST, COARSEST, 1 / PER_DECADE)
+    near_edge = EDGE - decades[decades > 1e-12]
+    # Beside u = 0: there the surface may vanish for all phases, and no sign would say on which side the curve is.
+    u = np.sort(np.concatenate([even[even != 0], decades, -decades, near_edge, -near_edge]))
+    count = PHASES * highest
+    return u, 2 * np.pi * (np.arange(count) + 0.5) / count
+
+
+def _chains(surface: Surface, u: Floats, phi: Floats, values: Floats) -> Iterator[Contour]:
+    """The curve's crossings of the grid, joined from cell to cell."""
+    rows, columns = values.shape
+    above = values > 0
+    # Edges along u are numbered first, by their lower end, then those along the phase.
+    along_u = np.flatnonzero(above[:-1] != above[1:])
+    along_phi = np.flatnonzero(above != np.roll(above, -1, axis=1))
+    own_u, own_phi = np.divmod(along_u, columns), np.divmod(along_phi, columns)
+    step = phi[1] - phi[0]
+    place_u = bracketed_root(lambda x: surface.value(x, phi[own_u[1]]), u[own_u[0]], u[own_u[0] + 1])
+    place_phi = bracketed_root(lambda x: surface.value(u[own_phi[0]], x), phi[own_phi[1]], phi[own_phi[1]] + step)
+    at: dict[int, tuple[float, float]] = {}
+    at |= dict(zip(along_u.tolist(), zip(place_u.tolist(), phi[own_u[1]].tolist(), strict=True), strict=True))
+    shift = rows * columns
+    there = zip(u[own_phi[0]].tolist(), place_phi.tolist(), strict=True)
+    at |= dict(zip((along_phi + shift).tolist(), there, strict=True))
+    links: dict[int, list[int]] = {edge: [] for edge in at}
+    for first, second in _joints(surface, u, phi, above):
+        links[first].append(second)
+        links[second].append(first)
+    seen: set[int] = set()
+    ends = [edge for edge, joined in links.items() if len(joined) == 1]
+    for begin in [*ends, *links]:
+        if begin in seen or not links[begin]:
+            continue
+        chain = _walked(begin, links, seen)
+        closed = len(chain) > 2 and begin in links[chain[-1]]
+        points = np.array([at[edge] for edge in ([*chain, begin] if closed else chain)])
+        yield Contour(points[:, 0], np.unwrap(points[:, 1]), closed)
+
+
+def _walked(begin: int, links: dict[int, list[int]], seen: set[int]) -> list[int]:
+    chain = [begin]
+    seen.add(begin)
+    while onward := [edge for edge in links[chain[-1]] if edge not in seen]:
+        chain.append(onward[0])
+        seen.add(onward[0])
+    return chain
+
+
+def _joints(surface: Surface, u: Floats, phi: Floats, above: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Pairs of edges between which the curve crosses a cell."""
+    rows, columns = above.shape
+    shift, right = rows * columns, np.roll(above, -1, axis=1)
+    corners = above[:-1].astype(int) + above[1:] + right[:-1] + right[1:]
+    for cell in np.flatnonzero((corners > 0) & (corners < 4)).tolist():
+        i, k = divmod(cell, columns)
+        beside = (k + 1) % columns
+        left, onward, low, high = i * columns + k, i * columns + beside, shift + cell, shift + cell + columns
+        crossed = [
+            edge
+            for edge, differ in (
+                (left, above[i, k] != above[i + 1, k]),
+                (onward, above[i, beside] != above[i + 1, beside]),
+                (low, above[i, k] != above[i, beside]),
+                (high, above[i + 1, k] != above[i + 1, beside]),
+            )
+            if differ
+        ]
+        if len(crossed) == 2:
+            yield crossed[0], crossed[1]
+        else:
+            # A saddle: the corners with the sign of its middle are on one side.
+            middle = _saddle(surface, (u[i] + u[i + 1]) / 2, phi[k] + (phi[1] - phi[0]) / 2)
+            if middle == above[i, k]:
+                yield onward, low
+                yield left, high
+            else:
+                yield left, low
+                yield onward, high
+
+
+def _saddle(surface: Surface, u: float, phi: float) -> bool:
+    """Whether the level is exceeded in the middle of a saddle next to a place."""
+    place = _stationary(surface, np.array([u]), np.array([phi]))
+    return bool(surface.value(*place)[0] > 0)
+
+
+def _stationary(surface: Surface, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
+    """Places near others at which the level does not change, by Newton's method with differences."""
+    du, dphi = np.maximum(1e-6 * np.abs(u), 1e-12), 1e-6
+    first = u, phi
+    for _ in range(EXTREMUM_STEPS):
+        _, by_u, by_phi = surface.gradient(u, phi)
+        _, ahead_u, ahead_phi = surface.gradient(u + du, phi)
+        _, _, beside_phi = surface.gradient(u, phi + dphi)
+        uu, up, pp = (ahead_u - by_u) / du, (ahead_phi - by_phi) / du, (beside_phi - by_phi) / dphi
+        determinant = uu * pp - up * up
+        safe = np.where(determinant == 0, 1.0, determinant)
+        step = (by_u * pp - by_phi * up) / safe, (by_phi * uu - by_u * up) / safe
+        u, phi = np.clip(u - step[0], -EDGE, EDGE), phi - step[1]
+        if max(np.abs(step[0]).max(initial=0.0), np.abs(step[1]).max(initial=0.0)) < 1e-12:
+            break
+    lost = ~(np.isfinite(u) & np.isfinite(phi))
+    return np.where(lost, first[0], u), np.where(lost, first[1], phi)
+
+
+def _hidden(surface: Surface, u: Floats, phi: Floats, values: Floats) -> list[Contour]:
+    """The curves around extrema that no edge of the grid shows."""
+    inner, size = values[1:-1], np.abs(values)
+    nearest = np.ones_like(inner, dtype=bool)
+    for i in (-1, 0, 1):
+        for k in (-1, 0, 1):
+            if (i, k) != (0, 0):
+                other = np.roll(values, -k, axis=1)[1 + i : len(u) - 1 + i]
+                nearest &= (other * inner > 0) & (np.abs(other) >= size[1:-1])
+    rows, columns = np.nonzero(nearest)
+    if not rows.size:
+        return []
+    rows = rows + 1
+    at_u, at_phi = _stationary(surface, u[rows], phi[columns])
+    step = phi[1] - phi[0]
+    within = (at_u > u[rows - 1]) & (at_u < u[rows + 1]) & (np.abs(at_phi - phi[columns]) < step)
+    across = within & (surface.value(at_u, at_phi) * values[rows, columns] < 0)
+    found = []
+    for k in np.flatnonzero(across).tolist():
+        ends, beside = (at_u[[k]], u[[rows[k] + 1]]), at_phi[[k]]
+
+        def above(x: Floats, beside: Floats = beside) -> Floats:
+            return np.asarray(surface.value(x, beside))
+
+        begin = bracketed_root(above, *ends)
+        found.append(_around(surface, float(begin[0]), float(at_phi[k]), float(abs(begin[0] - at_u[k]))))
+    return found
+
+
+def _around(surface: Surface, u: float, phi: float, reach: float) -> Contour:
+    """The small closed curve through a place, whose size in u is known."""
+    # In the curve's own proportions it is round: u and the phase are measured by its extent in either.
+    points, place = [(u, phi)], np.array([u, phi])
+    _, by_u, by_phi = (float(x[0]) for x in surface.gradient(np.array([u]), np.array([phi])))
+    wide = np.array([reach, _extent(surface, u, phi, reach)])
+    way = np.array([-by_phi * wide[1], by_u * wide[0]])
+    for count in range(MOST_STEPS):
+        way /= np.linalg.norm(way)
+        guess = place + 0.1 * wide * way
+        place, way = _next_to(surface, guess, wide, way)
+        points.append((float(place[0]), float(place[1])))
+        back = (np.array(points[0]) - place) / wide
+        if count > 8 and np.linalg.norm(back) < 0.11:
+            break
+    points.append(points[0])
+    whole = np.array(points)
+    return Contour(whole[:, 0], whole[:, 1], True)
+
+
+def _extent(surface: Surface, u: float, phi: float, reach: float) -> float:
+    """Extent in the phase of a small closed curve with that in u."""
+    centre = np.array([u - reach]), np.array([phi])
+    small = 1e-4
+    by = [surface.gradient(centre[0], centre[1] + sign * small)[2] for sign in (-1, 1)]
+    bend = abs(float((by[1] - by[0])[0])) / (2 * small)
+    depth = abs(float(surface.value(*centre)[0]))
+    return min(float(np.sqrt(2 * depth / bend)) if bend else 1.0, 1.0)
+
+
+def _next_to(surface: Surface, guess: Floats, wide: Floats, way: Floats) -> tuple[Floats, Floats]:
+    """The point of the curve beside a guess, and its direction there, in coordinates over `wide`."""
+    normal = np.array([-way[1], way[0]])
+    for _ in range(CORRECTIONS):
+        here, by_u, by_phi = (float(x[0]) for x in surface.gradient(guess[:1], guess[1:]))
+        slope = by_u * wide[0] * normal[0] + by_phi * wide[1] * normal[1]
+        step = np.clip(-here / slope, -0.2, 0.2) if slope else 0.0
+        guess = guess + step * wide * normal
+        if abs(step) < 1e-15:
+            break
+    onward = np.array([-by_phi * wide[1], by_u * wide[0]])
+    onward /= np.linalg.norm(onward) or 1.0
+    return guess, onward if onward @ way > 0 else -onward
+
+
+def _thinned(strand: Contour) -> Contour:
+    """A contour without points so near to others that rounding alone says where the next is."""
+    places, kept = np.column_stack([strand.u, strand.phi]).tolist(), [0]
+    on_middle = (np.abs(strand.u) <= ON_MIDDLE).tolist()
+    for i, (u, phi) in enumerate(places[1:], 1):
+        before = places[kept[-1]]
+        if max(abs(u - before[0]), abs(phi - before[1])) > NEAREST:
+            kept.append(i)
+        elif len(kept) > 1 and not on_middle[kept[-1]] and (on_middle[i] or i == len(places) - 1):
+            kept[-1] = i  # what a curve is cut at, or ends at, stays
+    if kept[-1] != len(places) - 1:
+        kept.append(len(places) - 1)
+    return Contour(strand.u[kept], strand.phi[kept], strand.closed)
+
+
+def _refined(surface: Surface, strand: Contour) -> Contour:
+    """A contour with more points where the curve bends away from a chord."""
+    _, by_u, by_phi = surface.gradient(strand.u, strand.phi)
+    du, dphi = np.diff(strand.u), np.diff(strand.phi)
+    # The angle between chord and curve, both measured in the chord's own proportions of u and phase.
+    size = np.hypot(du, dphi)
+    known = size > 0
+    bent = np.zeros(len(du), dtype=bool)
+    for end in (slice(None, -1), slice(1, None)):
+        gradient = np.hypot(by_u[end], by_phi[end])
+        with np.errstate(all="ignore"):
+            off = np.abs(by_u[end] * du + by_phi[end] * dphi) / (gradient * size)
+        bent |= known & ~(off < np.sin(STEEP))
+    if not bent.any() and known.all():
+        return strand
+    points = [(float(strand.u[0]), float(strand.phi[0]))]
+    for i, (first, second) in enumerate(pairwise(zip(strand.u.tolist(), strand.phi.tolist(), strict=True))):
+        if not known[i]:
+            continue
+        if bent[i]:
+            points += _followed(surface, np.array(first), np.array(second))
+        points.append(second)
+    whole = np.array(points)
+    return Contour(whole[:, 0], whole[:, 1], strand.closed)
+
+
+def _followed(surface: Surface, first: Floats, second: Floats) -> list[tuple[float, float]]:
+    """Points of the curve between two, which are not next to each other on it by the chord."""
+    size = float(np.hypot(*(second - first)))
+    wide = np.ones(2)
+    chord = (second - first) / size
+
+    def direction(at: Floats, along: Floats) -> Floats:
+        _, by_u, by_phi = (float(x[0]) for x in surface.gradient(at[:1], at[1:]))
+        way = np.array([-by_phi, by_u])
+        way /= np.linalg.norm(way) or 1.0
+        return way if way @ along > 0 else -way
+
+    place, way = first, direction(first, chord)
+    # At a vertex where the curve is normal to the chord either direction might be the one: that which comes nearer.
+    points: list[tuple[float, float]] = []
+    step = LARGEST_PART * size
+    for _ in range(MOST_STEPS):
+        if np.hypot(*(second - place)) <= 1.5 * step and (second - place) @ way > 0:
+            return points
+        new, onward = _next_to(surface, place + step * way, wide, way)
+        turned = float(np.arccos(np.clip(onward @ way, -1.0, 1.0)))
+        off = float(np.hypot(*(new - place - step * way)))
+        if (turned > TURNED or off > 0.5 * step) and step > SMALLEST * size:
+            step /= 2
+            continue
+        place, way = new, onward
+        points.append((float(place[0]), float(place[1])))
+        step = min(1.5 * step, LARGEST_PART * size)
+    return []
