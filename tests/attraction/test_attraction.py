@@ -253,7 +253,9 @@ def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
     assert min(told) > 50
 
 
-@pytest.mark.parametrize("d", [0.2, 0.415, 1.2])
+@pytest.mark.parametrize(
+    "d", [0.2, pytest.param(0.415, marks=pytest.mark.slow), pytest.param(1.2, marks=pytest.mark.slow)]
+)
 def test_no_set_is_proved_of_which_states_come_to_different_impacts(d: float) -> None:
     """Sets that a membrane cuts in two: some states touch it on the way, others do not; and sets that arrive slowly."""
     groups, random, count = Groups(d, 0.24, Restitutions(0.6, 0.3)), np.random.default_rng(5), 20_000
