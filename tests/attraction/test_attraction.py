@@ -7,6 +7,7 @@ import json
 from dataclasses import replace
 from functools import cache
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,7 +38,7 @@ from vireport.attraction.release import PRECISIONS, reaches
 from vireport.attraction.section import Section, _first_cells, _first_moments, proved_section, section_again
 from vireport.attraction.settling import settles
 from vireport.attraction.survived import MOMENTS, SIZES, survived, survived_again
-from vireport.attraction.trap import proved_trap, trap_of
+from vireport.attraction.trap import lap_derivative, lap_matrix, norm_bound, proved_trap, trap_of
 from vireport.base import UsageError
 from vireport.checks.enclosures import UnprovedError
 from vireport.design import motions_at
@@ -56,14 +57,16 @@ disturbances: {{prove: true}}
 """
 
 
-def device(force: float = 3.6, length: float = 0.75, beta: float = 45.0) -> Device:
-    return Device(0.1245, 0.5, 9.8, length, force, 2.0, beta)
+def device(force: float = 3.6, length: float = 0.75, beta: float = 45.0, restitution: Any = 0.5) -> Device:
+    return Device(0.1245, restitution, 9.8, length, force, 2.0, beta)
 
 
 @cache
-def stable(force: float = 3.6, length: float = 0.75, beta: float = 45.0) -> tuple[Groups, Motion, Trap]:
+def stable(
+    force: float = 3.6, length: float = 0.75, beta: float = 45.0, restitution: Any = 0.5
+) -> tuple[Groups, Motion, Trap]:
     """A device with its first stable motion, and the region about that."""
-    of = device(force, length, beta)
+    of = device(force, length, beta, restitution)
     found, _, _ = motions_at(of, Parameter.LENGTH)
     groups, row = of.groups(Parameter.LENGTH, length).as_floats(), int(np.flatnonzero(found.stable)[0])
     motion = motion_at(found, row, 1)
@@ -131,6 +134,68 @@ def test_no_region_about_an_unstable_motion_contracts() -> None:
                 assert proved_trap(groups, motion, metric, radius, True) is None
 
 
+def test_the_size_of_a_set_bounds_that_of_all_its_states() -> None:
+    """In the metric, whichever way the set lies; it is inside only before an impact on the motion's own membrane."""
+    _, motion, trap = stable(3.6)
+    random, count = np.random.default_rng(9), 400
+    inverse, symbols = np.linalg.inv(trap.metric), np.zeros((2, SYMBOLS, count))
+    middle = inverse @ (trap.radius * random.uniform(-1, 1, (2, count)))
+    symbols[:, [FIRST, SECOND]] = 0.3 * trap.radius * random.uniform(-1, 1, (2, 2, count)) * np.abs(inverse).sum()
+    time, velocity = (Affine(x, y, np.zeros(count)) for x, y in zip(middle, symbols, strict=True))
+    largest = trap.size(time, velocity)
+    for x in CORNERS:
+        late, fast = middle + np.einsum("s,csk->ck", x, symbols[:, [FIRST, SECOND]])
+        assert (size(trap, late, fast) <= largest).all()
+    assert (largest >= size(trap, *middle)).all()
+    at = time + float(motion.time[0]) + 4.0, velocity + float(motion.velocity[0])
+    walls = np.full(count, motion.word.walls[0])
+    assert (trap.holds(walls, *at) == (largest <= trap.radius)).mean() > 0.99
+    assert 0 < trap.holds(walls, *at).mean() < 1
+    assert not trap.holds(-walls, *at).any()
+
+
+def test_derivatives_of_a_region_are_those_of_the_flights_also_of_membranes_that_differ() -> None:
+    groups, motion, trap = stable(3.6, restitution=Restitutions(0.55, 0.42))
+    time, velocity = (exact(np.array([value])) for value in (motion.time[0], motion.velocity[0]))
+    found = np.array([[float(entry.centre[0]) for entry in lap_derivative(groups, motion, time, velocity, True)]])
+    assert found.reshape(2, 2) == pytest.approx(lap_matrix(groups, motion), rel=1e-9)
+    assert np.linalg.det(lap_matrix(groups, motion)) == pytest.approx((0.55 * 0.42) ** 2, rel=1e-9)
+    assert trap.contraction >= np.linalg.norm(trap.metric @ found.reshape(2, 2) @ np.linalg.inv(trap.metric), 2)
+
+
+def test_a_norm_bounds_that_of_every_matrix_that_is_enclosed() -> None:
+    random, metric = np.random.default_rng(10), np.array([[1.7, -0.6], [0.0, 0.8]])
+    entries = [
+        Affine(x, y, np.zeros(30))
+        for x, y in zip(*(random.normal(size=(4, *n, 30)) for n in ((), (SYMBOLS,))), strict=True)
+    ]
+    largest = 0.0
+    for x in random.choice([-1.0, 1.0], (60, SYMBOLS)):
+        matrices = np.stack([entry.centre + x @ entry.linear for entry in entries], axis=1).reshape(-1, 2, 2)
+        largest = max(largest, np.linalg.norm(metric @ matrices @ np.linalg.inv(metric), 2, axis=(1, 2)).max())
+    assert largest <= norm_bound(metric, entries) < 2 * largest
+
+
+def test_tiles_cover_the_region_and_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
+    groups, motion, trap = stable(3.6)
+    tiles: list[Affine] = []
+
+    def unproved(of: Groups, about: Motion, time: Affine, velocity: Affine, compiled: bool) -> None:
+        tiles.extend([time, velocity])
+
+    monkeypatch.setattr("vireport.attraction.trap.lap_derivative", unproved)
+    assert proved_trap(groups, motion, trap.metric, trap.radius, True) is None
+    about = np.array([motion.time[0], motion.velocity[0]])[:, None]
+    middles = trap.metric @ (np.stack([tile.centre for tile in tiles]) - about)
+    sides = trap.metric @ np.stack([[tile.linear[k, 0] for k in (FIRST, SECOND)] for tile in tiles])
+    assert sides == pytest.approx(sides[0, 0] * np.eye(2), abs=1e-12)
+    points = trap.metric @ np.stack(within(trap, 4000, np.random.default_rng(11)))
+    apart = np.abs(points[:, :, None] - middles[:, None]).max(axis=0)
+    assert (apart.min(axis=1) <= sides[0, 0]).all()
+    steps = np.diff(np.unique(np.round(middles[0] / trap.radius, 9))) * trap.radius
+    assert (steps < 2 * sides[0, 0] * (1 - 1e-7)).all()
+
+
 def sets_of(groups: Groups, wall, time, velocity, widths) -> Sets:
     """Rectangles of time and velocity before impacts, as the sets that begin the next flights."""
     count = len(time)
@@ -149,30 +214,27 @@ def encloses(found: Affine, corner: tuple[float, float], value: np.ndarray) -> n
 CORNERS = [*np.random.default_rng(4).uniform(-1, 1, (20, 2)), (1, 1), (-1, 1), (1, -1), (-1, -1)]
 
 
-def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
+def first_impacts(groups: Groups, wall, time, velocity) -> np.ndarray:
+    """The impact that follows each of many states before impacts on either membrane, (n, 6)."""
+    rows = [followed(groups, side, time, velocity, 1)[:, -1] for side in (1, -1)]
+    return np.where(wall[:, None] > 0, *rows)
+
+
+def check_next_impacts(groups: Groups, wall, time, velocity, widths) -> tuple[np.ndarray, list[int]]:
     """Every state of a set, wherever its flight ends: same membrane, time and velocity within the enclosure.
 
-    Where some states of a set touch a membrane, each is in one of the two enclosures.
+    Where some states of a set touch a membrane, each is in one of the two enclosures. Which sets are proved, and how
+    often a state was in either enclosure of such a set.
     """
-    groups, random, count = Groups(0.415, 0.24, 0.5), np.random.default_rng(2), 1500
-    wall, time = random.choice([1, -1], count), 2 * random.random(count)
-    velocity, widths = wall * (0.05 + random.random(count)), 10 ** random.uniform(-4, -1.3, (2, count))
     sets = sets_of(groups, wall, time, velocity, widths)
     guesses = simulated(groups, middles(groups, sets), True)
     ends = next_impacts(enclosed(groups), sets, guesses)
     failing = np.flatnonzero(~ends.proved)
     past = simulated_past(groups, sets[failing], guesses[failing], True)
     touch, beyond, touching = impacts_past_a_touch(enclosed(groups), sets[failing], past)
-    assert ends.proved.mean() > 0.5
-    assert len(touch) > 20
-    told = [0, 0]
+    told, own = [0, 0], np.flatnonzero(ends.proved)
     for corner in CORNERS:
-        rows = [
-            followed(groups, side, time + corner[0] * widths[0], velocity + corner[1] * widths[1], 1)[:, -1]
-            for side in (1, -1)
-        ]
-        last = np.where(wall[:, None] > 0, *rows)
-        own = np.flatnonzero(ends.proved)
+        last = first_impacts(groups, wall, time + corner[0] * widths[0], velocity + corner[1] * widths[1])
         assert (last[own, WALL] == ends.wall[own]).all()
         assert encloses(ends.duration[own], corner, last[own, FLIGHT]).all()
         assert encloses(ends.velocity[own], corner, last[own, VELOCITY]).all()
@@ -182,17 +244,49 @@ def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
             holds[-1] &= encloses(kind.velocity, corner, last[:, VELOCITY])
             told[k] += int(holds[-1].sum())
         assert (holds[0] | holds[1]).all()
+    return ends.proved, told
+
+
+def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
+    groups, random, count = Groups(0.415, 0.24, 0.5), np.random.default_rng(2), 1500
+    wall, time = random.choice([1, -1], count), 2 * random.random(count)
+    velocity, widths = wall * (0.05 + random.random(count)), 10 ** random.uniform(-4, -1.3, (2, count))
+    proved, told = check_next_impacts(groups, wall, time, velocity, widths)
+    assert proved.mean() > 0.5
     assert min(told) > 50
+
+
+@pytest.mark.parametrize(
+    "d", [0.2, pytest.param(0.415, marks=pytest.mark.slow), pytest.param(1.2, marks=pytest.mark.slow)]
+)
+def test_no_set_is_proved_of_which_states_come_to_different_impacts(d: float) -> None:
+    """Sets that a membrane cuts in two: some states touch it on the way, others do not; and sets that arrive slowly."""
+    groups, random, count = Groups(d, 0.24, Restitutions(0.6, 0.3)), np.random.default_rng(5), 20_000
+    wall, time = random.choice([1, -1], count), 2 * random.random(count)
+    velocity, widths = wall * (0.02 + random.random(count)), 10 ** random.uniform(-3, -1, (2, count))
+    widths[1] = np.minimum(widths[1], 0.9 * np.abs(velocity))
+    rows = [first_impacts(groups, wall, time + x * widths[0], velocity + y * widths[1]) for x, y in CORNERS]
+    sides, flights, speeds = (np.stack([row[:, column] for row in rows]) for column in (WALL, FLIGHT, VELOCITY))
+    apart = np.diff(np.sort(flights, axis=0), axis=0).max(axis=0)
+    cut = (np.ptp(sides, axis=0) > 0) | (apart > 0.3)
+    torn, slow = (np.flatnonzero(kind)[:1500] for kind in (cut, ~cut & (np.abs(speeds).min(axis=0) < 0.1)))
+    assert min(len(torn), len(slow)) > 100
+    proved, told = check_next_impacts(groups, wall[torn], time[torn], velocity[torn], widths[:, torn])
+    assert not proved.any()
+    assert min(told) > 50
+    proved, _ = check_next_impacts(groups, wall[slow], time[slow], velocity[slow], widths[:, slow])
+    assert 0 < proved.mean() < 1
 
 
 def test_enclosures_after_shocks_hold_what_is_simulated() -> None:
     """Shocks of any size at any moment, also such as throw the ball back onto the membrane it has left."""
     groups, motion, _ = stable(3.6)
-    random, count = np.random.default_rng(6), 1500
+    random, count = np.random.default_rng(6), 3000
     model, proved = np.repeat(check_model(groups), count, axis=0), []
     for impact, duration in enumerate(flight_times(motion)):
-        wall, widths = motion.word.walls[impact], 10 ** random.uniform(-4, -1.5, (2, count))
-        share, jump = random.uniform(0.05, 0.95, count), random.uniform(-1, 1, count)
+        wall, widths = motion.word.walls[impact], 10 ** random.uniform(-4, -1, (2, count))
+        share, jump = random.uniform(0.1, 0.9, count) ** 2, random.uniform(-1, 1, count)
+        widths[0] = np.minimum(widths[0], 0.9 * share)
         since = between(share - widths[0], share + widths[0], FIRST, SYMBOLS) * duration
         added = between(jump - widths[1], jump + widths[1], SECOND, SYMBOLS)
         time, after = (exact(np.full(count, x)) for x in (motion.time[impact], -0.5 * motion.velocity[impact]))
@@ -201,12 +295,18 @@ def test_enclosures_after_shocks_hold_what_is_simulated() -> None:
         ends = next_impacts(enclosed(groups), sets, guesses)
         own = np.flatnonzero(ends.proved)
         proved.append((len(own) / count, np.mean(ends.wall[own] == wall)))
+        sides = []
         for corner in CORNERS:
             delay, jumps = (share + corner[0] * widths[0]) * duration, jump + corner[1] * widths[1]
-            last = follow_impacts(model, shocked(groups, motion, impact, delay, jumps), 1)[0][own, -1]
+            last = follow_impacts(model, shocked(groups, motion, impact, delay, jumps), 1)[0][:, -1]
+            sides.append(last[:, WALL])
+            last = last[own]
             assert (last[:, WALL] == ends.wall[own]).all()
             assert encloses(ends.duration[own], corner, delay[own] + last[:, FLIGHT]).all()
             assert encloses(ends.velocity[own], corner, last[:, VELOCITY]).all()
+        torn = np.ptp(sides, axis=0) > 0
+        assert torn.sum() > 20
+        assert not ends.proved[torn].any()
     assert np.min(proved) > 0.05
 
 
@@ -257,6 +357,7 @@ def test_every_shock_up_to_the_bound_is_in_a_cell_that_is_proved(monkeypatch: py
     assert 0.02 <= found.jump < 0.05
     assert found.cells == sum(len(cells.impact) for cells in told)
     low, high = (np.concatenate([getattr(cells, end) for cells in told], axis=1) for end in ("low", "high"))
+    assert (low < high).all()
     after = np.concatenate([cells.impact for cells in told])
     for impact in range(len(trap.motion.word)):
         shocks = np.array([[1.0], [found.jump]]) * random.uniform([[0.0], [-1.0]], 1.0, (2, 4000))

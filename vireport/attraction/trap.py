@@ -138,10 +138,10 @@ def proved_trap(groups: Groups[float], motion: Motion, metric: Floats, radius: f
     # Slightly larger, so that roundings leave no gap between tiles.
     half *= 1 + 1e-6
     time, velocity = _tiles(motion, inverse, first, second, half)
-    derivative = _derivative(groups, motion, time, velocity, compiled)
+    derivative = lap_derivative(groups, motion, time, velocity, compiled)
     if derivative is None:
         return None
-    contraction = _norm(metric, derivative)
+    contraction = norm_bound(metric, derivative)
     # |P(x) - c| <= |P(c) - c| + L |x - c|, and the motion is within |P(c) - c|/(1 - L) of c.
     if not (contraction < 1 and off + contraction * radius <= radius * (1 - AFFINE_ROUNDING)):
         return None
@@ -184,7 +184,7 @@ def around(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine
         yield before, at
 
 
-def _derivative(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine, compiled: bool) -> Any:
+def lap_derivative(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine, compiled: bool) -> Any:
     """Enclosures of the derivative of the return map over sets, row by row; None where a set is not proved."""
     exactly, lap = enclosed(groups), None
     for before, at in around(groups, motion, time, velocity, compiled):
@@ -202,7 +202,7 @@ def _product(left: Any, right: Any) -> Any:
     return a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
 
 
-def _norm(metric: Floats, derivative: Any) -> float:
+def norm_bound(metric: Floats, derivative: Any) -> float:
     """A bound of the norm of M J M^-1 for all matrices J of all enclosures."""
     (p, q), (_, s) = metric.tolist()
     a, b, c, d = derivative
