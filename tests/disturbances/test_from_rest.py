@@ -16,7 +16,7 @@ from vireport.disturbances.behaviour import _window
 from vireport.disturbances.from_rest import RAMPS, Target, from_rest, pressed_share, started, switched_on
 from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
-from vireport.physics import Device, Groups
+from vireport.physics import Device, Groups, Restitutions
 from vireport.scenario import Parameter
 from vireport.simulation import BOTTOM, Impact, attractors
 
@@ -142,9 +142,10 @@ def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     assert 3 < at_once.ramp.periods <= 20
 
 
-def test_a_ramp_is_the_motion_under_a_force_of_as_many_half_waves() -> None:
+@pytest.mark.parametrize("restitution", [0.5, Restitutions(0.55, 0.4)])
+def test_a_ramp_is_the_motion_under_a_force_of_as_many_half_waves(restitution) -> None:
     """Integrated with the amplitude of each half wave, from the state before it, by small steps."""
-    groups, phase, periods = Groups(0.4, 0.3, 0.5), 1.0, 3
+    groups, phase, periods = Groups(0.4, 0.3, restitution), 1.0, 3
     wall, position, velocity, end = ramped(groups, phase, periods)
     h, t, elapsed = 5e-5, phase / pi, 0.0
     z, v, amplitude, half = groups.d / 2, 0.0, 0.0, None
@@ -160,7 +161,7 @@ def test_a_ramp_is_the_motion_under_a_force_of_as_many_half_waves() -> None:
         z, v = z + v * step + force * step * step / 2, v + force * step
         if abs(z) > groups.d / 2:
             z = np.copysign(groups.d / 2, z)
-            v = -0.5 * v if v * z > 0 else v
+            v = -groups.restitution_at(int(np.sign(z))) * v if v * z > 0 else v
         t, elapsed = t + step, elapsed + step
     if wall:
         assert abs(abs(z) - groups.d / 2) < 1e-3

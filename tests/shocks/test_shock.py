@@ -7,14 +7,14 @@ from math import pi
 import numpy as np
 import pytest
 from conftest import first
-from devices import Case, case
+from devices import Case, case, of
 
 from vireport.atlas import motion_of_cycle
 from vireport.base import NumericalError
-from vireport.physics import Groups, flight
+from vireport.physics import Device, Groups, Restitutions, flight
 from vireport.shocks.returning import Elsewhere, core_of, endings
-from vireport.shocks.shock import QUICK, LeastShock, least_shock, shocked
-from vireport.simulation import Outcome, attractors, check_start, random_starts, start_of
+from vireport.shocks.shock import QUICK, SCAN, LeastShock, least_shock, shocked
+from vireport.simulation import Outcome, attractors, check_start, find_attractor, random_starts, start_of
 
 FRACTAL = 3.6
 """Force at which bands of jumps that lead out accumulate at the least one [N]; plain bisection gives 0.1708 there."""
@@ -211,6 +211,22 @@ def test_the_interpreter_gives_a_jump_that_leads_out() -> None:
     assert quick.jump < 1.5 * full.jump
     assert quick.leads_to is not None
     assert quick.leads_to.name == full.leads_to.name  # type: ignore[union-attr]
+
+
+def test_shocks_that_linger_by_an_unstable_motion_return() -> None:
+    """At 3.6 N with unlike membranes a doubled motion is stable, and the 1:1 motion beside it hardly unstable.
+
+    Those that come near the latter take hundreds of periods: they were taken for some that lead out, and the way down
+    from these had no end.
+    """
+    groups = Groups(0.415, 0.23965027325714075, Restitutions(0.475, 0.525))
+    unlike = of(Device(0.1245, Restitutions(0.475, 0.525), 9.8, 0.75, 3.6, 2.0, 45.0))
+    end = find_attractor(groups, start_of(np.array([1.0, 0.0, 0.96, 0.586])), 4000, compiled=True)
+    assert (end.word, end.period) == ("BTBT", 2)
+    motion = motion_of_cycle(end.cycle, groups.d)
+    found = least_shock(groups, motion, (), unlike.unstable, effort=SCAN)
+    assert found.jump is None
+    assert found.patience > core_of(groups, motion).patience
 
 
 def test_next_to_a_critical_point_nothing_is_claimed() -> None:

@@ -81,7 +81,8 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
         return hit, 0.0, 0.0, phase  # at rest, or in hops that are too low to tell
     moved = float(held[last])
     place = hit * model[0] / 2 if hit else start[1]
-    speed = 0.0 if moved else float(row[VELOCITY]) * (-r if hit else 1.0)
+    before = float(row[VELOCITY])
+    speed = 0.0 if moved else float(groups.after(int(hit), before)) if hit else before
     angle, t = float(row[PHASE]) + pi * moved, left - moved
     begun, end = (wave(sin(x), cos(x), harmonics) for x in (angle, angle + pi * t))
     z = place + flight.displacement(t, speed, begun.impulse, begun.path, end.path, float(model[1]))

@@ -17,7 +17,7 @@ from vireport.disturbances import Destination, Disturbances, FromRest
 from vireport.motions import SAME, Atlas, Motion
 from vireport.physics import Groups, Word
 from vireport.scenario import Parameter
-from vireport.shocks.returning import Core, Elsewhere, core_of, endings
+from vireport.shocks.returning import Core, Elsewhere, core_of, endings, patient
 from vireport.shocks.shock import SCAN, LeastShock, least_shock
 from vireport.shocks.withstood import Withstood, stable_and_unstable
 from vireport.simulation import BOTTOM, random_starts, start_speed
@@ -140,6 +140,7 @@ def attracting_motions(
             cores.append(core_of(groups, motion, compiled=True))
         except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
             why[k] = str(error)
+    cores = patient(groups, cores, unstable)
     fastest = max((float(np.abs(motion.velocity).max()) for motion in stable), default=0.0)
     speed = start_speed(groups.restitution, fastest)
     ends = endings(groups, random_starts(groups.d, speed, STARTS, SEED)[0], cores)

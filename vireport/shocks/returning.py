@@ -7,7 +7,7 @@ are known after a few impacts, and no start is followed until it has settled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import ceil, log, pi
 
@@ -39,6 +39,8 @@ PATIENCE, SLOWEST = 60.0, 500.0
 """Periods until a start counts as one that returns to no known motion: so many, and ten times the periods in which the
 slowest known motion is approached by a factor e; and the most there may be."""
 
+LINGERS, LONGEST = 1e-9, 8000
+"""Distance from an unstable motion from which a start may have to part before it returns; impacts waited at most."""
 
 NEAREST = 0.99
 """Modulus of the larger multiplier up to which a core is looked for: beyond it is tiny, and a minute is not enough."""
@@ -123,6 +125,22 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
         level /= 4
     periods = min(PATIENCE - 10 / log(slowest) if slowest > 0 else PATIENCE, SLOWEST)
     return Core(motion, np.array(forms), level, ceil(periods) * len(matrices))
+
+
+def patient(groups: Groups[float], cores: Sequence[Core], unstable: Sequence[Motion]) -> list[Core]:
+    """The cores, with as much patience as a start takes that passes next to one of some unstable motions."""
+    longest = max((_lingers(groups, motion) for motion in unstable), default=0)
+    return [replace(core, patience=max(core.patience, longest)) for core in cores]
+
+
+def _lingers(groups: Groups[float], motion: Motion) -> int:
+    """Impacts until a start has left the neighbourhood of an unstable motion, from as near as `LINGERS`."""
+    lap = np.eye(2)
+    for matrix in flight_matrices(groups, motion):
+        lap = matrix @ lap
+    growth = float(np.abs(np.linalg.eigvals(lap)).max())
+    periods = -log(LINGERS) / log(growth) if growth > 1 else LONGEST
+    return min(ceil(periods) * len(motion.word), LONGEST)
 
 
 def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], level: float, compiled: bool) -> bool:

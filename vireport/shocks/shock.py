@@ -16,10 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.base import NumericalError
 from vireport.motions import Motion
 from vireport.physics import Groups, flight, wrapped
 from vireport.shocks.deviations import flight_matrices, flight_times
-from vireport.shocks.returning import Core, Elsewhere, core_of, endings
+from vireport.shocks.returning import LONGEST, Core, Elsewhere, core_of, endings, patient
 from vireport.simulation import (
     PHASE,
     TURN,
@@ -58,8 +59,11 @@ BESIDE = 1e-13, 1e-9
 ROUNDS = 12
 """Of looking for smaller jumps below one that leads out."""
 
-LONGER, LONGEST = 6, 8000
-"""How many times as long is waited where a jump that seemed to lead out comes back later, and impacts at most."""
+WIDER = 4.0
+"""By how much the steps towards the least jump grow again where all of a step lead out."""
+
+LONGER = 6
+"""How many times as long is waited where a jump that seemed to lead out comes back later."""
 
 SOON = 100
 """Impacts after which the interpreter looks what a shock leads to, before it waits for longer."""
@@ -248,7 +252,7 @@ def least_shock(
         raise ValueError(f"jumps can be tried up to a positive, finite size, not {farthest}")
     if any(groups.restitution_at(wall) == 0 for wall in motion.word.walls):
         raise ValueError("a ball that does not bounce leaves a membrane with no velocity: shocks need a restitution")
-    cores = [core_of(groups, each, compiled) for each in (motion, *others)]
+    cores = patient(groups, [core_of(groups, each, compiled) for each in (motion, *others)], companions)
     search = _Search(groups, cores, effort, compiled, workers)
     while True:
         found, spacing = search.coarse(farthest)
@@ -263,8 +267,13 @@ def least_shock(
         if by_search is None:
             return LeastShock(motion, None, 0, 0, 0.0, None, None, None, farthest, search.tried, patience)
         leads_to = search.attractor(by_search)
-        if patience >= LONGEST or not search.returns(leads_to):
+        if not search.returns(leads_to):
             break
+        if patience >= LONGEST:
+            raise NumericalError(
+                f"a jump of {abs(by_search.jump):.3g} velocity units takes more than {patience} impacts to return, "
+                "and so may others: what returns cannot be told in reasonable time"
+            )
         # It came back after all, from a chaotic transient longer than was waited for.
         search.cores = [replace(core, patience=min(LONGER * core.patience, LONGEST)) for core in search.cores]
     least = exact or by_search
@@ -340,10 +349,11 @@ class _Search:
                 high, low_down = float(sizes[first]), first < count // 8
             else:
                 low_down = False
-            # Below the first that leads out there may be narrow bands between the samples: room for some is kept.
-            width = width if low_down else width / 8 + (high - low) / count
+            # Below the first that leads out there may be narrow bands between the samples: room for some is kept. Where
+            # all do, the edge is farther down than was thought: steps as small as these would take for ever.
+            width = WIDER * width if low_down else width / 8 + (high - low) / count
             wander /= 2
-            if width <= (high - low) / count * 2:
+            if not low_down and width <= (high - low) / count * 2:
                 break
         return Shock(impact, delay, sign * high)
 
