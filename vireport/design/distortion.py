@@ -246,7 +246,7 @@ class _Border:
                 return _End(float(x[-1]), way, kind, None, 0.0)
             share = float(solved.x[-1])
             grown = len(solved.groups.harmonics) - 1
-            cosine, sine = normal_of(solved, event, rests)[4:].reshape(-1, 2)[grown]
+            cosine, sine = normal_of(solved, event, rests, ())[4:].reshape(-1, 2)[grown]
         # Of a harmonic p cos(jx + psi) cosine and sine are p cos(psi) and -p sin(psi). The normal may point to either
         # side: its angle to the ray is the smaller one.
         turn = (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0

@@ -279,9 +279,9 @@ HARMONICS = tuple(Harmonic(order, 0.0, 0.0) for order in (2, 3))
 """Harmonics by which ends of motions are differentiated."""
 
 
-def differentiated(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
-    """The harmonics of a force, and those of `HARMONICS` that it has nothing of."""
-    return *harmonics, *(own for own in HARMONICS if own.order not in {other.order for other in harmonics})
+def differentiated(harmonics: Sequence[Harmonic], more: Sequence[Harmonic] = HARMONICS) -> tuple[Harmonic, ...]:
+    """The harmonics of a force, and those of others that it has nothing of."""
+    return *harmonics, *(own for own in more if own.order not in {other.order for other in harmonics})
 
 
 class _Groups:
@@ -297,17 +297,17 @@ class _Groups:
         return np.eye(len(self.like.numbers))
 
 
-def normal_of(solved: Solved, event: Event, rests: tuple[int, ...]) -> Floats:
+def normal_of(solved: Solved, event: Event, rests: tuple[int, ...], more: Sequence[Harmonic] = HARMONICS) -> Floats:
     """Normal, in `Groups.numbers`, of the surface on which motions end in this way; NaN where it has none.
 
-    Among the numbers are those of its second and third `HARMONICS`, also where it has nothing of them.
+    Among the numbers are those of the harmonics `more`, also where the force has nothing of them.
 
     The conditions R(y; d, gbar, r_b, r_t, ...) = 0 of such a motion, y its velocities and times, are one more than the
     unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, ...), which is orthogonal to every change that leaves
     the conditions fulfilled: the implicit function theorem.
     """
     groups = solved.groups.as_floats()
-    groups = groups._replace(harmonics=differentiated(groups.harmonics))
+    groups = groups._replace(harmonics=differentiated(groups.harmonics, more))
     if event is Event.PITCHFORK:
         return _pitchfork_normal(solved, groups)
     count = len(solved.word)
