@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +13,12 @@ from vireport import analyse, load
 from vireport.compliant import compliant_model, own_stiffness, own_stiffness_data
 from vireport.compliant.own_stiffness import Missing
 from vireport.compliant.return_map import SUBSTEPS, bounce, return_trip
+from vireport.design import design_point
 from vireport.gate import Evidence, Question, verdict_of
 from vireport.membranes import compliance
 from vireport.membranes.compliant_motion import BOTTOM, TOP, contact, lap, linearised
 from vireport.motions import Event
+from vireport.physics import Harmonic
 from vireport.scenario import Parameter
 from vireport.study import FORMATS
 
@@ -45,6 +48,28 @@ def test_a_contact_is_that_of_the_adaptive_integration() -> None:
             assert fast.duration == pytest.approx(slow.duration, rel=2e-5)
             assert fast.leaving == pytest.approx(slow.leaving, rel=2e-5)
             assert fast.deflection == pytest.approx(slow.deflection, rel=2e-5)
+
+
+def test_a_force_with_harmonics_drives_contacts_and_flights() -> None:
+    """The return map and its derivatives against the adaptive integration, and rigid membranes as the limit."""
+    harmonics = (Harmonic.of(2, 0.05, 45.0), Harmonic.of(5, 0.2, 300.0))
+    solution = solved("inclined")
+    device = replace(solution.device, harmonics=harmonics)
+    model = compliant_model(device, Parameter.LENGTH, 0.7, solution.membrane)
+    fast, slow = return_trip(model, 1.0, 0.5, (0.9, 0.8), ALL), lap(model, 1.0, 0.5)
+    assert fast.velocity == pytest.approx(slow.velocity, abs=2e-6)
+    assert fast.time == pytest.approx(slow.time, abs=2e-6)
+    assert fast.jacobian == pytest.approx(linearised(model, np.array([1.0, 0.5])), abs=2e-5)
+    design = design_point(device.with_values({"length_m": 0.7}), None)
+    velocity, phase = float(design.motions.velocity_bottom[0]), float(design.motions.phi_bottom[0])
+    up = float(2 * design.motions.q[0])
+    off = []
+    for factor in (1e8, 1e10):
+        stiff = compliant_model(device, Parameter.LENGTH, 0.7, solution.membrane, factor)
+        off.append(abs(return_trip(stiff, velocity, phase, (up, 2 - up), ALL).velocity - velocity))
+    # Contacts shorten with K^(-1/(h + 1)), h = 2.6.
+    assert off[1] < 1e-2
+    assert off[0] / off[1] == pytest.approx(100 ** (1 / 3.6), rel=0.05)
 
 
 def test_the_return_map_and_its_derivatives_are_those_of_the_adaptive_integration(inclined) -> None:

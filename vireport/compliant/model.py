@@ -1,10 +1,10 @@
 """The dimensionless model of the ball between two compliant membranes.
 
 Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where delta = Z - d/2 > 0, and the
-mirror image of the last term at the top one. The membranes move with the capsule; k = K x_c^h M/(m F).
-For each contact lambda is set from its impact velocity so that the contact alone would have the
-restitution coefficient r (`physics.contact`). Of a free capsule gbar and m are those of the relative motion, see
-`Device`. Between contacts the flights are those of the simulation, in closed form.
+mirror image of the last term at the top one; harmonics of the force add to the cosine. The membranes move with the
+capsule; k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact alone would
+have the restitution coefficient r (`physics.contact`). Of a free capsule gbar and m are those of the relative motion,
+see `Device`. Between contacts the flights are those of the simulation, in closed form.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vireport.base import NumericalError
-from vireport.physics import Device, Groups, Membrane, contacts
+from vireport.physics import Device, Groups, Harmonic, Membrane, contacts
 from vireport.scenario import Parameter
 from vireport.simulation import FLIGHT, VELOCITY, WALL, check_model, follow_one
 
@@ -37,6 +37,8 @@ class CompliantModel:
         2n, the time after which the motion repeats [t_c].
     length_unit, velocity_unit : float
         x_c [m], y_c [m/s].
+    harmonics : tuple of Harmonic
+        Of the force.
     """
 
     d: float
@@ -46,6 +48,7 @@ class CompliantModel:
     period: float
     length_unit: float
     velocity_unit: float
+    harmonics: tuple[Harmonic, ...] = ()
 
     def restitution_at(self, wall: int) -> float:
         """R of a contact alone with a membrane."""
@@ -56,16 +59,15 @@ def compliant_model(
     device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
 ) -> CompliantModel:
     """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
-    device = device.of_sine("what long contacts change")
     at = device.at(parameter, float(value))
-    d, gbar, restitution, _ = device.groups(parameter, float(value)).as_floats()
+    d, gbar, restitution, harmonics = device.groups(parameter, float(value)).as_floats()
     speed = float(device.velocity_unit(parameter, float(value)))
     length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
     # Force K delta^h over the mass m of the relative motion, in units of F/M: x_c^h K M/(m F).
     per_ball = length**h * device.capsule_mass_kg / (membrane.reduced_mass_kg * at[Parameter.AMPLITUDE])
     stiffness = factor * membrane.stiffness * per_ball
     scaled = replace(membrane, stiffness=stiffness, ball_mass_kg=1.0, free_capsule_kg=inf)
-    return CompliantModel(d, gbar, scaled, restitution, 2.0 * device.period_ratio, length, speed)
+    return CompliantModel(d, gbar, scaled, restitution, 2.0 * device.period_ratio, length, speed, harmonics)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +134,7 @@ def free_flight(model: CompliantModel, wall: int, leaving: float, phase: float) 
     """
     start = float(wall), 0.0, -leaving, phase % (2 * pi)
     # With restitution 1 the search lets the ball leave with just the velocity it has been given.
-    rows, _ = follow_one(check_model(Groups(model.d, model.gbar, 1.0))[0], start, 1, compiled=False)
+    rows, _ = follow_one(check_model(Groups(model.d, model.gbar, 1.0, model.harmonics))[0], start, 1, compiled=False)
     if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
         raise NumericalError("no membrane is touched within two periods")
     return float(rows[1, FLIGHT]), int(rows[1, WALL]), float(rows[1, VELOCITY])

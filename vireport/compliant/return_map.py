@@ -12,7 +12,7 @@ is linear with real coefficients, so that one line serves both.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, cos, pi, prod, sin
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.compliant.model import CompliantModel, contact_units
 from vireport.motions import flight_jacobian
-from vireport.physics import flight
+from vireport.physics import Harmonic, Wave, flight, force_rate, wave
 from vireport.simulation import BOTTOM, TOP
 
 Floats = NDArray[np.float64]
@@ -126,11 +126,15 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     if not wall * velocity > 0:
         raise NumericalError("the ball must strike a membrane with a velocity towards it")
     h, gbar, units = model.membrane.exponent, model.gbar, contact_units(model, wall, velocity)
+    harmonics = model.harmonics
     spring, damping, pull, speed, turning = units.spring, units.damping, units.pull, units.speed, pi * units.time
 
     def acceleration(phase: float, y: float, v: float) -> tuple[float, float, float, float]:
         # and its derivatives by the three
         a, by_phase = pull * (gbar + cos(phase)), -pull * sin(phase)
+        if harmonics:
+            at = sin(phase), cos(phase), harmonics
+            a, by_phase = pull * (gbar + wave(*at).force), pull * force_rate(*at)
         resisting = 1 + damping * v
         if not (y > 0 and resisting > 0):
             return a, by_phase, 0.0, 0.0
@@ -241,11 +245,12 @@ def crossing(
     NumericalError
         If Newton's method finds no time.
     """
-    sine, cosine, gbar, t = sin(phase), cos(phase), model.gbar, guess
+    gbar, t, harmonics = model.gbar, guess, model.harmonics
+    begun = _force(phase, harmonics)
     for _ in range(MOST_CORRECTIONS):
-        now = phase + pi * t
-        gap = flight.displacement(t, leaving, sine, cosine, cos(now), gbar) + wall * model.d
-        velocity = flight.velocity(t, leaving, sine, sin(now), gbar)
+        now = _force(phase + pi * t, harmonics)
+        gap = flight.displacement(t, leaving, begun.impulse, begun.path, now.path, gbar) + wall * model.d
+        velocity = flight.velocity(t, leaving, begun.impulse, now.impulse, gbar)
         if velocity == 0:
             break
         correction = gap / velocity
@@ -253,9 +258,9 @@ def crossing(
         if not abs(t) < 10 * model.period:
             break
         if abs(correction) < SETTLED * model.period:
-            now = phase + pi * t
-            velocity = flight.velocity(t, leaving, sine, sin(now), gbar)
-            pulls = flight.acceleration(cosine, gbar), flight.acceleration(cos(now), gbar)
+            now = _force(phase + pi * t, harmonics)
+            velocity = flight.velocity(t, leaving, begun.impulse, now.impulse, gbar)
+            pulls = flight.acceleration(begun.force, gbar), flight.acceleration(now.force, gbar)
             # With r = -1 the velocity after the impact, which flies, is the one before it.
             time_time, time_velocity, velocity_time, velocity_velocity = flight_jacobian(
                 t, leaving, velocity, *pulls, -1
@@ -263,6 +268,11 @@ def crossing(
             jacobian = [[velocity_velocity, velocity_time / pi], [pi * time_velocity, time_time]]
             return t, velocity, np.array(jacobian)
     raise NumericalError("the ball does not reach the other membrane")
+
+
+def _force(phase: float, harmonics: Sequence[Harmonic]) -> Wave:
+    """The force at a phase."""
+    return wave(sin(phase), cos(phase), harmonics)
 
 
 def return_trip(

@@ -268,7 +268,7 @@ class _Border:
             motion = touching(motion, turns(motion, groups))
             rests = motion.rests
         grown = len(groups.harmonics) - 1
-        cosine, sine = normal_of(motion, groups, event, rests)[4:].reshape(-1, 2)[grown]
+        cosine, sine = normal_of(motion, groups, event, rests, ())[4:].reshape(-1, 2)[grown]
         # Of a harmonic p cos(jx + psi) cosine and sine are p cos(psi) and -p sin(psi). The normal may point to either
         # side: its angle to the ray is the smaller one.
         return (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0

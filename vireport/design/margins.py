@@ -284,9 +284,9 @@ HARMONICS = tuple(Harmonic(order, 0.0, 0.0) for order in (2, 3))
 """Harmonics by which ends of motions are differentiated."""
 
 
-def differentiated(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
-    """The harmonics of a force, and those of `HARMONICS` that it has nothing of."""
-    return *harmonics, *(own for own in HARMONICS if own.order not in {other.order for other in harmonics})
+def differentiated(harmonics: Sequence[Harmonic], more: Sequence[Harmonic] = HARMONICS) -> tuple[Harmonic, ...]:
+    """The harmonics of a force, and those of others that it has nothing of."""
+    return *harmonics, *(own for own in more if own.order not in {other.order for other in harmonics})
 
 
 class _Groups:
@@ -302,10 +302,16 @@ class _Groups:
         return np.eye(len(self.like.numbers))
 
 
-def normal_of(motion: Motion, groups: Groups[float], event: Event, rests: tuple[int, ...]) -> Floats:
+def normal_of(
+    motion: Motion,
+    groups: Groups[float],
+    event: Event,
+    rests: tuple[int, ...],
+    more: Sequence[Harmonic] = HARMONICS,
+) -> Floats:
     """Normal, in `Groups.numbers`, of the surface on which motions end in this way; NaN where it has none.
 
-    Among the numbers are those of its second and third `HARMONICS`, also where it has nothing of them.
+    Among the numbers are those of the harmonics `more`, also where the force has nothing of them.
 
     The conditions R(y; d, gbar, r_b, r_t, ...) = 0 of such a motion, y its velocities and times, are one more than the
     unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, ...), which is orthogonal to every change that leaves
@@ -320,8 +326,10 @@ def normal_of(motion: Motion, groups: Groups[float], event: Event, rests: tuple[
     event : Event
     rests : tuple of int
         Its impacts without velocity, touches included.
+    more : sequence of Harmonic
+        Of orders by which it is differentiated, too.
     """
-    groups = groups._replace(harmonics=differentiated(groups.harmonics))
+    groups = groups._replace(harmonics=differentiated(groups.harmonics, more))
     if event is Event.PITCHFORK:
         return _pitchfork_normal(motion, groups)
     # Where two touches mirror each other either can be taken: with both as impacts each would be a condition.

@@ -255,6 +255,7 @@ def compliance(
         Called with each long step as it begins.
     """
     tell = progress or (lambda _: None)
+    solution.device.of_sine("the ladder of stiffnesses")
     membrane = solution.membrane
     if membrane is None:
         return Compliance("the contact needs the ball's mass: device.ball_mass_kg is not given")

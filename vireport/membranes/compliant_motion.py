@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import cos, inf, pi
+from math import cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from vireport.base import NumericalError
 from vireport.checks import Floats, find_root
 from vireport.compliant import CompliantModel, compliant_model, contact_units, free_flight
-from vireport.physics import Device, Membrane
+from vireport.physics import Device, Membrane, wave
 from vireport.scenario import Parameter
 from vireport.simulation import (
     BOTTOM,
@@ -166,7 +166,8 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
     def acceleration(t: float, y: float, v: float) -> float:
         # The force of a membrane cannot pull: without the cut-off the damping would hold the ball back as it leaves.
         push = spring * y**h * max(1 + damping * v, 0.0) if y > 0 else 0.0
-        return pull * (gbar + cos(pi * time * t + phase)) - push
+        now = pi * time * t + phase
+        return pull * (gbar + wave(sin(now), cos(now), model.harmonics).force) - push
 
     def in_time(t: float, state: Floats) -> tuple[float, float]:
         y, v = state

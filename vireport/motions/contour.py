@@ -19,14 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions.roots import bracketed_root
-from vireport.motions.sweep import Level, level_polynomial, level_slope, level_value
+from vireport.motions.sweep import EDGE, Level, level_polynomial, level_slope, level_value
 from vireport.physics import Harmonic
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
-
-EDGE = 0.5
-"""|u| at which one of the two flights has no duration left."""
 
 PER_PERIOD, PHASES = 128, 48
 """Steps of q for each forcing period of the motion, and of the phase, for each order of the force."""

@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.contour import Surface
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import coefficients, orbits_above
 from vireport.motions.paths import Curve
@@ -168,6 +167,8 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     h = STEP * (1 - most) / (1 + most)
     sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
     if harmonics:
+        from vireport.motions.contour import Surface
+
         h, phi = h / max(own.order for own in harmonics), Rounded(m.phi_bottom)
         residual = level_value(level_polynomial(_as_known(level), u, r, n, _known(harmonics), ops), phi, ops)
         height = Surface(level, m.restitution, n, harmonics)

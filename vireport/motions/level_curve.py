@@ -10,22 +10,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.motions.conditions import Condition
-from vireport.motions.contour import EDGE, Contour, Surface, contours, places
 from vireport.motions.events import Event
 from vireport.motions.orbits import Orbits, coefficients, orbits, orbits_above
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, lap_decay, return_trace
-from vireport.motions.sweep import Level, Sweep, level_terms, mirrors
+from vireport.motions.sweep import EDGE, Level, Sweep, level_terms, mirrors
 from vireport.motions.turning import wall_gap
 from vireport.physics import FINEST_D, SINE, Harmonic, by_wall
 from vireport.scenario import Parameter
+
+if TYPE_CHECKING:
+    from vireport.motions.contour import Contour
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -121,7 +123,7 @@ class Strand:
         return [w for w in (-middle, middle, 2 * np.pi - middle) if self.start < w < self.end]
 
 
-Strands = list[Strand | Contour]
+Strands: TypeAlias = "list[Strand | Contour]"
 """The pieces of a level curve; contours where the force has harmonics, but for the symmetric line."""
 
 
@@ -145,6 +147,8 @@ def find_strands(level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] =
     if mirrors(level, r, n, harmonics):
         strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
     if harmonics:
+        from vireport.motions.contour import Surface, contours
+
         return [*strands, *contours(Surface(level, r, n, harmonics))]
     for low, high in _existence(level, r, n):
         if low == -EDGE and high == EDGE:
@@ -204,6 +208,8 @@ def evaluate(
 ) -> Orbits:
     """Motions at parameters `w` of the strands `which`, arrays of one shape."""
     if harmonics:
+        from vireport.motions.contour import Surface, places
+
         u, phi = places(strands, which, w, Surface(level, r, n, harmonics))
         return orbits(u, np.mod(phi, 2 * np.pi), r, n, harmonics=harmonics)
     sheets = [strand for strand in strands if isinstance(strand, Strand)]  # all of them

@@ -19,6 +19,9 @@ from vireport.physics import (
 )
 from vireport.scenario import Parameter
 
+EDGE = 0.5
+"""|u| at which one of the two flights has no duration left."""
+
 FINEST_SETTING = 1e-6
 """Width of a range, over its value, below which no device can be set to be in it."""
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from math import pi, remainder
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,6 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.motions.branches import Branch, family_of
 from vireport.motions.conditions import Condition
-from vireport.motions.contour import Contour
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
 from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples, Strand
@@ -37,6 +37,9 @@ from vireport.motions.points import (
 from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
+
+if TYPE_CHECKING:
+    from vireport.motions.contour import Contour
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

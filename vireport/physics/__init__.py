@@ -30,7 +30,7 @@ from vireport.physics.energy import (
     voltages,
 )
 from vireport.physics.flight import Flight
-from vireport.physics.forcing import SINE, Harmonic, Peaks, Wave, force_rate, peaks, unaccelerated, wave, with_harmonic
+from vireport.physics.forcing import SINE, Harmonic, Wave, force_rate, peaks, unaccelerated, wave, with_harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import (
     ARRAYS,
@@ -75,7 +75,6 @@ __all__ = [
     "Groups",
     "Harmonic",
     "Membrane",
-    "Peaks",
     "Restitutions",
     "Rounded",
     "Shaker",

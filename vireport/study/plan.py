@@ -166,10 +166,6 @@ ALIKE = Precondition(
 ONE_RESTITUTION = Precondition(
     lambda scenario, _: scenario.device.alike, "it knows one restitution of both membranes, and here they differ"
 )
-OF_SINE = Precondition(
-    lambda scenario, _: not scenario.excitation.distorted,
-    "it knows a force that is a sine alone, and excitation.harmonics is given",
-)
 ODD_HARMONICS = Precondition(
     lambda scenario, _: all(own.order % 2 or not own.percent for own in scenario.excitation.harmonics),
     "the force has an even harmonic: no motion is symmetric",
@@ -279,7 +275,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY, ONE_RESTITUTION), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, ONE_RESTITUTION, COMPLIANT, BALL), "the scenario has an accuracy block"),
-    DeclaredStep(Task.OWN_STIFFNESS, (BALL, OF_SINE), "the ball mass is given"),
+    DeclaredStep(Task.OWN_STIFFNESS, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (ONE_RESTITUTION, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(
         Task.FIGURE_STIFFNESS,
