@@ -144,6 +144,16 @@ def test_a_harmonic_is_taken_at_phases_of_which_none_is_much_worse() -> None:
     assert shift.least == pytest.approx(0.0224, abs=1e-4)
 
 
+def test_without_gravity_the_worse_of_two_phases_counts() -> None:
+    """The opposite ones are mirror images of them."""
+    level = replace(PAPER, inclination_deg=0.0, length_m=0.3)
+    turned = (Harmonic(2, 0.02, 0.0), Harmonic(2, 0.0, 0.02), Harmonic(2, -0.02, 0.0), Harmonic(2, 0.0, -0.02))
+    least = [_least_margin(replace(level, harmonics=(own,)), ()) for own in turned]
+    assert least[:2] == pytest.approx(least[2:], rel=1e-9)
+    assert of(level)[LeftOut.SECOND_HARMONIC].left == pytest.approx(min(least), rel=1e-9)
+    assert min(least) < 0.9 * max(least)
+
+
 def test_a_margin_can_be_required_to_hold_with_them(example) -> None:
     mass = {"device.ball_mass_kg": 0.0041}
     for changes, least, passed, worst in (
