@@ -382,8 +382,9 @@ def test_a_page_or_baseline_beyond_reason_is_refused_before_it_is_parsed(name: s
     os.truncate(path, 240 << 20)
     assert main(["run", str(path)]) == 2
     assert "is larger than 32 MiB, and no report" in capsys.readouterr().err
-    assert main(["diff", str(path), INCLINED]) == 2
-    assert "is larger than 64 MiB, and no results.json" in capsys.readouterr().err
+    for command in (["diff", str(path), INCLINED], ["run", INCLINED, "--baseline", str(path)]):
+        assert main(command) == 2
+        assert "is larger than 64 MiB, and no results.json" in capsys.readouterr().err
 
 
 def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path, monkeypatch, capsys) -> None:
