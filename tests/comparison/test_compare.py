@@ -223,6 +223,27 @@ def test_disturbances_that_die_out_sooner_and_larger_shocks_come_first_where_tha
     assert tougher.merits[Merit.SHOCK] == tough.merits[Merit.SHOCK]
 
 
+@pytest.mark.slow
+def test_where_no_1_1_motion_is_stable_that_which_is_reached_from_rest_is_ranked_by_its_least_shock() -> None:
+    """At 0.3 m a motion BBT is the only one, at 0.225 m one beside another, out of which little leads."""
+    pytest.importorskip("numba")
+    device = "device: {{capsule_mass_kg: 0.1245, restitution: 0.5, length_m: {}}}"
+    rest = "excitation: {{amplitude_n: {}, frequency_hz: {}}}\ninclination_deg: {}\ndisturbances: {{}}\n"
+    texts = [
+        f"schema_version: 1\n{device.format(length)}\n{rest.format(*others)}"
+        for length, others in ((0.3, (3.0, 2.0, 45)), (0.225, (5.0, 2.5, 30)))
+    ]
+    alone, beside = (analyse(loads(text), ("json",)) for text in texts)
+    assert alone.withstood is beside.withstood is None
+    ranking = rank_studies({"beside": beside, "alone": alone}, (Merit.SHOCK,))
+    assert [scenario.name for scenario in ranking] == ["alone", "beside"]
+    told = [scenario.to_dict()["least_jump_m_s"] for scenario in ranking]
+    known = beside.to_dict()["disturbances"]["coexistence"]["motions"]
+    assert told == [None, next(each["least_jump_m_s"] for each in known if each["reached_from_rest"])]
+    assert told[1] is not None
+    assert ranking[0].show(Merit.SHOCK).startswith("more than")
+
+
 def test_what_cannot_be_ranked_is_refused_before_anything_is_computed() -> None:
     plain, bumped = loads(PULLED), loads(f"{PULLED}disturbances: {{}}\n")
     with pytest.raises(UsageError, match="plain cannot be ranked by shock: the scenario has no disturbances block"):

@@ -12,6 +12,7 @@ from devices import Case, case, of
 from vireport.atlas import motion_of_cycle
 from vireport.base import NumericalError
 from vireport.physics import Device, Groups, Restitutions, flight
+from vireport.shocks.manifold import on_shocks, stable_manifold
 from vireport.shocks.returning import Elsewhere, core_of, endings
 from vireport.shocks.shock import QUICK, SCAN, LeastShock, least_shock, shocked
 from vireport.simulation import Outcome, attractors, check_start, find_attractor, random_starts, start_of
@@ -134,6 +135,21 @@ def test_of_many_smaller_jumps_none_leads_out() -> None:
     found = least(device)
     assert found.jump is not None
     assert lead_out(device, found, 50_000, found.jump * (1 - 1e-9)) == 0
+
+
+@pytest.mark.parametrize("over", [{"force": force} for force in (3.6, 3.95, 4.0, 4.1)] + DEVICES[2:3] + DEVICES[16:17])
+def test_no_fold_of_the_manifold_is_nearer_than_the_least_shock(over: dict[str, float]) -> None:
+    """Bands of jumps that lead out, however thin, have their edges on the stable manifold: grown far back, its folds
+    come as near as the least shock, within their points' spacing, and nowhere nearer."""
+    device = case(**over)
+    found, motion = least(device), device.stable[0]
+    assert found.jump is not None
+    fastest = float(np.abs(motion.velocity).max()) + found.jump
+    pieces = [piece for each in device.unstable for piece in stable_manifold(device.groups, each, fastest)]
+    lines = [line for piece in pieces for line in on_shocks(device.groups, motion, piece)]
+    assert len(lines) > 10
+    nearest = min(float(np.abs(line.jump).min()) for line in lines)
+    assert found.jump * (1 - 1e-9) <= nearest < 1.05 * found.jump
 
 
 def test_both_directions_of_a_horizontal_device_are_alike() -> None:

@@ -14,6 +14,7 @@ from typing import Any
 from vireport.comparison.messages import Message, listed
 from vireport.design import DesignPoint, Margin
 from vireport.scenario import DesignInput
+from vireport.shocks import Withstood
 from vireport.study import Study
 from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, significant, texts
 
@@ -82,7 +83,8 @@ class Ranked:
     merits : mapping of Merit to float or None
         Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; 1 where
         1:1 motion is reached from rest, else 0; forcing periods until 1 % of a small disturbance is left, as a negative
-        number; least shock found [m/s], at most what was tried in every scenario without one; smallest margin [1],
+        number; least shock found [m/s] of the stable 1:1 motions, or else of what is reached from rest, at most what
+        was tried in every scenario without one; smallest margin [1],
         infinite where stable motion ends nowhere; width of the widest stable range, where there is no margin; U_ave [V]
         and voltage per second [V/s] of the stable motion at the design point, of several the least.
     order : tuple of Merit
@@ -134,7 +136,7 @@ class Ranked:
 
     def _disturbed(self, merit: Merit, value: float | None) -> str:
         """Print what becomes of the motion as the device is switched on, or bumped."""
-        found, withstood = self.study.disturbances, self.study.withstood
+        found, withstood = self.study.disturbances, _withstood(self.study)
         if merit is Merit.FROM_REST:
             return found.from_rest.name if found is not None and found.from_rest is not None else ABSENT
         if value is None:
@@ -147,7 +149,7 @@ class Ranked:
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
-        room, found, withstood = self.merits[Merit.MARGIN], self.study.disturbances, self.study.withstood
+        room, found, withstood = self.merits[Merit.MARGIN], self.study.disturbances, _withstood(self.study)
         return {
             "scenario": self.name,
             "rank": self.rank,
@@ -184,9 +186,16 @@ def rank_studies(studies: Mapping[str, Study], asked: Sequence[Merit] = ()) -> t
     return tuple(sorted(ranked, key=lambda scenario: scenario.rank))
 
 
+def _withstood(study: Study) -> Withstood | None:
+    """What the motion in use withstands: the stable 1:1 motions or, where there are none, what is reached from rest."""
+    if study.withstood is not None or study.attracting is None:
+        return study.withstood
+    return study.attracting.withstood(study.attracting.reached)
+
+
 def _withstands_all(study: Study) -> float | None:
     """Size up to which shocks were tried, where none leads out [m/s]."""
-    withstood = study.withstood
+    withstood = _withstood(study)
     return None if withstood is None or withstood.jump_m_s is not None else withstood.searched_to_m_s
 
 
@@ -206,7 +215,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     voltage = None
     if design is not None and stable and design.voltages is not None:
         voltage = float(design.voltages.average_v[design.motions.stable].min())
-    found, withstood = study.disturbances, study.withstood
+    found, withstood = study.disturbances, _withstood(study)
     shock = _withstands_all(study)
     if withstood is not None and withstood.jump_m_s is not None:
         shock = withstood.jump_m_s
