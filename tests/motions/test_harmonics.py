@@ -230,7 +230,7 @@ def test_newton_from_random_starts_finds_no_other_motion() -> None:
 @pytest.mark.slow
 def test_newton_from_many_random_starts_finds_no_other_motion() -> None:
     rng = np.random.default_rng(17)
-    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(16)) > 300
+    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(10)) > 200
 
 
 def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
@@ -240,7 +240,7 @@ def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("parameter", list(Parameter))
 def test_every_sweep_has_the_motions_of_each_of_its_points(parameter) -> None:
-    for parts, beta in (((SECOND, THIRD), 0.0), ((THIRD,), 0.0), ((SECOND,), 45.0)):
+    for parts, beta in (((SECOND, THIRD), 0.0), ((THIRD,), 0.0)):
         as_many_along_a_sweep(parameter, parts, beta)
 
 
