@@ -52,7 +52,7 @@ def test_a_contact_is_that_of_the_adaptive_integration() -> None:
 
 def test_a_force_with_harmonics_drives_contacts_and_flights() -> None:
     """The return map and its derivatives against the adaptive integration, and rigid membranes as the limit."""
-    harmonics = (Harmonic.of(2, 0.05, 45.0), Harmonic.of(5, 0.2, 300.0))
+    harmonics = (Harmonic.of(2, 5.0, 45.0), Harmonic.of(5, 20.0, 300.0))
     solution = solved("inclined")
     device = replace(solution.device, harmonics=harmonics)
     model = compliant_model(device, Parameter.LENGTH, 0.7, solution.membrane)

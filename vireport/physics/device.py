@@ -135,7 +135,7 @@ class Device(Generic[Quantity]):
             capsule=scenario.device.capsule,
             ball_mass_kg=scenario.device.ball_mass_kg,
             harmonics=tuple(
-                Harmonic.of(own.order, own.percent / 100, own.phase_deg)
+                Harmonic.of(own.order, own.percent, own.phase_deg)
                 for own in scenario.excitation.harmonics
                 if own.percent
             ),
@@ -227,7 +227,7 @@ class Device(Generic[Quantity]):
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
         weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
         gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
-        harmonics = tuple(own.each(ops.exact) for own in self.harmonics)
+        harmonics = tuple(own.exact(ops) for own in self.harmonics)
         return Groups(d, gbar * (gbar > NO_GRAVITY), each(self.restitution, ops.exact), harmonics)
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:

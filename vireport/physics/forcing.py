@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vireport.physics.numbers import DecimalOps
+
 NEAR_CIRCLE = 1e-3
 """Distance from the unit circle of a root that counts as a phase. Too many phases do no harm where they only part a
 flight into pieces; two roots that rounding moves off the circle together are where a force touches zero."""
@@ -23,22 +25,32 @@ flight into pieces; two roots that rounding moves off the circle together are wh
 class Harmonic:
     """What a harmonic adds to the force cos x: `cosine` cos(order x) + `sine` sin(order x), x the forcing phase.
 
-    The two are shares of the force's amplitude, numbers of any kind or arrays.
+    The two are shares of the force's amplitude, numbers of any kind or arrays. Where they were made of a size [%] and a
+    phase [deg], these are `given`: in other kinds of number the parts are made of them anew.
     """
 
     order: int
     cosine: Any
     sine: Any
+    given: tuple[float, float] | None = None
 
     @staticmethod
-    def of(order: int, share: float, phase_deg: float) -> Harmonic:
-        """The harmonic share cos(order x + phase), its parts rounded to doubles; exact where the phase is a quarter."""
-        quarters = round(phase_deg / 90)
+    def of(order: int, percent: float, phase_deg: float) -> Harmonic:
+        """The harmonic percent/100 cos(order x + phase), its parts in doubles; a quarter of a turn is exact."""
+        share, quarters = percent / 100, round(phase_deg / 90)
         rest = (phase_deg - 90 * quarters) * pi / 180
         c, s = ((cos(rest), sin(rest)), (-sin(rest), cos(rest)), (-cos(rest), -sin(rest)), (sin(rest), -cos(rest)))[
             quarters % 4
         ]
-        return Harmonic(order, share * c, -share * s)
+        return Harmonic(order, share * c, -share * s, (percent, phase_deg))
+
+    def exact(self, ops: Any) -> Harmonic:
+        """The harmonic in a kind of number; in decimals its parts have all digits of what is given."""
+        if self.given is None or not isinstance(ops, DecimalOps):
+            return self.each(ops.exact)
+        percent, phase = map(ops.exact, self.given)
+        share = percent / 100
+        return Harmonic(self.order, share * ops.sin_degrees(phase + 90), -share * ops.sin_degrees(phase))
 
     def each(self, function: Callable[[Any], Any]) -> Harmonic:
         """What a function makes of both parts."""

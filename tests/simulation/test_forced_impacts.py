@@ -27,6 +27,7 @@ from vireport.simulation import (
     follow_one,
     path,
 )
+from vireport.simulation.cycles import jacobians
 
 Parts = tuple[tuple[int, float, float], ...]
 """Order, share and phase in degrees of harmonics."""
@@ -40,7 +41,7 @@ FORCES: tuple[Parts, ...] = (
 
 
 def groups_of(d: float, gbar: float, r: object, parts: Parts) -> Groups:
-    return Groups(d, gbar, r, tuple(Harmonic.of(*part) for part in parts))
+    return Groups(d, gbar, r, tuple(Harmonic.of(j, 100 * p, psi) for j, p, psi in parts))
 
 
 def state(t: np.ndarray, after: float, phase: float, gbar: float, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
@@ -183,3 +184,20 @@ def test_paths_end_on_the_walls_of_their_impacts() -> None:
     np.testing.assert_allclose(np.abs(position[ends]), 0.23, atol=1e-12)
     np.testing.assert_allclose(velocity[ends], rows[1:-1, VELOCITY], atol=1e-12)
     assert set(rows[:, WALL]) == {BOTTOM, TOP}
+
+
+def test_derivatives_of_impacts_are_those_of_impacts_beside_them() -> None:
+    groups = groups_of(0.46, 0.29, Restitutions(0.45, 0.55), FORCES[1])
+    model, d = check_model(groups)[0], 0.46
+
+    def impact(velocity: float, phase: float) -> np.ndarray:
+        return follow_one(model, check_start(Impact(BOTTOM, velocity, phase), d), 1, compiled=False)[0]
+
+    for velocity, phase in ((1.0, 0.57), (0.8, 2.0)):
+        rows, step = impact(velocity, phase), 1e-6
+        found = jacobians(model, rows[:1], rows[1:])[0]
+        moved = []
+        for by_phase, by_velocity in ((step, 0.0), (0.0, step)):
+            ends = [impact(velocity + way * by_velocity, phase + way * by_phase)[1] for way in (1, -1)]
+            moved.append([(ends[0][column] - ends[1][column]) / (2 * step) for column in (PHASE, VELOCITY)])
+        np.testing.assert_allclose(found, np.array(moved).T, rtol=1e-6, atol=1e-7)
