@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import solved
+from mpmath import mp
 
 from vireport.atlas import motion_of_cycle
 from vireport.design import followed_motion
 from vireport.disturbances import FromRest, disturbances_of
 from vireport.motions import Event, motion_at
-from vireport.physics import Device
+from vireport.physics import Device, Restitutions, by_wall
 from vireport.scenario import DesignInput, Parameter
 from vireport.simulation import find_attractor, start_of
 
@@ -43,6 +44,60 @@ def test_the_motion_from_rest_is_that_of_its_equations_and_ends_where_the_simula
     for value, outward in ((reached.low, -1), (reached.high, 1)):
         assert simulated_word(solution.device, end, value * (1 - outward * BESIDE)) == word
         assert simulated_word(solution.device, end, value * (1 + outward * BESIDE)) != word
+
+
+def of_the_model(word: str, d, gbar, bottom, top):
+    """Conditions of a motion, by its velocities and times, from the model alone."""
+    sides, count = [1 if letter == "B" else -1 for letter in word], len(word)
+
+    def conditions(*x):
+        left = []
+        for i in range(count):
+            j, wall = (i + 1) % count, sides[i]
+            start, end = x[count + i], x[count + j] + (periods_of(x, count) if j == 0 else 0)
+            t, after = end - start, -(bottom if wall > 0 else top) * x[i]
+            sine, cosine = (f(mp.pi * end) - f(mp.pi * start) for f in (mp.sin, mp.cos))
+            left.append(after + gbar * t + sine / mp.pi - x[j])
+            moved = after * t + gbar * t * t / 2 - cosine / mp.pi**2 - mp.sin(mp.pi * start) * t / mp.pi
+            left.append(moved - (sides[j] - wall) / 2 * d)
+        return left
+
+    return conditions
+
+
+def periods_of(x, count: int) -> int:
+    """Twice the forcing periods that as many impacts as are told last."""
+    last = x[2 * count - 1] - x[count]
+    return 2 * int(mp.ceil(last / 2))
+
+
+@pytest.mark.parametrize(
+    "over",
+    [
+        {"device__length_m": 0.3},
+        {"device__length_m": 0.3718},
+        {"device__length_m": 0.75, "excitation__amplitude_n": 3.6, "device__restitution": Restitutions(0.475, 0.525)},
+    ],
+)
+def test_the_motion_from_rest_is_within_its_error_bounds_of_one_in_forty_digits(over: dict[str, object]) -> None:
+    over = dict(over)
+    restitution = over.pop("device__restitution", 0.5)
+    device = replace(solved("inclined", **over).device, restitution=restitution)
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    end = find_attractor(groups, start_of(np.array([1.0, 0.0, 0.0, float(np.arccos(-groups.gbar))])), 4000)
+    found = followed_motion(device, motion_of_cycle(end.cycle, 0.0), DesignInput.LENGTH)
+    motion = found.motion
+    with mp.workdps(40):
+        mass, force, frequency = (mp.mpf(x) for x in (device.capsule_mass_kg, device.amplitude_n, device.frequency_hz))
+        d = 4 * mass * mp.mpf(device.length_m) * frequency**2 / force
+        gbar = mass * mp.mpf(device.gravity_m_s2) * mp.sin(mp.mpf(device.inclination_deg) * mp.pi / 180) / force
+        r = map(mp.mpf, by_wall(restitution))
+        x = [mp.mpf(float(value)) for value in (*motion.velocity, *motion.time)]
+        exact = mp.findroot(of_the_model(motion.word.letters, d, gbar, *r), x, tol=1e-60)
+        away = np.array([float(abs(a - b)) for a, b in zip(exact, x, strict=True)])
+    bounds = np.concatenate([found.velocity_error, found.time_error])
+    assert (away <= bounds).all()
+    assert (bounds < 1e-11).all()
 
 
 def test_only_stable_motions_are_followed_and_from_the_least_inclination_upwards_alone() -> None:

@@ -122,6 +122,21 @@ def test_switching_on_while_the_ball_is_pressed_down_is_one_trajectory() -> None
     assert parts[0][0] == pytest.approx(share)
 
 
+@pytest.mark.parametrize(("force", "least", "most"), [(3.0, 1.0, 1.0), (3.6, 0.2, 0.26), (4.5, 1.0, 1.0)])
+def test_the_share_of_switch_on_moments_is_that_of_starts_simulated_one_by_one(force, least, most) -> None:
+    """A ball that is not pressed down when the force sets in leaves at another phase than one that comes to rest: where
+    it rests for the first time it has not come back to where it began."""
+    device = PAPER.with_values({Parameter.AMPLITUDE: force})
+    groups = device.groups(Parameter.LENGTH, 0.75).as_floats()
+    motions, _, _ = motions_at(device, Parameter.LENGTH)
+    outcomes = switched_on(groups, Target.of(motions), 1, 0.0, True)
+    told = sum(part for part, end in outcomes if end.reached)
+    starts = [Impact(BOTTOM, 0.0, phase) for phase in 2 * pi * (np.arange(100) + 0.5) / 100]
+    simulated = np.mean([end.word == "BT" for end in attractors(groups, starts)[0]])
+    assert least - 1e-12 <= told <= most + 1e-12
+    assert told == pytest.approx(simulated, abs=0.03)
+
+
 @pytest.mark.slow
 def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     """At 3.6 N, 3 periods for nearly all moments, 20 for all."""

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import log
+from math import log, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vireport.design.lines import LINES, LOSES_STABILITY, Line, along, extent, value_at
-from vireport.motions import STABILITIES, Curve, Event, Motion, PathPoint, Stability, classify, follow, multipliers
-from vireport.physics import FLOATS, Device
+from vireport.motions import (
+    STABILITIES,
+    Curve,
+    Event,
+    Motion,
+    PathPoint,
+    Stability,
+    classify,
+    follow,
+    multipliers,
+    point_bounds,
+)
+from vireport.physics import FLOATS, UNIT, Device
 from vireport.scenario import DesignInput, Parameter
 
 FARTHEST = log(10)
@@ -30,6 +42,8 @@ class FollowedMotion:
     decay : float
         Root of their determinant.
     varied : DesignInput
+    velocity_error, time_error : ndarray (N,)
+        Error bounds of the velocities [y_c] and times [t_c] of its impacts; inf where there is none.
     low, high : float
         Values of the input between which it is there and stable, in its unit.
     below, above : Event
@@ -40,6 +54,8 @@ class FollowedMotion:
     trace: float
     decay: float
     varied: DesignInput
+    velocity_error: NDArray[np.float64]
+    time_error: NDArray[np.float64]
     low: float
     high: float
     below: Event
@@ -49,6 +65,11 @@ class FollowedMotion:
     def name(self) -> str:
         """Its word and period."""
         return self.motion.word.name
+
+    @property
+    def phase_error(self) -> NDArray[np.float64]:
+        """Error bounds of the phases of its impacts [rad], by those of the times and four roundings."""
+        return np.asarray(pi * self.time_error + 4 * UNIT * (1 + np.abs(pi * self.motion.time)))
 
     @property
     def stability(self) -> Stability:
@@ -111,7 +132,8 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
         value = value_at(device, varied, position, curve.model.at((position,)), FLOATS)
         ends.append((float(value), event))
     (low, below), (high, above) = ends
-    return FollowedMotion(curve.motion(x), curve.trace(x), curve.decay(x), varied, low, high, below, above)
+    bounds = point_bounds(curve, x)
+    return FollowedMotion(curve.motion(x), curve.trace(x), curve.decay(x), varied, *bounds, low, high, below, above)
 
 
 def _words(end: Event) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from math import fsum
 from typing import TYPE_CHECKING
 
 from vireport.design import FollowedMotion, Solution, followed_motion
@@ -129,7 +130,7 @@ def disturbances_of(
     if targets and not found.reached:
         ramp = Ramp(ramp_that_helps(groups, targets, ratio, compiled), RAMPS[-1])
     around = _window(solution, compiled) if windows else None
-    share = sum(part for part, outcome in outcomes if outcome.reached)
+    share = min(fsum(part for part, outcome in outcomes if outcome.reached), 1.0)
     return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, _reached(solution, found))
 
 

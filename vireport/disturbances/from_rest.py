@@ -247,7 +247,7 @@ def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, 
         Whether to compile the simulation, where numba is there.
     """
     starts = ((float(BOTTOM), 0.0, 0.0, phase) for phase in releases(groups))
-    ends = (started(start, groups, targets, ratio, compiled) for start in starts)
+    ends = (started(start, groups, targets, ratio, compiled, released=True) for start in starts)
     return min(ends, key=lambda end: end.reached, default=FromRest(Destination.AT_REST))
 
 
@@ -289,7 +289,13 @@ def pressed_share(gbar: float) -> float:
 
 
 def started(
-    start: State, groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool, again: bool = True
+    start: State,
+    groups: Groups[float],
+    targets: Sequence[Target],
+    ratio: int,
+    compiled: bool,
+    again: bool = True,
+    released: bool = False,
 ) -> FromRest:
     """What a ball comes to from some state.
 
@@ -299,12 +305,15 @@ def started(
         Wall, position, velocity and phase, as `simulation.check_start` gives them.
     again : bool
         Whether to go the way once more, a few roundings off, where rounding grows too much on it.
+    released : bool
+        Whether it starts as the bottom membrane releases it: a ball that lies there again has then come back. One that
+        is not pressed down when the force sets in leaves at another phase.
     """
     model = check_model(groups)[0]
     most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
     rows, status = follow_one(model, start, BLOCK, compiled=compiled)
     while True:
-        found = _rested(model, rows, compiled) or _arrived(rows, targets, ratio)
+        found = _rested(model, rows, released, compiled) or _arrived(rows, targets, ratio)
         if found is not None or status[2] != RUNNING or len(rows) > most:
             break
         more, status = follow_one(model, _last(rows), max(BLOCK, len(rows) // 4), compiled=compiled)
@@ -348,10 +357,10 @@ def _times(rows: Floats) -> Floats:
     return times
 
 
-def _rested(model: Floats, rows: Floats, compiled: bool) -> tuple[FromRest, Floats] | None:
+def _rested(model: Floats, rows: Floats, released: bool, compiled: bool) -> tuple[FromRest, Floats] | None:
     """The rest cycle, and the impacts to its end, once the ball has come to rest twice on one membrane; else None."""
     resting = (_held(rows) > 0) & np.isfinite(_held(rows))
-    resting[0] |= rows[0, WALL] == BOTTOM and rows[0, VELOCITY] == 0
+    resting[0] |= released
     for wall in (BOTTOM, -BOTTOM):
         own = np.flatnonzero(resting & (rows[:, WALL] == wall))
         if len(own) > 1:

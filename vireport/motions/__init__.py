@@ -3,7 +3,7 @@
 from vireport.motions.branches import Branch, admissible_families
 from vireport.motions.conditions import Condition
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
-from vireport.motions.error_bounds import NO_BOUND, one_to_one_bounds, rounded_up, undecided
+from vireport.motions.error_bounds import NO_BOUND, one_to_one_bounds, point_bounds, rounded_up, undecided
 from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
 from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark
 from vireport.motions.generation import Rung, generation, impact_rate, ladder
@@ -125,6 +125,7 @@ __all__ = [
     "openings",
     "orbits",
     "place_at",
+    "point_bounds",
     "point_of",
     "polished",
     "product_trace",

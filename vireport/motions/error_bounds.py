@@ -9,7 +9,8 @@ that carry their error (`Rounded`), and the least change is that of their linear
 - 1:1 motions have a closed form for all numbers but q and the phase, so that the sweep's level is the one condition
   left, and the least change is its residual over its gradient (`one_to_one_bounds`);
 - motions of any word have two conditions for each flight, and the least change is that of the pseudo-inverse of their
-  derivatives, which is the former for a single condition (`distance_bounds`, `family_bounds`).
+  derivatives, which is the former for a single condition (`distance_bounds`, `family_bounds`, and `point_bounds` where
+  nothing varies).
 
 At an end of the sweep the bounds also hold for the motion of that very end, of which q and phase are correctly rounded.
 At a design point, where both groups are given, the exact motion is the one there.
@@ -18,6 +19,7 @@ At a design point, where both groups are given, the exact motion is the one ther
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -37,6 +39,7 @@ from vireport.physics import (
     Groups,
     Harmonic,
     Rounded,
+    Word,
     by_wall,
     each,
     infinite_where_undefined,
@@ -226,20 +229,63 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
     word = curve.word
     known = Model(_as_known(model.level), each(model.r, Rounded), _known(model.harmonics))
     conditions = residuals(word, [Rounded(column) for column in x.T], known, ROUNDED)
+    _, gbar, *_ = model.groups(np.abs(x[:, -1]))
+    bounds = _distances(
+        word, np.stack([curve.linearised(row)[1] for row in x]), conditions, gbar, _strength(model.harmonics)
+    )
+    bounds[:, -1] *= curve.width
+    return bounds
+
+
+def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: Any, strength: float) -> Floats:
+    """Bound the distance to an exact motion, by the derivatives of the conditions and by what is left of them."""
     most = np.stack([_largest(residual) for residual in conditions], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        u, sizes, v = np.linalg.svd(np.stack([curve.linearised(row)[1] for row in x]), full_matrices=False)
+        u, sizes, v = np.linalg.svd(matrices, full_matrices=False)
         # Signs of residuals are not known: the sizes of the pseudo-inverse's entries, times the largest residuals.
         change = np.abs(np.einsum("nki,nk,njk->nij", v, 1 / sizes, u)) @ most[..., None]
         # Second derivatives of a flight: of its phases, pi, over at most the period, and of its accelerations.
-        _, gbar, *_ = model.groups(np.abs(x[:, -1]))
-        bend = 2 * np.pi * (1 + 2 * word.periods) * (1 + _strength(model.harmonics) + gbar) * np.sqrt(2 * len(word))
+        bend = 2 * np.pi * (1 + 2 * word.periods) * (1 + strength + gbar) * np.sqrt(2 * len(word))
         eta = np.linalg.norm(change, axis=1)[:, 0]
         near = bend * eta / sizes[:, -1]
         # Kantorovich's distance is eta (1 - sqrt(1 - 2h))/h = eta (1 + h/2 + ...), h = beta L eta: 2h is room enough.
         bounds = change[..., 0] + (2 * near * eta)[:, None]
-    bounds[:, -1] *= curve.width
     return np.where((near < NEAR)[:, None], bounds, np.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class _Fixed:
+    """A device of which nothing varies."""
+
+    groups: Groups[Any]
+
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """Its groups."""
+        return self.groups
+
+
+def point_bounds(curve: Curve, x: Floats) -> tuple[Floats, Floats]:
+    """Bound the errors of a motion of any word at a design point, all of whose inputs are given.
+
+    Parameters
+    ----------
+    curve : Curve
+        That it lies on.
+    x : ndarray (2N + 1,)
+        Its velocities, times and position.
+
+    Returns
+    -------
+    velocity, time : ndarray (N,)
+        Of the impacts [y_c, t_c]; infinite where motions meet.
+    """
+    groups = curve.model.at((float(x[-1]),))
+    known = _Fixed(groups.each(lambda number: Rounded(number, GROUP_ERROR * abs(number))))
+    conditions = residuals(curve.word, [Rounded(np.array([each])) for each in x[:-1]], known, ROUNDED)
+    matrices, strength = curve.linearised(x)[1][None, :, :-1], _strength(groups.harmonics)
+    (bounds,) = _distances(curve.word, matrices, conditions, groups.gbar, strength)
+    count = len(curve.word)
+    return bounds[:count], bounds[count:]
 
 
 def family_bounds(sweep: Sweep, model: Model, x: Floats, distance: Floats, sweep_value: Floats) -> dict[str, Floats]:

@@ -388,6 +388,14 @@ def _followed(found: FollowedMotion) -> dict[str, Any]:
             "real": [each.real for each in found.multipliers],
             "imaginary": [each.imag for each in found.multipliers],
         },
+        "error_bounds": {
+            name: rounded_up(bound[None])[0]
+            for name, bound in (
+                ("velocity", found.velocity_error),
+                ("phase_rad", found.phase_error),
+                ("time", found.time_error),
+            )
+        },
         "stable_range": {"parameter": found.varied}
         | dict(zip(("from", "to", "from_reason", "to_reason"), ends, strict=True)),
     }
