@@ -30,11 +30,14 @@ ORDERS = tuple(own.order for own in HARMONICS)
 """Orders of the harmonics that are looked at."""
 
 LARGEST = LARGEST_HARMONIC / 100
-"""Harmonic, as a share of the force, up to which an end is looked for."""
+"""Harmonic, as a share of the force, up to which rays are followed."""
 
 RAYS, BEYOND = 6, 1.25
 """Rays all round, and the share to which they are followed over the least that is known: a straight border nearer than
 that is met before 1/cos(30 degrees) = 1.155 of it."""
+
+SEARCHED = LARGEST / BEYOND
+"""Share up to which no end is overlooked where no ray has met one."""
 
 SAME_WAY = 0.05
 """Angle between the nearest points of two borders up to which they are one, of which the nearer end is known [rad]."""
@@ -55,8 +58,8 @@ class Distortion:
     ----------
     order : int
     share : float or None
-        Its amplitude over that of the force, at the phase at which least is needed; None where none up to `LARGEST`
-        ends stable motion.
+        Its amplitude over that of the force, at the phase at which least is needed; None where none up to `SEARCHED`
+        was found to end stable motion.
     phase_deg : float
         That phase, in F [cos x + share cos(order x + phase)], x = omega t + phi.
     event : Event or None
@@ -64,7 +67,7 @@ class Distortion:
     error_bound : float or None
         Of the share, what the phase leaves open included; None where it was located in doubles only.
     searched_to : float
-        Share up to which ends were looked for.
+        Share up to which rays all round would have met an end.
     """
 
     order: int
@@ -72,7 +75,7 @@ class Distortion:
     phase_deg: float
     event: Event | None
     error_bound: float | None
-    searched_to: float = LARGEST
+    searched_to: float = SEARCHED
 
 
 @dataclass(frozen=True, slots=True, eq=False)
