@@ -35,7 +35,7 @@ from vireport.attraction.flights import (
 from vireport.attraction.following import come_in, patience
 from vireport.attraction.proved import Arrival, Proved, Region, prove_again, rounded_down
 from vireport.attraction.release import PRECISIONS, reaches
-from vireport.attraction.section import Section, _first_cells, _first_moments, proved_section, section_again
+from vireport.attraction.section import Section, _first_cells, _first_moments, _ways, proved_section, section_again
 from vireport.attraction.settling import settles
 from vireport.attraction.survived import MOMENTS, SIZES, survived, survived_again
 from vireport.attraction.trap import lap_derivative, lap_matrix, norm_bound, proved_trap, trap_of
@@ -478,6 +478,36 @@ def test_impacts_and_moments_that_are_proved_come_to_the_motion(monkeypatch: pyt
     for halved, moments in ((found.halved[:-1], found.moments), (found.halved, found.moments[:-1])):
         with pytest.raises(ValueError, match="not complete"):
             section_again(groups, trap, fastest, (), halved, moments)
+
+
+def test_each_impact_of_a_cell_takes_one_of_its_ways() -> None:
+    """Also of cells some of whose impacts lead to a touch, which have a way for each kind."""
+    groups, _, trap = stable(3.6)
+    random, count = np.random.default_rng(11), 4000
+    low = np.stack([2 * random.random(count), 1.8 * random.random(count)])
+    cells = Cells(low, low + 0.01, np.zeros(count, np.intp))
+    ways, _, _ = _ways(groups, trap, cells, (), True)
+    told = np.isfinite(ways.box[:, 0]).all(axis=1)
+    begun = np.bincount(ways.cell[told], minlength=count) == np.bincount(ways.cell, minlength=count)
+    # The first `count` ways are of the cells in their order, those that part from them come later.
+    parted = np.flatnonzero((ways.box[count:, 0] != ways.box[ways.cell[count:], 0]).any(axis=1) & told[count:])
+    twice = np.intersect1d(ways.cell[count + parted], np.flatnonzero(begun))
+    assert len(twice) > 20
+    for cell in (twice, np.flatnonzero(begun)):
+        time, velocity = cells.low[:, cell] + 0.01 * random.random((2, len(cell)))
+        rows = followed(groups, 1, time, velocity, 6)
+        first = 1 + np.argmax(rows[:, 1:, WALL] == 1, axis=1)
+        end, held = rows[np.arange(len(cell)), first], np.zeros(count, dtype=bool)
+        place = np.full(count, -1)
+        place[cell] = np.arange(len(cell))
+        own = np.flatnonzero(told & (place[ways.cell] >= 0))
+        late, fast = end[place[ways.cell[own]], PHASE] / pi, end[place[ways.cell[own]], VELOCITY]
+        box = ways.box[own, 0]
+        late = late - 2 * np.round((late - box[:, :2].mean(axis=1)) / 2)
+        within_box = (box[:, 0] <= late + 1e-12) & (late <= box[:, 1] + 1e-12)
+        within_box &= (box[:, 2] <= fast + 1e-12) & (fast <= box[:, 3] + 1e-12)
+        held[ways.cell[own[within_box]]] = True
+        assert held[cell].all()
 
 
 def switched_on_while_pressed(groups: Groups, found: Section) -> float:
