@@ -15,12 +15,13 @@ from vireport.chart import plane_of
 from vireport.checks import measure
 from vireport.checks.certificates import certify
 from vireport.cli.app import app
+from vireport.comparison.quantities import ComparedScenario
 from vireport.design import region_of
 from vireport.disturbances import disturbances_of
 from vireport.membranes import compliance
 from vireport.motions import Limits
 from vireport.physics import Device, Harmonic
-from vireport.scenario import DesignInput, load, load_any
+from vireport.scenario import DesignInput, Parameter, load, load_any
 from vireport.shocks import withstood_by
 from vireport.study import Task, analyse, plan
 
@@ -154,3 +155,13 @@ def test_the_device_of_a_scenario_carries_its_harmonics(example) -> None:
     device = Device.of(load(example("inclined"), SECOND).scenario)
     assert device.harmonics == (Harmonic.of(2, 2.0, 225.0),)
     assert replace(device, harmonics=()) == Device.of(load(example("inclined")).scenario)
+
+
+def test_results_with_harmonics_are_compared_and_read_again(distorted) -> None:
+    """Also those of earlier versions, which have no such key."""
+    data = json.loads(json.dumps(distorted.to_dict()))
+    compared = ComparedScenario(data, False)
+    assert compared.device.harmonics == distorted.solution.device.harmonics
+    assert compared.d(Parameter.LENGTH, 0.7) == pytest.approx(distorted.solution.device.groups(Parameter.LENGTH, 0.7).d)
+    del data["scenario"]["excitation"]["harmonics"]
+    assert ComparedScenario(data, False).device.harmonics == ()

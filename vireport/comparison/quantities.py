@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from vireport.motions import Event, Stability
-from vireport.physics import Device
+from vireport.physics import Device, Harmonic
 from vireport.scenario import DesignInput, Parameter, ScalarInput
 
 SAMPLED = 1e-5
@@ -160,6 +160,10 @@ class ComparedScenario:
         scenario = self.results["scenario"]
         optional: dict[str, Any] = dict.fromkeys(Parameter)
         given = {**optional, **scenario, **scenario["device"], **scenario["excitation"]}
+        # Results of earlier versions have no such key.
+        given["harmonics"] = tuple(
+            Harmonic.of(own["order"], own["percent"], own["phase_deg"]) for own in given.get("harmonics", ())
+        )
         return Device(**{field.name: given[field.name] for field in fields(Device) if field.name in given})
 
     @cached_property
