@@ -394,48 +394,41 @@ def _refined(surface: Surface, strand: Contour) -> Contour:
     """A contour with more points where the curve bends away from a chord."""
     _, by_u, by_phi = surface.gradient(strand.u, strand.phi)
     du, dphi = np.diff(strand.u), np.diff(strand.phi)
-    # The angle between chord and curve, both measured in the chord's own proportions of u and phase.
     size = np.hypot(du, dphi)
     known = size > 0
-    bent = np.zeros(len(du), dtype=bool)
-    for end in (slice(None, -1), slice(1, None)):
-        gradient = np.hypot(by_u[end], by_phi[end])
-        with np.errstate(all="ignore"):
-            off = np.abs(by_u[end] * du + by_phi[end] * dphi) / (gradient * size)
-        bent |= known & ~(off < np.sin(STEEP))
+    # The height grows to one side of the curve all along: its direction has a sign, which at a sharp bend alone tells
+    # that the curve goes on before it comes back.
+    ways = np.column_stack([-by_phi, by_u])
+    ways /= np.maximum(np.linalg.norm(ways, axis=1), np.finfo(float).tiny)[:, None]
+    along = np.column_stack([du, dphi])
+    if np.sum(ways[:-1] * along) + np.sum(ways[1:] * along) < 0:
+        ways = -ways
+    with np.errstate(all="ignore"):
+        turned = [np.sum(way * along, axis=1) / size for way in (ways[:-1], ways[1:])]
+    bent = known & ~(np.minimum(*turned) > np.cos(STEEP))
     if not bent.any() and known.all():
         return strand
     points = [(float(strand.u[0]), float(strand.phi[0]))]
     for i, (first, second) in enumerate(pairwise(zip(strand.u.tolist(), strand.phi.tolist(), strict=True))):
-        if not known[i]:
-            continue
-        if bent[i]:
-            points += _followed(surface, np.array(first), np.array(second))
-        points.append(second)
+        if known[i] and bent[i]:
+            points += _walk(surface, np.array(first), np.array(second), ways[i])
+        if known[i]:
+            points.append(second)
     whole = np.array(points)
     return Contour(whole[:, 0], whole[:, 1], strand.closed)
 
 
-def _followed(surface: Surface, first: Floats, second: Floats) -> list[tuple[float, float]]:
-    """Points of the curve between two, which are not next to each other on it by the chord."""
+def _walk(surface: Surface, first: Floats, second: Floats, way: Floats) -> list[tuple[float, float]]:
+    """Points of the curve from one on it to another, in a direction; none where it is not reached."""
     size = float(np.hypot(*(second - first)))
-    wide = np.ones(2)
-    chord = (second - first) / size
-
-    def direction(at: Floats, along: Floats) -> Floats:
-        _, by_u, by_phi = (float(x[0]) for x in surface.gradient(at[:1], at[1:]))
-        way = np.array([-by_phi, by_u])
-        way /= np.linalg.norm(way) or 1.0
-        return way if way @ along > 0 else -way
-
-    place, way = first, direction(first, chord)
-    # At a vertex where the curve is normal to the chord either direction might be the one: that which comes nearer.
-    points: list[tuple[float, float]] = []
-    step = LARGEST_PART * size
+    place, points, step = first, list[tuple[float, float]](), LARGEST_PART * size
     for _ in range(MOST_STEPS):
-        if np.hypot(*(second - place)) <= 1.5 * step and (second - place) @ way > 0:
+        back = second - place
+        left = float(np.hypot(*back))
+        # Along the curve, not across it: the other side of a thin one is as near.
+        if left <= 1.5 * step and back @ way > np.cos(TURNED) * left:
             return points
-        new, onward = _next_to(surface, place + step * way, wide, way)
+        new, onward = _next_to(surface, place + step * way, np.ones(2), way)
         turned = float(np.arccos(np.clip(onward @ way, -1.0, 1.0)))
         off = float(np.hypot(*(new - place - step * way)))
         if (turned > TURNED or off > 0.5 * step) and step > SMALLEST * size:
