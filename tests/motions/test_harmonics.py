@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from vireport.base import NumericalError
 from vireport.checks import reference
 from vireport.design.point import motions_at
 from vireport.motions import Event, Motions, Sweep, find_motions, orbits, solve, turns
@@ -352,20 +353,24 @@ def test_a_ball_that_does_not_bounce_grazes_where_it_does_without_a_harmonic_to_
         assert point.sweep_value == pytest.approx(other.sweep_value, rel=1e-8)
 
 
-@pytest.mark.parametrize("below", [1e-2, 1e-8])
-def test_curves_within_a_cell_of_the_grid_are_found(below: float) -> None:
+@pytest.mark.parametrize("below", [1e-2, 1e-3, 3e-4, 1e-4, 1e-5, 1e-8])
+def test_curves_within_a_cell_of_the_grid_are_found_or_refused(below: float) -> None:
     """Around the two largest gbar of a surface, mirror images of each other: next to them a curve goes round each."""
     harmonics = (Harmonic.of(2, 30.0, 40.0), Harmonic.of(5, 20.0, 100.0))
     # Located by a simplex on the surface.
     u, phi = np.array([-0.1625118]), np.array([-0.87289133])
     largest = float(orbits(u, phi, 0.5, 1, harmonics=harmonics).gbar[0])
     surface = Surface(Level(Held.GBAR, largest * (1 - below)), 0.5, 1, harmonics)
-    found = contours(surface)
+    try:
+        found = contours(surface)
+        along = [np.linspace(0, own.end, 7 * len(own.u)) for own in found]
+        at = [places([own], np.zeros(len(w), dtype=np.intp), w, surface) for own, w in zip(found, along, strict=True)]
+    except NumericalError:
+        assert 1e-5 < below < 1e-3  # the curve is thin and as large as a cell
+        return
     assert len(found) == 2
-    for own in found:
+    for own, (at_u, at_phi) in zip(found, at, strict=True):
         assert own.closed
-        w = np.linspace(0, own.end, 7 * len(own.u))
-        at_u, at_phi = places([own], np.zeros(len(w), dtype=np.intp), w, surface)
-        assert np.abs(surface.value(at_u, at_phi)).max() < 1e-14
+        assert np.abs(surface.value(at_u, at_phi)).max() < 1e-13
         # Next to an extremum a curve is an ellipse, whose extent goes with the root of the depth.
         assert np.ptp(at_u) == pytest.approx(0.369 * below**0.5, rel=0.03)

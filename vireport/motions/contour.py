@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vireport.base import NumericalError
 from vireport.motions.roots import bracketed_root
 from vireport.motions.sweep import EDGE, Level, level_polynomial, level_slope, level_value
 from vireport.physics import Harmonic
@@ -43,6 +44,11 @@ STEP = 1e-30
 NEAREST = 1e-11
 """Distance of two points up to which one is enough."""
 
+UNRESOLVED = (
+    "the motions of this force with harmonics are not resolved next to the largest gravity at which there are any "
+    "(change excitation.harmonics or inclination_deg by a per mille)"
+)
+
 STEEP = 0.5
 """Most that the direction of the curve may differ from the chord of two points [rad]; beyond it there are more."""
 
@@ -60,6 +66,9 @@ CORRECTIONS, SETTLED = 40, 4e-16
 
 FREE, ROUNDING = 5, 1e-9
 """Steps after which those end as well that are so small against the chord: rounding keeps them so."""
+
+OFF_CURVE = 1e-9
+"""Height above the level at which a place is not on the curve."""
 
 EXTREMUM_STEPS = 40
 """Newton steps to an extremum of the level, of which six are usual."""
@@ -189,6 +198,9 @@ def _corrected(surface: Surface, u: Floats, phi: Floats, normal: tuple[Floats, F
         u[active], phi[active] = np.clip(u[active] + moved[0], -EDGE, EDGE), phi[active] + moved[1]
         settled = (np.abs(step) <= rounded) | ((count > FREE) & (np.abs(step) <= ROUNDING * size[active]))
         active = active[~settled]
+    # At an edge, or where both derivatives vanish, steps do not settle although the place is on the curve.
+    if active.size and np.abs(surface.value(u[active], phi[active])).max() > OFF_CURVE:
+        raise NumericalError(UNRESOLVED)
     return u, phi
 
 
@@ -360,8 +372,11 @@ def _extent(surface: Surface, u: float, phi: float, reach: float) -> float:
     return min(float(np.sqrt(2 * depth / bend)) if bend else 1.0, 1.0)
 
 
-def _next_to(surface: Surface, guess: Floats, wide: Floats, way: Floats) -> tuple[Floats, Floats]:
-    """The point of the curve beside a guess, and its direction there, in coordinates over `wide`."""
+def _next_to(surface: Surface, guess: Floats, wide: Floats, way: Floats, side: float = 0.0) -> tuple[Floats, Floats]:
+    """The point of the curve beside a guess, and its direction there, in coordinates over `wide`.
+
+    That has the height growing to one `side` of it; or, where that is 0, is the one which is nearer to `way`.
+    """
     normal = np.array([-way[1], way[0]])
     for _ in range(CORRECTIONS):
         here, by_u, by_phi = (float(x[0]) for x in surface.gradient(guess[:1], guess[1:]))
@@ -372,7 +387,7 @@ def _next_to(surface: Surface, guess: Floats, wide: Floats, way: Floats) -> tupl
             break
     onward = np.array([-by_phi * wide[1], by_u * wide[0]])
     onward /= np.linalg.norm(onward) or 1.0
-    return guess, onward if onward @ way > 0 else -onward
+    return guess, onward * (side or (1.0 if onward @ way > 0 else -1.0))
 
 
 def _thinned(strand: Contour) -> Contour:
@@ -419,16 +434,24 @@ def _refined(surface: Surface, strand: Contour) -> Contour:
 
 
 def _walk(surface: Surface, first: Floats, second: Floats, way: Floats) -> list[tuple[float, float]]:
-    """Points of the curve from one on it to another, in a direction; none where it is not reached."""
+    """Points of the curve from one on it to another, in a direction.
+
+    Raises
+    ------
+    NumericalError
+        If that is not reached: the curve bends so sharply that part of it would be left out.
+    """
     size = float(np.hypot(*(second - first)))
     place, points, step = first, list[tuple[float, float]](), LARGEST_PART * size
+    _, by_u, by_phi = (float(x[0]) for x in surface.gradient(first[:1], first[1:]))
+    side = 1.0 if way @ (-by_phi, by_u) > 0 else -1.0
     for _ in range(MOST_STEPS):
         back = second - place
         left = float(np.hypot(*back))
         # Along the curve, not across it: the other side of a thin one is as near.
         if left <= 1.5 * step and back @ way > np.cos(TURNED) * left:
             return points
-        new, onward = _next_to(surface, place + step * way, np.ones(2), way)
+        new, onward = _next_to(surface, place + step * way, np.ones(2), way, side)
         turned = float(np.arccos(np.clip(onward @ way, -1.0, 1.0)))
         off = float(np.hypot(*(new - place - step * way)))
         if (turned > TURNED or off > 0.5 * step) and step > SMALLEST * size:
@@ -437,4 +460,4 @@ def _walk(surface: Surface, first: Floats, second: Floats, way: Floats) -> list[
         place, way = new, onward
         points.append((float(place[0]), float(place[1])))
         step = min(1.5 * step, LARGEST_PART * size)
-    return []
+    raise NumericalError(UNRESOLVED)
