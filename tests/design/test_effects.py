@@ -132,6 +132,7 @@ def test_the_least_margin_in_any_input_is_that_of_the_changed_device() -> None:
     assert {shift.least for shift in shifts(device, design, asked).rows} == {None}
 
 
+@pytest.mark.slow
 def test_a_harmonic_is_taken_at_phases_of_which_none_is_much_worse() -> None:
     def least(phase: float) -> float:
         """At a phase of its own: for each input the nearest end that a ray of another order of steps finds."""
