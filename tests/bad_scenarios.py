@@ -5,7 +5,7 @@ Most are the scenario `GOOD` with one line changed. Its lines are counted from 1
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 GOOD = """\
 schema_version: 1
@@ -47,8 +47,7 @@ MISSING = "required, but missing"
 UNSWEPT = "required unless it is swept, but missing"
 
 
-@dataclass(frozen=True)
-class Bad:
+class Bad(Struct, frozen=True):
     """A text that is no scenario, and all that must be said: (line, path, fragment of the message)."""
 
     name: str

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import atan2, cos, hypot, inf, pi, radians, sin
 
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport.checks import reference
 from vireport.design import distortion

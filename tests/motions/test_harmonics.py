@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 from math import pi, radians
 
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport.base import NumericalError
 from vireport.checks import reference

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 from itertools import chain, count, product
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.atlas.exclusion import (
@@ -136,8 +137,7 @@ def _starts(search: _Search) -> Iterator[Motion]:
             yield from search.four_impacts(word)
 
 
-@dataclass(slots=True)
-class _Meeting:
+class _Meeting(Struct):
     """A vertex while the search goes on; `motion` has its touches as impacts, `point` is where it is known already."""
 
     event: Event
@@ -150,8 +150,7 @@ _Opening = tuple[int, int, Iterator[Beginning], Iterator[tuple[int, Iterator[Beg
 """Impacts of a word, a number in the order of the search, what begins with it, and what else its vertex opens to."""
 
 
-@dataclass(slots=True)
-class _Search:
+class _Search(Struct):
     diagram: BifurcationDiagram
     model: Model
     low: float
