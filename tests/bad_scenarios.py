@@ -765,13 +765,13 @@ HARMONICS = (
     bad(
         "a harmonic and tolerances",
         good_but(12, "  frequency_hz: 2.0\n  harmonics: [{order: 2, percent: 1, phase_deg: 0}]")
-        + "tolerances: {length_m: 0.01}\nmotions: {}\n",
+        + "tolerances: {length_m: 0.01}\naccuracy: {}\n",
         (
             21,
             "tolerances",
             "it knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)",
         ),
-        (22, "motions", "it knows a force that is a sine alone"),
+        (22, "accuracy", "it knows a force that is a sine alone"),
     ),
 )
 
