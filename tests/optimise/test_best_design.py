@@ -257,7 +257,7 @@ def test_no_map_has_a_better_design(name: str) -> None:
     search = problem(*PROBLEMS[name])
     result = optimise(search)
     assert result.best is not None
-    assert result.best.value >= best_of_map(search, 250 if len(search.paths) == 2 else 40) * (1 - 1e-9)
+    assert result.best.value >= best_of_map(search, 120 if len(search.paths) == 2 else 24) * (1 - 1e-9)
     assert result.evidence.best_cell <= result.best.value * (1 + 1e-9)
     assert result.best.met()
     # What is said to be the most that there is, is more than this design, and not by much; even if it is not known.
@@ -302,18 +302,18 @@ def test_the_global_solver_needs_no_grid() -> None:
 @pytest.mark.usefixtures("short_front")
 def test_front_falls_and_ends_at_the_largest_margin() -> None:
     _, vary, _ = PROBLEMS["rate"]
-    result = optimise(problem("voltage_rate_v_s", vary, "margin_any_percent: 5, stroke_at_most_m: 0.35"))
+    result = optimise(problem("voltage_rate_v_s", vary, "margin_any_percent: 5, stroke_at_most_m: 0.35", 400))
     margins, values = np.array([(point.margin, point.value) for point in result.front]).T
     assert (np.diff(margins) > 0).all()
     assert (np.diff(values) < 0).all()
     assert result.best.value <= np.interp(0.05, margins, values) * (1 + 1e-2)
     assert sentences(picture_front(result).caption) <= 2
-    largest = optimise(problem("margin_percent", vary, "stroke_at_most_m: 0.35"))
+    largest = optimise(problem("margin_percent", vary, "stroke_at_most_m: 0.35", 400))
     assert margins[-1] <= largest.best.margin
     assert largest.best.value == 100 * largest.best.margin
     # No margin is larger: the requirement of a little more is not met, and is short by as much.
     more = 100 * largest.best.margin + 0.5
-    failing = optimise(problem("voltage_rate_v_s", vary, f"margin_any_percent: {more!r}, stroke_at_most_m: 0.35"))
+    failing = optimise(problem("voltage_rate_v_s", vary, f"margin_any_percent: {more!r}, stroke_at_most_m: 0.35", 400))
     assert failing.best is None
     missed = next(criterion for criterion in failing.nearest.study.criteria if not criterion.passed)
     assert missed.key == "margin_any_percent"
