@@ -8,6 +8,7 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 from vireport import analyse, load
 from vireport.design import Effect, Shift, Unmoved, design_point, shifts
@@ -38,6 +39,7 @@ def test_the_papers_device_has_the_shifts_that_were_derived_apart_from_this() ->
         LeftOut.RESTITUTION_TOP: (-3.8, 8.3),
         LeftOut.CAPSULE: (1.55, 3.2),
         LeftOut.SECOND_HARMONIC: (2.6, 2.2),
+        LeftOut.RESTITUTION_SPEED: (1.8, 3.0),
     }
     assert list(found) == list(expected)
     for left_out, (moved, left) in expected.items():
@@ -74,6 +76,63 @@ def test_a_free_capsule_has_the_way_back() -> None:
     assert LeftOut.CAPSULE not in of(replace(PAPER, ball_mass_kg=None))
 
 
+def doubling_of_law(device: Device, exponent: float, speed_m_s: float, guess: np.ndarray) -> tuple[float, np.ndarray]:
+    """Frequency at which a motion of a law doubles its period, by the raw maps: unlike the program's, by differences.
+
+    `guess` are the velocity before the bottom impact, both phases over pi, and the frequency.
+    """
+    weight = device.capsule_mass_kg * device.gravity_m_s2 * sin(np.radians(device.inclination_deg)) / device.amplitude_n
+
+    def flown(wall: int, t: float, v: float, until: float, frequency: float) -> tuple[float, float]:
+        unit = device.amplitude_n / (2 * device.capsule_mass_kg * frequency)
+        after = -0.5 * (wall * v * unit / speed_m_s) ** exponent * v
+        s = until - t
+        end = after + weight * s + (sin(pi * until) - sin(pi * t)) / pi
+        way = after * s + weight * s * s / 2 - (cos(pi * until) - cos(pi * t)) / pi**2 - sin(pi * t) * s / pi
+        return end, way + wall * 4 * device.capsule_mass_kg * device.length_m * frequency**2 / device.amplitude_n
+
+    def conditions(x: np.ndarray) -> np.ndarray:
+        v, bottom, top, frequency = x
+        at_top, up = flown(1, bottom, v, top, frequency)
+        back, down = flown(-1, top, at_top, bottom + 2, frequency)
+        return np.array([up, down, back - v])
+
+    def multiplier(x: np.ndarray) -> float:
+        """Of the return map, det(P + 1), its entries by Newton's method for the times of impacts moved a little."""
+
+        def lap(bottom: float, v: float) -> np.ndarray:
+            top, end = x[2], x[1] + 2
+            for _ in range(6):
+                at_top, way = flown(1, bottom, v, top, x[3])
+                top -= way / at_top
+            for _ in range(6):
+                last, way = flown(-1, top, at_top, end, x[3])
+                end -= way / last
+            return np.array([end, last])
+
+        h = 1e-5
+        columns = [lap(x[1] + h, x[0]) - lap(x[1] - h, x[0]), lap(x[1], x[0] + h) - lap(x[1], x[0] - h)]
+        return float(np.linalg.det(np.column_stack(columns) / (2 * h) + np.eye(2)))
+
+    x = fsolve(lambda x: [*conditions(x), multiplier(x)], guess, xtol=1e-11)
+    return float(x[3]), x
+
+
+def test_a_law_of_the_speed_moves_the_end_as_the_raw_maps_say() -> None:
+    """For both membranes one law, which is the given restitution at the mean impact speed of the design's motion."""
+    design = design_point(PAPER, None)
+    row = np.flatnonzero(design.motions.stable)[0]
+    unit = 3.0 / (2 * 0.1245 * 2.0)
+    mean = unit * (design.motions.velocity_bottom[row] - design.motions.velocity_top[row]) / 2
+    end = shifts(PAPER, design).end.point
+    guess = np.array([end.closed.velocity_bottom, *end.motion.time, end.sweep_value])
+    for exponent in (-0.02, -0.1, -0.2):
+        (shift,) = shifts(PAPER, design, (Effect(LeftOut.RESTITUTION_SPEED, exponent),)).rows
+        expected, guess = doubling_of_law(PAPER, exponent, mean, guess)
+        assert shift.value == pytest.approx(expected, rel=1e-8)
+        assert shift.event is Event.PERIOD_DOUBLING
+
+
 @pytest.mark.parametrize("length", [0.64, pytest.param(0.632, marks=pytest.mark.slow)])
 def test_an_end_that_passes_the_design_point_leaves_less_than_nothing(length: float) -> None:
     """The motion is followed from where it is stable still, back to the end: the same as a sweep has there."""
@@ -107,6 +166,16 @@ def test_so_large_an_effect_that_nothing_is_stable() -> None:
     assert (shift.value, shift.left, shift.stable, shift.absence) == (None, None, False, Unmoved.NOT_STABLE)
     # Where there is no restitution, none is less.
     assert effect.left_out not in of(replace(PAPER, restitution=Restitutions(0.0, 0.6)), effect)
+
+
+def test_a_law_needs_a_restitution_and_leaves_a_level_device_symmetric() -> None:
+    effect = Effect(LeftOut.RESTITUTION_SPEED, -0.1)
+    assert effect.left_out not in of(replace(PAPER, restitution=Restitutions(0.0, 0.6)), effect)
+    level = replace(PAPER, inclination_deg=0.0, length_m=0.3)
+    shift, end = of(level, effect)[effect.left_out], shifts(level, design_point(level, None)).end
+    assert shift.event is end.event
+    # Both ends are struck alike: the restitution is as given where the motion is, and only its slope acts.
+    assert 0 < abs(shift.relative) < 0.05
 
 
 def smallest(device: Device) -> float:
@@ -173,7 +242,14 @@ def test_a_run_has_them_and_says_why_not(example) -> None:
     assert json.loads(json.dumps(data)) == data
     assert (data["parameter"], data["label"], data["reason"]) == ("frequency_hz", "B1", None)
     rows = {row["effect"]: row for row in data["rows"]}
-    assert list(rows) == ["restitution_bottom", "restitution_top", "capsule", "second_harmonic", "membrane_stiffness"]
+    assert list(rows) == [
+        "restitution_bottom",
+        "restitution_top",
+        "capsule",
+        "second_harmonic",
+        "restitution_exponent",
+        "membrane_stiffness",
+    ]
     own = analyse(load(example("inclined")), ("json",)).own_stiffness
     end = next(end for end in own.ends if end.parameter == "frequency_hz")
     assert rows["membrane_stiffness"]["sweep_value"] == end.compliant

@@ -1048,6 +1048,12 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         (shift("SECOND_HARMONIC", size=0.02), thing(recoils=False, harmonics=(thing(),))),
         "a further second harmonic of 2 % in the force",
     ),
+    (
+        "effects",
+        "effect",
+        (shift("RESTITUTION_SPEED", size=-0.1), FREE),
+        "restitution as the speed to the power −0.1",
+    ),
     ("effects", "effect", (shift("STIFFNESS"), FREE), "the membranes' own stiffness"),
     ("effects", "left", (shift(left=-0.0317),), "−3.2 %"),
     ("effects", "left", (shift(left=None),), "no end"),

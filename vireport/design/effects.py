@@ -15,12 +15,25 @@ import numpy as np
 
 from vireport.base import NumericalError
 from vireport.design.distortion import with_harmonic as followed_with
-from vireport.design.lines import LINES, Ending, Followed, Line, along, endings, mirrored, reach, stable_ones, value_at
+from vireport.design.lines import (
+    LINES,
+    Ending,
+    Followed,
+    Line,
+    along,
+    endings,
+    line_of,
+    mirrored,
+    reach,
+    stable_ones,
+    value_at,
+)
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
+from vireport.design.speed_law import at_own_speed, constant, with_law
 from vireport.motions import Event
-from vireport.physics import FLOATS, Device, Groups, Harmonic, with_harmonic
+from vireport.physics import FLOATS, Device, Groups, Harmonic, SpeedLaw, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -45,7 +58,8 @@ class Effect:
     ----------
     left_out : LeftOut
     size : float
-        Relative change of a restitution, share of a harmonic in the force; 0 of what is there or not.
+        Relative change of a restitution, share of a harmonic in the force, exponent of a restitution that falls with
+        speed; 0 of what is there or not.
     """
 
     left_out: LeftOut
@@ -56,7 +70,7 @@ class Effect:
         """Those that a scenario asks for; the usual ones where it asks for none."""
         if blocks is None:
             return USUAL
-        return tuple(Effect(block.effect, (block.percent or 0.0) / 100) for block in blocks)
+        return tuple(Effect(own.effect, (own.percent or 0.0) / 100 + (own.exponent or 0.0)) for own in blocks)
 
 
 class Unmoved(StrEnum):
@@ -182,6 +196,7 @@ USUAL = (
     Effect(LeftOut.RESTITUTION_TOP, -UNSURE),
     Effect(LeftOut.CAPSULE),
     Effect(LeftOut.SECOND_HARMONIC, 0.02),
+    Effect(LeftOut.RESTITUTION_SPEED, -0.1),
 )
 """What every design is held against."""
 
@@ -212,7 +227,7 @@ def shifts(
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
     rows = []
     for effect in effects:
-        changed = CHANGES[effect.left_out](device, effect.size, end)
+        changed = _changed(device, design, effect, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
         found = [
             _followed(other, device.harmonics, end, effect)
@@ -227,9 +242,19 @@ def shifts(
     return Shifts(end, tuple(rows))
 
 
+def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -> Sequence[Device]:
+    """The devices that an effect makes of one, see `CHANGES`."""
+    if effect.left_out is LeftOut.RESTITUTION_SPEED:
+        # Of a design that has a law already another one is not an effect.
+        falls = isinstance(device.restitution, SpeedLaw)
+        other = None if falls else at_own_speed(device, design.motions, effect.size)
+        return () if other is None else [other]
+    return CHANGES[effect.left_out](device, effect.size, end)
+
+
 def _least_with(device: Device, design: DesignPoint, effect: Effect) -> float:
     """The least margin in any input with an effect; of a harmonic, at the phases that are worst for each end."""
-    changed = (other for end in design.limits() for other in CHANGES[effect.left_out](device, effect.size, end))
+    changed = (other for end in design.limits() for other in _changed(device, design, effect, end))
     differing = {tuple(np.round(_groups(other).numbers, SAME_DEVICE)): other for other in changed}
     return min(_least_margin(other, device.harmonics) for other in differing.values())
 
@@ -240,7 +265,8 @@ def _least_margin(device: Device, force: Sequence[Harmonic]) -> float:
     if not followed:
         return 0.0
     for end in endings(device, followed, LINES, (-1.0, 1.0)):
-        if end.event is Event.LOST:
+        # A law that bends at the largest restitution is followed no farther: that counts as an end.
+        if end.event is Event.LOST and not isinstance(device.restitution, SpeedLaw):
             raise NumericalError(f"rounding does not resolve where stable motion ends along {', '.join(end.inputs)}")
         for varied in end.inputs if end.event is not Event.SWEEP_END else ():
             value = float(device.value_of(varied))
@@ -309,7 +335,7 @@ def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: f
     followed = _followed_to(device, force)
     if not followed:
         return None
-    line, found = next(line for line in Line if varied in line.value), []
+    line, found = line_of(varied, device), []
     for end in endings(device, followed, [line], (Line.sense(varied) * way,)):
         if varied in end.inputs and end.event not in (Event.SWEEP_END, Event.LOST) and not end.taken_over:
             event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
@@ -320,11 +346,13 @@ def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: f
 def _followed_to(device: Device, force: Sequence[Harmonic]) -> list[Followed]:
     """The stable motions of a device; `force` are harmonics of the design."""
     # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found.
-    sine = device if force else replace(device, harmonics=())
+    own = device if force else replace(device, harmonics=())
+    falls = isinstance(device.restitution, SpeedLaw)
+    sine = constant(own) if falls else own
     followed = stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
     for harmonic in device.harmonics if not force else ():
         followed = followed_with(sine, followed, harmonic)
-    return followed
+    return with_law(device, followed) if falls else followed
 
 
 def _value(device: Device, varied: DesignInput, end: Ending) -> float:
