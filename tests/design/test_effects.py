@@ -21,6 +21,9 @@ PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0, ball_mass_kg=0.0041)
 FREE = replace(PAPER, capsule=CapsuleMotion.FREE)
 
 
+LAW = {"effect": "restitution_exponent", "exponent": -0.1}
+
+
 def of(device: Device, *effects: Effect) -> dict[LeftOut, Shift]:
     found = shifts(device, design_point(device, None), *([effects] if effects else []))
     return {shift.effect.left_out: shift for shift in found.rows}
@@ -126,9 +129,9 @@ def test_a_law_of_the_speed_moves_the_end_as_the_raw_maps_say() -> None:
     mean = unit * (design.motions.velocity_bottom[row] - design.motions.velocity_top[row]) / 2
     end = shifts(PAPER, design).end.point
     guess = np.array([end.closed.velocity_bottom, *end.motion.time, end.sweep_value])
-    for exponent in (-0.02, -0.1, -0.2):
-        (shift,) = shifts(PAPER, design, (Effect(LeftOut.RESTITUTION_SPEED, exponent),)).rows
-        expected, guess = doubling_of_law(PAPER, exponent, mean, guess)
+    for exponent, stated in ((-0.02, None), (-0.1, None), (-0.1, 5.3), (-0.2, None)):
+        (shift,) = shifts(PAPER, design, (Effect(LeftOut.RESTITUTION_SPEED, exponent, stated),)).rows
+        expected, guess = doubling_of_law(PAPER, exponent, stated or mean, guess)
         assert shift.value == pytest.approx(expected, rel=1e-8)
         assert shift.event is Event.PERIOD_DOUBLING
 
@@ -231,6 +234,9 @@ def test_a_margin_can_be_required_to_hold_with_them(example) -> None:
         ({}, 1.01, False, "restitution bottom -5 %"),
         ({"effects": [{"effect": "capsule"}]}, 3.2, True, "capsule"),
         ({"effects": [{"effect": "restitution_bottom", "percent": -10}]}, 0.1, False, "restitution bottom -10 %"),
+        ({"effects": [LAW]}, 2.97, True, "restitution exponent -0.1"),
+        ({"effects": [LAW]}, 2.98, False, "restitution exponent -0.1"),
+        ({"effects": [{**LAW, "speed_m_s": 4.0}]}, 2.98, False, "restitution exponent -0.1"),
     ):
         required = {"requirements": {"margin_with_effects_percent": least}}
         (line,) = analyse(load(example("inclined"), mass | changes | required), ()).criteria

@@ -11,7 +11,7 @@ import pytest
 
 from vireport.design import Effect, design_point, shifts
 from vireport.design.lines import Line, along, ends_along, stable_ones
-from vireport.design.speed_law import Falling, at_own_speed
+from vireport.design.speed_law import Falling, falling
 from vireport.motions import Curve
 from vireport.physics import FLOATS, Device, Groups, Harmonic, Restitutions, SpeedLaw, flight
 from vireport.scenario import LeftOut, Parameter
@@ -132,7 +132,7 @@ def test_the_period_doubles_where_the_row_of_effects_says() -> None:
     device = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
     design = design_point(device, None)
     (shift,) = shifts(device, design, (Effect(LeftOut.RESTITUTION_SPEED, -0.1),)).rows
-    law = at_own_speed(device, design.motions, -0.1)
+    law = falling(device, design.motions, -0.1)
     end = design.endings()[0].point.closed
     for factor, impacts in ((1.002, 2), (0.998, 4)):
         other = replace(law, frequency_hz=shift.value * factor)
@@ -144,7 +144,7 @@ def test_the_period_doubles_where_the_row_of_effects_says() -> None:
 def test_multipliers_of_a_cycle_are_those_of_the_motion() -> None:
     device = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
     motions = design_point(device, None).motions
-    law = at_own_speed(device, motions, -0.1)
+    law = falling(device, motions, -0.1)
     origin = along(Line.LENGTHS, law, FLOATS).origin
     ((motion, _),) = stable_ones(device, motions)
     curve = Curve(motion.word, Falling(origin), -0.01, 0.1, 1.0)

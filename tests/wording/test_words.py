@@ -172,8 +172,9 @@ FIXED, FREE = thing(recoils=False, harmonics=()), thing(recoils=True, harmonics=
 
 def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
     """A shift of the nearest end by something that the model leaves out."""
-    given = {"left": 0.01, "stable": True, "relative": 0.04, "size": -0.05} | of
-    return thing(effect=thing(left_out=LeftOut[left_out], size=given["size"]), **given)
+    given = {"left": 0.01, "stable": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
+    effect = thing(left_out=LeftOut[left_out], size=given["size"], speed_m_s=given["speed_m_s"])
+    return thing(effect=effect, **given)
 
 
 def film(**given: float) -> dict[str, float]:
@@ -1053,6 +1054,12 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         "effect",
         (shift("RESTITUTION_SPEED", size=-0.1), FREE),
         "restitution as the speed to the power −0.1",
+    ),
+    (
+        "effects",
+        "effect",
+        (shift("RESTITUTION_SPEED", size=-0.12, speed_m_s=5.0), FREE),
+        "restitution as the speed to the power −0.12, as given at 5 m/s",
     ),
     ("effects", "effect", (shift("STIFFNESS"), FREE), "the membranes' own stiffness"),
     ("effects", "left", (shift(left=-0.0317),), "−3.2 %"),

@@ -31,7 +31,7 @@ from vireport.design.lines import (
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
-from vireport.design.speed_law import at_own_speed, constant, with_law
+from vireport.design.speed_law import constant, falling, with_law
 from vireport.motions import Event
 from vireport.physics import FLOATS, Device, Groups, Harmonic, SpeedLaw, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
@@ -60,17 +60,21 @@ class Effect:
     size : float
         Relative change of a restitution, share of a harmonic in the force, exponent of a restitution that falls with
         speed; 0 of what is there or not.
+    speed_m_s : float or None
+        Of the impact at which such a restitution is as given; None for the mean of the design's own motion.
     """
 
     left_out: LeftOut
     size: float = 0.0
+    speed_m_s: float | None = None
 
     @staticmethod
     def asked(blocks: Sequence[EffectBlock] | None) -> tuple[Effect, ...]:
         """Those that a scenario asks for; the usual ones where it asks for none."""
         if blocks is None:
             return USUAL
-        return tuple(Effect(own.effect, (own.percent or 0.0) / 100 + (own.exponent or 0.0)) for own in blocks)
+        sizes = ((own.percent or 0.0) / 100 + (own.exponent or 0.0) for own in blocks)  # it has one of the two
+        return tuple(Effect(own.effect, size, own.speed_m_s) for own, size in zip(blocks, sizes, strict=True))
 
 
 class Unmoved(StrEnum):
@@ -245,9 +249,7 @@ def shifts(
 def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -> Sequence[Device]:
     """The devices that an effect makes of one, see `CHANGES`."""
     if effect.left_out is LeftOut.RESTITUTION_SPEED:
-        # Of a design that has a law already another one is not an effect.
-        falls = isinstance(device.restitution, SpeedLaw)
-        other = None if falls else at_own_speed(device, design.motions, effect.size)
+        other = falling(device, design.motions, effect.size, effect.speed_m_s)
         return () if other is None else [other]
     return CHANGES[effect.left_out](device, effect.size, end)
 

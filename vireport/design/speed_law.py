@@ -78,8 +78,8 @@ def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
     return left
 
 
-def at_own_speed(device: Device, motions: Motions, exponent: float) -> Device | None:
-    """The device with its restitutions at the mean impact speed of its own motion, of which they fall with speed.
+def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float | None = None) -> Device | None:
+    """The device with restitutions that fall with the speed of the impact, as its own at one speed.
 
     Parameters
     ----------
@@ -89,6 +89,8 @@ def at_own_speed(device: Device, motions: Motions, exponent: float) -> Device | 
         Of the design point; the first stable one counts.
     exponent : float
         Of the law, for both membranes alike.
+    speed_m_s : float, optional
+        At which the restitutions are the device's; the mean of both impacts of its own motion by default.
 
     Returns
     -------
@@ -102,7 +104,8 @@ def at_own_speed(device: Device, motions: Motions, exponent: float) -> Device | 
     rows, bottom_top = np.flatnonzero(motions.stable), stated(device.restitution)
     if not rows.size or min(bottom_top) == 0:
         return None
-    row = int(rows[0])
-    mean = (abs(float(motions.velocity_bottom[row])) + abs(float(motions.velocity_top[row]))) / 2
-    speed = mean * float(device.velocity_unit(Parameter.LENGTH, device.length_m))
-    return replace(device, restitution=SpeedLaw(*bottom_top, exponent, speed))
+    if speed_m_s is None:
+        row = int(rows[0])
+        mean = (abs(float(motions.velocity_bottom[row])) + abs(float(motions.velocity_top[row]))) / 2
+        speed_m_s = mean * float(device.velocity_unit(Parameter.LENGTH, device.length_m))
+    return replace(device, restitution=SpeedLaw(*bottom_top, exponent, speed_m_s))

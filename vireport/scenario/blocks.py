@@ -49,6 +49,9 @@ STEEPEST_RESTITUTION = -0.5
 FLATTEST_RESTITUTION = -0.001
 """The same at most, where it is looked at what it does."""
 
+SLOWEST_STATED, FASTEST_STATED = 1e-3, 1e3
+"""Speeds of an impact at which a restitution can be stated [m/s]."""
+
 LARGEST_EFFECT = 50.0
 """Most by which a restitution is changed to see what that does [%]."""
 
@@ -898,10 +901,20 @@ class EffectBlock(Block):
         None,
         "Exponent",
         "1",
-        "Of the speed, with which the restitution falls: as given at the mean impact speed of the design's own motion.",
+        "Of the speed of the impact, with which the restitution falls.",
         example=-0.1,
         ge=STEEPEST_RESTITUTION,
         le=FLATTEST_RESTITUTION,
+    )
+    speed_m_s: float | None = _key(
+        None,
+        "Speed",
+        "m/s",
+        "Of the impact at which the restitution is as given, where it falls with speed. Left out, the mean impact "
+        "speed of the design's own motion.",
+        example=5.0,
+        ge=SLOWEST_STATED,
+        le=FASTEST_STATED,
     )
 
 

@@ -344,6 +344,8 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
         size, exponent = row.get("percent"), row.get("exponent")
         if exponent is not None and effect is not LeftOut.RESTITUTION_SPEED:
             yield _rule(f"{here}.exponent", f"{effect} has no exponent (leave it out)")
+        if row.get("speed_m_s") is not None and effect is not LeftOut.RESTITUTION_SPEED:
+            yield _rule(f"{here}.speed_m_s", f"{effect} has no speed (leave it out)")
         if effect is LeftOut.RESTITUTION_SPEED:
             if size is not None:
                 yield _rule(f"{here}.percent", f"{effect} has no per cent, but an exponent (give that)")
