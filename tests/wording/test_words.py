@@ -16,7 +16,7 @@ from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
 
 from vireport import analyse, load
-from vireport.design import Solution
+from vireport.design import Solution, Unmoved
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
@@ -173,6 +173,7 @@ FIXED, FREE = thing(recoils=False, harmonics=()), thing(recoils=True, harmonics=
 def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
     """A shift of the nearest end by something that the model leaves out."""
     given = {"left": 0.01, "stable": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
+    given = {"absence": None} | given
     effect = thing(left_out=LeftOut[left_out], size=given["size"], speed_m_s=given["speed_m_s"])
     return thing(effect=effect, **given)
 
@@ -1064,6 +1065,7 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("effects", "effect", (shift("STIFFNESS"), FREE), "the membranes' own stiffness"),
     ("effects", "left", (shift(left=-0.0317),), "−3.2 %"),
     ("effects", "left", (shift(left=None),), "no end"),
+    ("effects", "left", (shift(left=None, absence=Unmoved.NOT_FOLLOWED),), "not followed to its end"),
     ("effects", "left", (shift(left=None, stable=False),), "no stable motion"),
     (
         "effects",

@@ -82,6 +82,7 @@ class Unmoved(StrEnum):
 
     NOT_STABLE = "no stable motion is found with it"
     ENDLESS = "stable motion does not end in this direction with it"
+    NOT_FOLLOWED = "stable motion is not followed to its end with it"
     NO_MOTION = "no 1:1 motion is stable at the design point"
     NO_END = "no end of the stable motion is known"
 
@@ -121,8 +122,8 @@ class Shift:
 
     @property
     def room(self) -> float:
-        """The margin that is left; infinite where stable motion does not end, and where there is none."""
-        endless = inf if self.absence is Unmoved.ENDLESS else -inf
+        """The margin that is left; infinite where no end is found, and minus that where there is no stable motion."""
+        endless = inf if self.absence in (Unmoved.ENDLESS, Unmoved.NOT_FOLLOWED) else -inf
         return endless if self.left is None else self.left
 
     @property
@@ -305,6 +306,8 @@ def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Ef
         return Shift(effect, absence=Unmoved.NOT_STABLE)
     if not here:
         return Shift(effect, absence=Unmoved.ENDLESS)
+    if here[0].event is Event.LOST:
+        return Shift(effect, absence=Unmoved.NOT_FOLLOWED)
     return shift_to(effect, end, here[0].value, here[0].event, own)
 
 
@@ -333,13 +336,16 @@ class _End:
 
 
 def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float) -> Sequence[_End] | None:
-    """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
+    """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion.
+
+    Where one of them is followed no farther is one of them, with the event `LOST`.
+    """
     followed = _followed_to(device, force)
     if not followed:
         return None
     line, found = line_of(varied, device), []
     for end in endings(device, followed, [line], (Line.sense(varied) * way,)):
-        if varied in end.inputs and end.event not in (Event.SWEEP_END, Event.LOST) and not end.taken_over:
+        if varied in end.inputs and end.event is not Event.SWEEP_END and not end.taken_over:
             event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
             found.append(_End(_value(device, varied, end), event, float(np.abs(end.x[:2]).max())))
     return sorted(found, key=lambda end: way * end.value)

@@ -214,9 +214,6 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
         # A device with a restitution beyond the usual limit is still looked at up to half the way to 1.
         value, bottom, top = device.value_of(varied), *stated(device.restitution)
         high = max(HIGHEST_RESTITUTION, (1 + value) / 2)
-        if isinstance(device.restitution, SpeedLaw):
-            # Beyond, impacts of half the speed have the largest restitution that a law gives, at which it bends.
-            return low, max(value, HIGHEST_RESTITUTION * 2.0 ** float(device.restitution.exponent))
         if varied is DesignInput.RESTITUTION and not device.alike:
             # Both move alike, until the one is at its end.
             high = max(HIGHEST_RESTITUTION, (1 + max(bottom, top)) / 2) - abs(bottom - top) / 2
