@@ -232,10 +232,13 @@ def shifts(
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
     rows = []
     for effect in effects:
+        # Without the law of its restitution a device is the design itself: half of the time is to find its motions.
+        of_design = effect.left_out is LeftOut.RESTITUTION_SPEED
+        known = stable_ones(device, design.motions) if of_design else ()
         changed = _changed(device, design, effect, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
         found = [
-            _followed(other, device.harmonics, end, effect)
+            _followed(other, device.harmonics, end, effect, known)
             if _groups(other) != _groups(device)
             else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
             for other in changed
@@ -287,8 +290,13 @@ def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float
     return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
 
 
-def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect) -> Shift:
-    """Where the stable motions of a device end, those of the design at `end`; `force` are harmonics of the design."""
+def _followed(
+    device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect, known: Sequence[Followed]
+) -> Shift:
+    """Where the stable motions of a device end, those of the design at `end`.
+
+    `force` are harmonics of the design, and `known` the stable motions of the device, but for its law of restitution.
+    """
     varied, own = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
     here: Sequence[_End] | None = None
@@ -297,7 +305,7 @@ def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Ef
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
-        ends = _ends(at, force, varied, way)
+        ends = _ends(at, force, varied, way, () if retreat else known)
         here = ends if not retreat else here
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
             return shift_to(effect, end, same.value, same.event, own)
@@ -335,12 +343,14 @@ class _End:
         return self.event is end.event and abs(self.speed - speed) <= ALIKE * speed
 
 
-def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float) -> Sequence[_End] | None:
+def _ends(
+    device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float, known: Sequence[Followed] = ()
+) -> Sequence[_End] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion.
 
     Where one of them is followed no farther is one of them, with the event `LOST`.
     """
-    followed = _followed_to(device, force)
+    followed = _followed_to(device, force, known)
     if not followed:
         return None
     line, found = line_of(varied, device), []
@@ -351,13 +361,16 @@ def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: f
     return sorted(found, key=lambda end: way * end.value)
 
 
-def _followed_to(device: Device, force: Sequence[Harmonic]) -> list[Followed]:
-    """The stable motions of a device; `force` are harmonics of the design."""
+def _followed_to(device: Device, force: Sequence[Harmonic], known: Sequence[Followed] = ()) -> list[Followed]:
+    """The stable motions of a device; `force` are harmonics of the design.
+
+    `known` are those of the device but for its law of restitution, where they are known.
+    """
     # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found.
     own = device if force else replace(device, harmonics=())
     falls = isinstance(device.restitution, SpeedLaw)
     sine = constant(own) if falls else own
-    followed = stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
+    followed = list(known) or stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
     for harmonic in device.harmonics if not force else ():
         followed = followed_with(sine, followed, harmonic)
     return with_law(device, followed) if falls else followed
