@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import mpmath as mp
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from vireport.design.lines import LINES, Line, along
 from vireport.motions import linearised

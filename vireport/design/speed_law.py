@@ -7,10 +7,11 @@ come from them. A motion that only the law has is not looked for.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.design.lines import Followed, Line, along, ends_along, mirrored
@@ -24,8 +25,7 @@ BEHIND = 0.01
 """Exponent on the other side of zero: room for a curve that begins with none."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Falling:
+class Falling(Struct, frozen=True, eq=False):
     """A device whose restitution falls ever faster with speed, see `motions.Curve`: what varies is minus the exponent.
 
     Attributes

@@ -21,14 +21,15 @@ Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.physics import ARRAYS, Flight, Harmonic, Restitutions, Wave, by_wall, flight, wave
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Coefficients:
+class Coefficients(Struct, frozen=True, eq=False):
     """The surface above one value of q: each quantity is `*_sine` sin(phi) + `*_cosine` cos(phi).
 
     Attributes
@@ -137,8 +138,7 @@ def turned(sine: Any, cosine: Any, harmonic: Harmonic) -> tuple[Any, Any]:
     return harmonic.cosine * sine + harmonic.sine * cosine, harmonic.cosine * cosine - harmonic.sine * sine
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Orbits:
+class Orbits(Struct, frozen=True, eq=False):
     """Periodic motions with one bottom and one top impact, as numbers or arrays of one shape (dimensionless).
 
     Attributes
@@ -193,7 +193,7 @@ class Orbits:
         )
 
 
-ORBIT_NUMBERS = tuple(field.name for field in fields(Orbits) if field.name != "harmonics")
+ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name != "harmonics")
 """What `Orbits` hold numbers of."""
 
 

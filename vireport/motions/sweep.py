@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
+
+from msgspec import Struct
 
 from vireport.motions.orbits import Coefficients, Orbits, coefficients, of_order, turned
 from vireport.physics import (
@@ -42,8 +43,7 @@ class Held(Enum):
     """Held in a sweep over the inclination."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Level:
+class Level(Struct, frozen=True, eq=False):
     """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions."""
 
     held: Held
@@ -131,8 +131,7 @@ def level_residual(level: Level, orbit: Orbits) -> Any:
     return orbit.d - level.value
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
+class Sweep(Struct, frozen=True):
     """One parameter of a device that varies.
 
     Attributes

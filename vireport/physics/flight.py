@@ -11,11 +11,11 @@ has harmonics, its `Wave` has what stands in their places: the force and the pat
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from math import pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 LARGEST_RESTITUTION = 0.99
 """What a restitution that falls with speed is at most: of a slow impact its law would be 1 and beyond."""
@@ -116,8 +116,7 @@ def restitution_at_speed(stated: Any, share: Any, exponent: Any) -> tuple[Any, A
     return most, most
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
+class Flight(Struct, frozen=True, eq=False):
     """A flight from one impact to the next, as numbers or arrays of one shape (dimensionless).
 
     Attributes
@@ -167,5 +166,5 @@ class Flight:
         return self.sine * cosine + self.cosine * sine, self.cosine * cosine - self.sine * sine
 
 
-FLIGHT_NUMBERS = tuple(field.name for field in fields(Flight) if field.name != "direction")
+FLIGHT_NUMBERS = tuple(name for name in Flight.__struct_fields__ if name != "direction")
 """What a `Flight` holds numbers of."""

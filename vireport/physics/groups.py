@@ -6,12 +6,12 @@ With n they are all of the dynamics, Eqs. (2.8)-(2.12).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from math import prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.physics import flight
 from vireport.physics.forcing import Harmonic, Wave, wave
@@ -19,8 +19,7 @@ from vireport.physics.forcing import Harmonic, Wave, wave
 Number = TypeVar("Number")
 
 
-@dataclass(frozen=True, slots=True)
-class Restitutions:
+class Restitutions(Struct, frozen=True):
     """The restitution coefficients of two membranes that are not alike, as numbers of any kind or arrays.
 
     Membranes that are alike have one number in its place: terms that vanish with the difference are then left out, for
@@ -31,8 +30,7 @@ class Restitutions:
     top: Any
 
 
-@dataclass(frozen=True, slots=True)
-class SpeedLaw:
+class SpeedLaw(Struct, frozen=True):
     """Restitution coefficients that fall with the speed of the impact, r (speed/`speed`)^`exponent` of each membrane.
 
     It is no number: what knows constant restitutions alone fails with it instead of taking them for constant.

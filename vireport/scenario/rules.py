@@ -50,7 +50,7 @@ RESTITUTION_ALLOWED = "either restitution, of both membranes, or restitution_bot
 
 HARMONICS = "excitation.harmonics"
 
-SINE_ONLY = "motions", "accuracy", "disturbances", "tolerances", "design", "map"
+SINE_ONLY = "accuracy", "disturbances", "tolerances", "design", "map"
 """Blocks that ask for what is not known of a force with harmonics."""
 
 NEAREST_RESTITUTIONS = 1e-9

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from vireport.design import Effect, design_point, shifts
 from vireport.design.lines import Line, along, ends_along, stable_ones
