@@ -290,7 +290,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
         -----
         Impacts do not move the centre of mass of ball and free capsule: with P'' = cos(pi t + phi) periodic,
         X = (P + mu Z)/(1 + mu), and Z stays between the membranes, which are d apart. This bounds the stroke of every
-        motion, and is nearly its value where mu is small.
+        motion, and is nearly its value where mu is small. A ball that is not in step with the force takes away what the
+        bound adds: of a ball a third of the capsule's mass the bound may be twice the stroke.
         """
         x = self.at(parameter, value)
         force, omega = x[Parameter.AMPLITUDE], 2 * pi * x[Parameter.FREQUENCY]
