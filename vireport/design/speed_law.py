@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vireport.design.lines import Followed, Line, along, ends_along, mirrored
 from vireport.motions import Curve, Event, Motions
-from vireport.physics import FLOATS, Device, Groups, Restitutions, SpeedLaw, stated
+from vireport.physics import FLOATS, Device, Groups, Restitutions, SpeedLaw, flight, stated
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -95,14 +95,15 @@ def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float 
     Returns
     -------
     Device or None
-        None where a restitution is zero, which has no law, or nothing is stable.
+        None where a restitution is zero, which has no law, or as large as the largest that a law gives, or where
+        nothing is stable.
 
     Notes
     -----
     One speed for both: membranes that are alike stay alike, and the bottom, which is struck faster, rebounds less.
     """
     rows, bottom_top = np.flatnonzero(motions.stable), stated(device.restitution)
-    if not rows.size or min(bottom_top) == 0:
+    if not rows.size or min(bottom_top) == 0 or max(bottom_top) >= flight.LARGEST_RESTITUTION:
         return None
     if speed_m_s is None:
         row = int(rows[0])
