@@ -550,6 +550,21 @@ EFFECTS = (
         (27, "effects.6.effect", "got 'tea'"),
     ),
     bad(
+        "effects of a restitution that falls with speed",
+        GOOD
+        + "effects:\n- effect: restitution_exponent\n- {effect: restitution_exponent, percent: 3, exponent: -0.1}\n"
+        + "- {effect: restitution_exponent, exponent: 0.1}\n"
+        + "- {effect: restitution_bottom, percent: 3, exponent: -0.1}\n"
+        + "- {effect: restitution_bottom, percent: 3, speed_m_s: 5}\n"
+        + "- {effect: restitution_exponent, exponent: -0.1, speed_m_s: 0}\n",
+        (21, "effects.0", "restitution_exponent needs an exponent"),
+        (22, "effects.1.percent", "restitution_exponent has no per cent, but an exponent"),
+        (23, "effects.2.exponent", "got 0.1"),
+        (24, "effects.3.exponent", "restitution_bottom has no exponent"),
+        (25, "effects.4.speed_m_s", "restitution_bottom has no speed"),
+        (26, "effects.5.speed_m_s", "got 0"),
+    ),
+    bad(
         "effects that a device cannot have",
         MINIMAL.replace("0.5", "0.8")
         + "effects:\n- {effect: capsule}\n- {effect: restitution_top, percent: 30}\n"

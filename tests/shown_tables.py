@@ -471,6 +471,7 @@ def effect_of(x: Results, shift: dict[str, Any]) -> str:
     other = "Capsule prescribed instead of free" if x.device.free else "Capsule free instead of prescribed"
     names = {"membrane_stiffness": "The membranes' own stiffness", "capsule": other}
     names["second_harmonic"] = "A second harmonic of 2 % in the force"
+    names["restitution_exponent"] = "Restitution as the speed to the power −0.1"
     for membrane in ("bottom", "top"):
         names[f"restitution_{membrane}"] = f"Restitution at the {membrane} −5 %"
     return names[shift["effect"]]

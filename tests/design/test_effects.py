@@ -8,16 +8,24 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from scipy.optimize import fsolve
 
 from vireport import analyse, load
 from vireport.design import Effect, Shift, Unmoved, design_point, shifts
-from vireport.design.effects import _least_margin
+from vireport.design.effects import _ends, _least_margin
+from vireport.design.lines import Line, along, stable_ones
+from vireport.design.speed_law import falling, with_law
 from vireport.motions import Event, Sweep, solve
-from vireport.physics import Device, Harmonic, Restitutions
+from vireport.motions.periodicity import residuals
+from vireport.physics import FLOATS, Device, Harmonic, Restitutions
 from vireport.scenario import CapsuleMotion, DesignInput, LeftOut, Parameter
+from vireport.simulation import BOTTOM, Impact, find_attractor
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0, ball_mass_kg=0.0041)
 FREE = replace(PAPER, capsule=CapsuleMotion.FREE)
+
+
+LAW = {"effect": "restitution_exponent", "exponent": -0.1}
 
 
 def of(device: Device, *effects: Effect) -> dict[LeftOut, Shift]:
@@ -38,6 +46,7 @@ def test_the_papers_device_has_the_shifts_that_were_derived_apart_from_this() ->
         LeftOut.RESTITUTION_TOP: (-3.8, 8.3),
         LeftOut.CAPSULE: (1.55, 3.2),
         LeftOut.SECOND_HARMONIC: (2.6, 2.2),
+        LeftOut.RESTITUTION_SPEED: (1.8, 3.0),
     }
     assert list(found) == list(expected)
     for left_out, (moved, left) in expected.items():
@@ -74,6 +83,63 @@ def test_a_free_capsule_has_the_way_back() -> None:
     assert LeftOut.CAPSULE not in of(replace(PAPER, ball_mass_kg=None))
 
 
+def doubling_of_law(device: Device, exponent: float, speed_m_s: float, guess: np.ndarray) -> tuple[float, np.ndarray]:
+    """Frequency at which a motion of a law doubles its period, by the raw maps: unlike the program's, by differences.
+
+    `guess` are the velocity before the bottom impact, both phases over pi, and the frequency.
+    """
+    weight = device.capsule_mass_kg * device.gravity_m_s2 * sin(np.radians(device.inclination_deg)) / device.amplitude_n
+
+    def flown(wall: int, t: float, v: float, until: float, frequency: float) -> tuple[float, float]:
+        unit = device.amplitude_n / (2 * device.capsule_mass_kg * frequency)
+        after = -0.5 * (wall * v * unit / speed_m_s) ** exponent * v
+        s = until - t
+        end = after + weight * s + (sin(pi * until) - sin(pi * t)) / pi
+        way = after * s + weight * s * s / 2 - (cos(pi * until) - cos(pi * t)) / pi**2 - sin(pi * t) * s / pi
+        return end, way + wall * 4 * device.capsule_mass_kg * device.length_m * frequency**2 / device.amplitude_n
+
+    def conditions(x: np.ndarray) -> np.ndarray:
+        v, bottom, top, frequency = x
+        at_top, up = flown(1, bottom, v, top, frequency)
+        back, down = flown(-1, top, at_top, bottom + 2, frequency)
+        return np.array([up, down, back - v])
+
+    def multiplier(x: np.ndarray) -> float:
+        """Of the return map, det(P + 1), its entries by Newton's method for the times of impacts moved a little."""
+
+        def lap(bottom: float, v: float) -> np.ndarray:
+            top, end = x[2], x[1] + 2
+            for _ in range(6):
+                at_top, way = flown(1, bottom, v, top, x[3])
+                top -= way / at_top
+            for _ in range(6):
+                last, way = flown(-1, top, at_top, end, x[3])
+                end -= way / last
+            return np.array([end, last])
+
+        h = 1e-5
+        columns = [lap(x[1] + h, x[0]) - lap(x[1] - h, x[0]), lap(x[1], x[0] + h) - lap(x[1], x[0] - h)]
+        return float(np.linalg.det(np.column_stack(columns) / (2 * h) + np.eye(2)))
+
+    x = fsolve(lambda x: [*conditions(x), multiplier(x)], guess, xtol=1e-11)
+    return float(x[3]), x
+
+
+def test_a_law_of_the_speed_moves_the_end_as_the_raw_maps_say() -> None:
+    """For both membranes one law, which is the given restitution at the mean impact speed of the design's motion."""
+    design = design_point(PAPER, None)
+    row = np.flatnonzero(design.motions.stable)[0]
+    unit = 3.0 / (2 * 0.1245 * 2.0)
+    mean = unit * (design.motions.velocity_bottom[row] - design.motions.velocity_top[row]) / 2
+    end = shifts(PAPER, design).end.point
+    guess = np.array([end.closed.velocity_bottom, *end.motion.time, end.sweep_value])
+    for exponent, stated in ((-0.02, None), (-0.1, None), (-0.1, 5.3), (-0.2, None)):
+        (shift,) = shifts(PAPER, design, (Effect(LeftOut.RESTITUTION_SPEED, exponent, stated),)).rows
+        expected, guess = doubling_of_law(PAPER, exponent, stated or mean, guess)
+        assert shift.value == pytest.approx(expected, rel=1e-8)
+        assert shift.event is Event.PERIOD_DOUBLING
+
+
 @pytest.mark.parametrize("length", [0.64, pytest.param(0.632, marks=pytest.mark.slow)])
 def test_an_end_that_passes_the_design_point_leaves_less_than_nothing(length: float) -> None:
     """The motion is followed from where it is stable still, back to the end: the same as a sweep has there."""
@@ -107,6 +173,54 @@ def test_so_large_an_effect_that_nothing_is_stable() -> None:
     assert (shift.value, shift.left, shift.stable, shift.absence) == (None, None, False, Unmoved.NOT_STABLE)
     # Where there is no restitution, none is less.
     assert effect.left_out not in of(replace(PAPER, restitution=Restitutions(0.0, 0.6)), effect)
+
+
+def test_motions_of_a_law_fulfil_its_equations() -> None:
+    for device in (FREE, replace(PAPER, restitution=Restitutions(0.495, 0.5))):
+        motions = design_point(device, None).motions
+        law = falling(device, motions, -0.1)
+        ((motion, u),) = with_law(law, stable_ones(device, motions))
+        line = along(Line.LENGTHS, law, FLOATS)
+        assert np.abs(residuals(motion.word, [*motion.velocity, *motion.time, 0.0], line)).max() < 1e-10
+        assert abs(u - motions.u[motions.stable][0]) < 0.05
+
+
+def test_an_end_at_a_large_restitution_is_where_the_simulation_has_it() -> None:
+    unlike = replace(PAPER, restitution=Restitutions(0.679, 0.69), length_m=1.069, amplitude_n=3.121)
+    device, effect = replace(unlike, inclination_deg=8.6), Effect(LeftOut.RESTITUTION_SPEED, -0.1)
+    design = design_point(device, None)
+    found = shifts(device, design, (effect,))
+    (shift,) = found.rows
+    assert (found.end.parameter, shift.event) == (DesignInput.RESTITUTION_TOP, Event.PERIOD_DOUBLING)
+    assert shift.value > 0.95
+    law, end = falling(device, design.motions, -0.1), found.end.point.closed
+    impacts = []
+    for step in (-0.002, 0.002):
+        groups = law.with_values({DesignInput.RESTITUTION_TOP: shift.value + step}).groups(Parameter.LENGTH, 1.069)
+        start = Impact(BOTTOM, end.velocity_bottom, end.phi_bottom)
+        impacts.append(len(find_attractor(groups.as_floats(), start, compiled=False).cycle.wall))
+    assert impacts == [2, 4]
+
+
+def test_an_end_that_is_not_followed_is_not_called_none() -> None:
+    """Both restitutions come to the largest one, at which the law bends, and motions are followed no farther."""
+    law = falling(PAPER, design_point(PAPER, None).motions, -0.1)
+    assert [end.event for end in _ends(law, (), DesignInput.RESTITUTION, 1.0)] == [Event.LOST]
+    shift = Shift(Effect(LeftOut.RESTITUTION_SPEED, -0.1), absence=Unmoved.NOT_FOLLOWED)
+    assert shift.stable
+    assert shift.room > 1
+
+
+def test_a_law_needs_a_restitution_and_leaves_a_level_device_symmetric() -> None:
+    effect = Effect(LeftOut.RESTITUTION_SPEED, -0.1)
+    motions = design_point(PAPER, None).motions
+    for r in (Restitutions(0.0, 0.6), Restitutions(0.5, 0.99)):
+        assert falling(replace(PAPER, restitution=r), motions, -0.1) is None
+    level = replace(PAPER, inclination_deg=0.0, length_m=0.3)
+    shift, end = of(level, effect)[effect.left_out], shifts(level, design_point(level, None)).end
+    assert shift.event is end.event
+    # Both ends are struck alike: the restitution is as given where the motion is, and only its slope acts.
+    assert 0 < abs(shift.relative) < 0.05
 
 
 def smallest(device: Device) -> float:
@@ -162,6 +276,7 @@ def test_a_margin_can_be_required_to_hold_with_them(example) -> None:
         ({}, 1.01, False, "restitution bottom -5 %"),
         ({"effects": [{"effect": "capsule"}]}, 3.2, True, "capsule"),
         ({"effects": [{"effect": "restitution_bottom", "percent": -10}]}, 0.1, False, "restitution bottom -10 %"),
+        ({"effects": [{**LAW, "speed_m_s": 5.0}]}, 2.99, False, "restitution exponent -0.1"),
     ):
         required = {"requirements": {"margin_with_effects_percent": least}}
         (line,) = analyse(load(example("inclined"), mass | changes | required), ()).criteria
@@ -173,7 +288,14 @@ def test_a_run_has_them_and_says_why_not(example) -> None:
     assert json.loads(json.dumps(data)) == data
     assert (data["parameter"], data["label"], data["reason"]) == ("frequency_hz", "B1", None)
     rows = {row["effect"]: row for row in data["rows"]}
-    assert list(rows) == ["restitution_bottom", "restitution_top", "capsule", "second_harmonic", "membrane_stiffness"]
+    assert list(rows) == [
+        "restitution_bottom",
+        "restitution_top",
+        "capsule",
+        "second_harmonic",
+        "restitution_exponent",
+        "membrane_stiffness",
+    ]
     own = analyse(load(example("inclined")), ("json",)).own_stiffness
     end = next(end for end in own.ends if end.parameter == "frequency_hz")
     assert rows["membrane_stiffness"]["sweep_value"] == end.compliant

@@ -77,8 +77,12 @@ class TwoBodies(Struct):
         return wall, apart, (2 * pi * self.device.frequency_hz * self.time + self.phase) % (2 * pi), lost
 
 
-@pytest.mark.parametrize("device", [FREE, HEAVY, LEVEL], ids=["paper", "a third of the capsule", "horizontal"])
-def test_two_bodies_meet_as_the_relative_motion_does(device: Device) -> None:
+@pytest.mark.parametrize(
+    ("device", "loose"),
+    [(FREE, 1.09), (HEAVY, 1.71), (LEVEL, 1.75)],
+    ids=["paper", "a third of the capsule", "horizontal"],
+)
+def test_two_bodies_meet_as_the_relative_motion_does(device: Device, loose: float) -> None:
     design = design_point(device, None)
     row = int(np.argmax(design.motions.stable))
     motions, unit = design.motions, device.velocity_unit(Parameter.LENGTH, device.length_m)
@@ -102,7 +106,7 @@ def test_two_bodies_meet_as_the_relative_motion_does(device: Device) -> None:
     assert bodies.capsule == pytest.approx(start, rel=1e-8)  # the support carries just both weights
     stroke = device.shaker(Parameter.LENGTH, device.length_m).stroke_m
     moved = max(bodies.places) - min(bodies.places)
-    assert moved <= stroke
+    assert stroke / moved == pytest.approx(loose, abs=0.01)  # a bound, as the model page says
     with_force_alone = replace(device, capsule=CapsuleMotion.PRESCRIBED).shaker(Parameter.LENGTH, device.length_m)
     assert moved != pytest.approx(with_force_alone.stroke_m, rel=0.01)
 

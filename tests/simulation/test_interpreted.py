@@ -38,7 +38,7 @@ def random_models(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.
     velocity = np.where(wall == 0, rng.choice([-1, 1], count), wall) * 10 ** rng.uniform(-9, 3, count)
     velocity[::7] = 0.0
     position = np.where(wall == 0, model[:, 0] * rng.uniform(-0.49, 0.49, count), 0.0)
-    return model, np.column_stack([wall, position, velocity, rng.uniform(0, 2 * pi, count)])
+    return check_model(Groups.of(*model.T)), np.column_stack([wall, position, velocity, rng.uniform(0, 2 * pi, count)])
 
 
 def test_interpreted_impacts_are_the_compiled_ones() -> None:
@@ -72,7 +72,7 @@ def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, ca
 
 
 @pytest.mark.parametrize(
-    "impacts", ["", "follow_one(np.array([0.5, 0.3, 0.5, 0.5]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]
+    "impacts", ["", "follow_one(np.array([0.5, 0.3, 0.5, 0.5, 0.0, 1.0]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]
 )
 def test_the_compiler_is_not_paid_for_unless_it_is_asked_for(impacts: str) -> None:
     code = f"import sys, numpy as np; from vireport.simulation import *\n{impacts}\nsys.exit('numba' in sys.modules)"

@@ -88,7 +88,7 @@ def test_put_down_at_rest(g: float) -> None:
     assert find_attractor(Groups(0.5, g, 0.5), Impact(BOTTOM, 0.0, 2.0)).outcome is Outcome.REST
     assert sticking(rows).tolist() == [0]
     assert len(rows) == 1
-    assert all(len(part) == 0 for part in path(np.array([0.5, g, 0.5, 0.5]), rows))
+    assert all(len(part) == 0 for part in path(check_model(Groups(0.5, g, 0.5))[0], rows))
 
 
 @pytest.mark.parametrize(("wall", "phase", "release"), [(BOTTOM, 6.0, 1.0), (TOP, 3.0, -1.0)])

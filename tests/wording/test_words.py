@@ -16,7 +16,7 @@ from jinja2.meta import find_undeclared_variables
 from msgspec.structs import replace
 
 from vireport import analyse, load
-from vireport.design import Solution
+from vireport.design import Solution, Unmoved
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
@@ -172,8 +172,10 @@ FIXED, FREE = thing(recoils=False, harmonics=()), thing(recoils=True, harmonics=
 
 def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
     """A shift of the nearest end by something that the model leaves out."""
-    given = {"left": 0.01, "stable": True, "relative": 0.04, "size": -0.05} | of
-    return thing(effect=thing(left_out=LeftOut[left_out], size=given["size"]), **given)
+    given = {"left": 0.01, "stable": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
+    given = {"absence": None} | given
+    effect = thing(left_out=LeftOut[left_out], size=given["size"], speed_m_s=given["speed_m_s"])
+    return thing(effect=effect, **given)
 
 
 def film(**given: float) -> dict[str, float]:
@@ -1048,9 +1050,22 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         (shift("SECOND_HARMONIC", size=0.02), thing(recoils=False, harmonics=(thing(),))),
         "a further second harmonic of 2 % in the force",
     ),
+    (
+        "effects",
+        "effect",
+        (shift("RESTITUTION_SPEED", size=-0.1), FREE),
+        "restitution as the speed to the power −0.1",
+    ),
+    (
+        "effects",
+        "effect",
+        (shift("RESTITUTION_SPEED", size=-0.12, speed_m_s=5.0), FREE),
+        "restitution as the speed to the power −0.12, as given at 5 m/s",
+    ),
     ("effects", "effect", (shift("STIFFNESS"), FREE), "the membranes' own stiffness"),
     ("effects", "left", (shift(left=-0.0317),), "−3.2 %"),
     ("effects", "left", (shift(left=None),), "no end"),
+    ("effects", "left", (shift(left=None, absence=Unmoved.NOT_FOLLOWED),), "not followed to its end"),
     ("effects", "left", (shift(left=None, stable=False),), "no stable motion"),
     (
         "effects",

@@ -16,12 +16,25 @@ from msgspec.structs import replace
 
 from vireport.base import NumericalError
 from vireport.design.distortion import with_harmonic as followed_with
-from vireport.design.lines import LINES, Ending, Followed, Line, along, endings, mirrored, reach, stable_ones, value_at
+from vireport.design.lines import (
+    LINES,
+    Ending,
+    Followed,
+    Line,
+    along,
+    endings,
+    line_of,
+    mirrored,
+    reach,
+    stable_ones,
+    value_at,
+)
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
+from vireport.design.speed_law import constant, falling, with_law
 from vireport.motions import Event
-from vireport.physics import FLOATS, Device, Groups, Harmonic, with_harmonic
+from vireport.physics import FLOATS, Device, Groups, Harmonic, SpeedLaw, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -45,18 +58,23 @@ class Effect(Struct, frozen=True):
     ----------
     left_out : LeftOut
     size : float
-        Relative change of a restitution, share of a harmonic in the force; 0 of what is there or not.
+        Relative change of a restitution, share of a harmonic in the force, exponent of a restitution that falls with
+        speed; 0 of what is there or not.
+    speed_m_s : float or None
+        Of the impact at which such a restitution is as given; None for the mean of the design's own motion.
     """
 
     left_out: LeftOut
     size: float = 0.0
+    speed_m_s: float | None = None
 
     @staticmethod
     def asked(blocks: Sequence[EffectBlock] | None) -> tuple[Effect, ...]:
         """Those that a scenario asks for; the usual ones where it asks for none."""
         if blocks is None:
             return USUAL
-        return tuple(Effect(block.effect, (block.percent or 0.0) / 100) for block in blocks)
+        sizes = ((own.percent or 0.0) / 100 + (own.exponent or 0.0) for own in blocks)  # it has one of the two
+        return tuple(Effect(own.effect, size, own.speed_m_s) for own, size in zip(blocks, sizes, strict=True))
 
 
 class Unmoved(StrEnum):
@@ -64,6 +82,7 @@ class Unmoved(StrEnum):
 
     NOT_STABLE = "no stable motion is found with it"
     ENDLESS = "stable motion does not end in this direction with it"
+    NOT_FOLLOWED = "stable motion is not followed to its end with it"
     NO_MOTION = "no 1:1 motion is stable at the design point"
     NO_END = "no end of the stable motion is known"
 
@@ -102,8 +121,8 @@ class Shift(Struct, frozen=True):
 
     @property
     def room(self) -> float:
-        """The margin that is left; infinite where stable motion does not end, and where there is none."""
-        endless = inf if self.absence is Unmoved.ENDLESS else -inf
+        """The margin that is left; infinite where no end is found, and minus that where there is no stable motion."""
+        endless = inf if self.absence in (Unmoved.ENDLESS, Unmoved.NOT_FOLLOWED) else -inf
         return endless if self.left is None else self.left
 
     @property
@@ -180,6 +199,7 @@ USUAL = (
     Effect(LeftOut.RESTITUTION_TOP, -UNSURE),
     Effect(LeftOut.CAPSULE),
     Effect(LeftOut.SECOND_HARMONIC, 0.02),
+    Effect(LeftOut.RESTITUTION_SPEED, -0.1),
 )
 """What every design is held against."""
 
@@ -210,10 +230,13 @@ def shifts(
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
     rows = []
     for effect in effects:
-        changed = CHANGES[effect.left_out](device, effect.size, end)
+        # Without the law of its restitution a device is the design itself: half of the time is to find its motions.
+        of_design = effect.left_out is LeftOut.RESTITUTION_SPEED
+        known = stable_ones(device, design.motions) if of_design else ()
+        changed = _changed(device, design, effect, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
         found = [
-            _followed(other, device.harmonics, end, effect)
+            _followed(other, device.harmonics, end, effect, known)
             if _groups(other) != _groups(device)
             else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
             for other in changed
@@ -225,9 +248,17 @@ def shifts(
     return Shifts(end, tuple(rows))
 
 
+def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -> Sequence[Device]:
+    """The devices that an effect makes of one, see `CHANGES`."""
+    if effect.left_out is LeftOut.RESTITUTION_SPEED:
+        other = falling(device, design.motions, effect.size, effect.speed_m_s)
+        return () if other is None else [other]
+    return CHANGES[effect.left_out](device, effect.size, end)
+
+
 def _least_with(device: Device, design: DesignPoint, effect: Effect) -> float:
     """The least margin in any input with an effect; of a harmonic, at the phases that are worst for each end."""
-    changed = (other for end in design.limits() for other in CHANGES[effect.left_out](device, effect.size, end))
+    changed = (other for end in design.limits() for other in _changed(device, design, effect, end))
     differing = {tuple(np.round(_groups(other).numbers, SAME_DEVICE)): other for other in changed}
     return min(_least_margin(other, device.harmonics) for other in differing.values())
 
@@ -238,7 +269,8 @@ def _least_margin(device: Device, force: Sequence[Harmonic]) -> float:
     if not followed:
         return 0.0
     for end in endings(device, followed, LINES, (-1.0, 1.0)):
-        if end.event is Event.LOST:
+        # A law that bends at the largest restitution is followed no farther: that counts as an end.
+        if end.event is Event.LOST and not isinstance(device.restitution, SpeedLaw):
             raise NumericalError(f"rounding does not resolve where stable motion ends along {', '.join(end.inputs)}")
         for varied in end.inputs if end.event is not Event.SWEEP_END else ():
             value = float(device.value_of(varied))
@@ -256,8 +288,13 @@ def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float
     return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
 
 
-def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect) -> Shift:
-    """Where the stable motions of a device end, those of the design at `end`; `force` are harmonics of the design."""
+def _followed(
+    device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect, known: Sequence[Followed]
+) -> Shift:
+    """Where the stable motions of a device end, those of the design at `end`.
+
+    `force` are harmonics of the design, and `known` the stable motions of the device, but for its law of restitution.
+    """
     varied, own = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
     here: Sequence[_End] | None = None
@@ -266,7 +303,7 @@ def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Ef
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
-        ends = _ends(at, force, varied, way)
+        ends = _ends(at, force, varied, way, () if retreat else known)
         here = ends if not retreat else here
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
             return shift_to(effect, end, same.value, same.event, own)
@@ -275,6 +312,8 @@ def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Ef
         return Shift(effect, absence=Unmoved.NOT_STABLE)
     if not here:
         return Shift(effect, absence=Unmoved.ENDLESS)
+    if here[0].event is Event.LOST:
+        return Shift(effect, absence=Unmoved.NOT_FOLLOWED)
     return shift_to(effect, end, here[0].value, here[0].event, own)
 
 
@@ -301,27 +340,37 @@ class _End(Struct, frozen=True):
         return self.event is end.event and abs(self.speed - speed) <= ALIKE * speed
 
 
-def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float) -> Sequence[_End] | None:
-    """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
-    followed = _followed_to(device, force)
+def _ends(
+    device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float, known: Sequence[Followed] = ()
+) -> Sequence[_End] | None:
+    """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion.
+
+    Where one of them is followed no farther is one of them, with the event `LOST`.
+    """
+    followed = _followed_to(device, force, known)
     if not followed:
         return None
-    line, found = next(line for line in Line if varied in line.value), []
+    line, found = line_of(varied, device), []
     for end in endings(device, followed, [line], (Line.sense(varied) * way,)):
-        if varied in end.inputs and end.event not in (Event.SWEEP_END, Event.LOST) and not end.taken_over:
+        if varied in end.inputs and end.event is not Event.SWEEP_END and not end.taken_over:
             event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
             found.append(_End(_value(device, varied, end), event, float(np.abs(end.x[:2]).max())))
     return sorted(found, key=lambda end: way * end.value)
 
 
-def _followed_to(device: Device, force: Sequence[Harmonic]) -> list[Followed]:
-    """The stable motions of a device; `force` are harmonics of the design."""
+def _followed_to(device: Device, force: Sequence[Harmonic], known: Sequence[Followed] = ()) -> list[Followed]:
+    """The stable motions of a device; `force` are harmonics of the design.
+
+    `known` are those of the device but for its law of restitution, where they are known.
+    """
     # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found.
-    sine = device if force else replace(device, harmonics=())
-    followed = stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
+    own = device if force else replace(device, harmonics=())
+    falls = isinstance(device.restitution, SpeedLaw)
+    sine = constant(own) if falls else own
+    followed = list(known) or stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
     for harmonic in device.harmonics if not force else ():
         followed = followed_with(sine, followed, harmonic)
-    return followed
+    return with_law(device, followed) if falls else followed
 
 
 def _value(device: Device, varied: DesignInput, end: Ending) -> float:

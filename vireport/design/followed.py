@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.design.lines import LINES, LOSES_STABILITY, Line, along, extent, value_at
+from vireport.design.lines import LOSES_STABILITY, Line, along, extent, line_of, value_at
 from vireport.motions import (
     STABILITIES,
     Curve,
@@ -112,10 +112,10 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
     """
     if device.restitution == 0:
         return None
-    line = next(line for line in LINES if varied in line.value)
+    line = line_of(varied, device)
     d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     least, most = extent(line, device, d, gbar)
-    if line in (Line.LENGTHS, Line.FORCES, Line.MASSES):
+    if line in (Line.LENGTHS, Line.FREQUENCIES, Line.FORCES, Line.MASSES):
         least, most = max(least, -FARTHEST), min(most, FARTHEST)
     curve = Curve(motion.word, along(line, device, FLOATS), least, most, 1.0)
     x = curve.at(curve.vector(replace(motion, coordinate=0.0)), 0.0)

@@ -30,7 +30,19 @@ from vireport.motions import (
     neighbours,
     off,
 )
-from vireport.physics import FINEST_D, FLOATS, NO_GRAVITY, RESTITUTIONS, Device, Groups, Restitutions, by_wall, each
+from vireport.physics import (
+    FINEST_D,
+    FLOATS,
+    NO_GRAVITY,
+    RESTITUTIONS,
+    Device,
+    Groups,
+    Restitutions,
+    SpeedLaw,
+    by_wall,
+    each,
+    stated,
+)
 from vireport.scenario import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -48,11 +60,13 @@ HANDOVERS = 4
 class Line(Enum):
     """A line through a design point in (d, gbar, r_b, r_t); the value is the inputs that move a device along it.
 
-    The position on it is 0 at the design point. Along the first three it is the logarithm of the factor of d, along the
-    others the change of gbar and of r: of both restitutions alike, or of one.
+    The position on it is 0 at the design point. Along the first four it is the logarithm of the factor of d, along the
+    others the change of gbar and of r: of both restitutions alike, or of one. The frequency has a line of its own where
+    restitutions fall with speed, of which it moves the unit as well.
     """
 
     LENGTHS = DesignInput.LENGTH, DesignInput.FREQUENCY
+    FREQUENCIES = (DesignInput.FREQUENCY,)
     FORCES = (DesignInput.AMPLITUDE,)
     MASSES = (DesignInput.CAPSULE_MASS,)
     GRAVITY = (DesignInput.INCLINATION,)
@@ -104,27 +118,43 @@ class AlongLine(Struct, frozen=True, eq=False):
         match self.line:
             case Line.LENGTHS:
                 return Groups(d * self.ops.exp(position), gbar, r, harmonics)
+            case Line.FREQUENCIES:
+                return Groups(d * self.ops.exp(position), gbar, _counted(r, self.ops.exp(position / 2)), harmonics)
             case Line.FORCES:
                 grown = self.ops.exp(position)
-                return Groups(d * grown, gbar * grown, r, harmonics)
+                return Groups(d * grown, gbar * grown, _counted(r, grown), harmonics)
             case Line.MASSES:
                 grown = self.ops.exp(position)
-                return Groups(d * grown, gbar * (1 + self.capsule_share * (grown - 1)), r, harmonics)
+                weighed = gbar * (1 + self.capsule_share * (grown - 1))
+                return Groups(d * grown, weighed, _counted(r, grown), harmonics)
             case Line.GRAVITY:
                 return Groups(d, gbar + position, r, harmonics)
-            case Line.RESTITUTION:
-                return Groups(d, gbar, each(r, lambda own: own + position), harmonics)
+        if isinstance(r, SpeedLaw):
+            return Groups(d, gbar, r.moved(*(position if moves else 0 for moves in self._moves)), harmonics)
+        if self.line is Line.RESTITUTION:
+            return Groups(d, gbar, each(r, lambda own: own + position), harmonics)
         bottom, top = by_wall(r)
         if self.line is Line.RESTITUTION_BOTTOM:
             return Groups(d, gbar, Restitutions(bottom + position, top), harmonics)
         return Groups(d, gbar, Restitutions(bottom, top + position), harmonics)
 
+    @property
+    def _moves(self) -> tuple[bool, bool]:
+        """Whether the line moves the restitution at the bottom, and at the top."""
+        return self.line is not Line.RESTITUTION_TOP, self.line is not Line.RESTITUTION_BOTTOM
+
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics."""
-        d, gbar, _, harmonics = self.at(varied)
+        """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics.
+
+        Of a law of restitution the last two are zero and that of its speed.
+        """
+        d, gbar, r, harmonics = self.at(varied)
         slopes = [0.0] * (4 + 2 * len(harmonics))
+        if isinstance(r, SpeedLaw):
+            share = {Line.FREQUENCIES: 0.5, Line.FORCES: 1.0, Line.MASSES: 1.0}.get(self.line, 0.0)
+            slopes += [0.0, share * r.speed]
         match self.line:
-            case Line.LENGTHS:
+            case Line.LENGTHS | Line.FREQUENCIES:
                 slopes[0] = d
             case Line.FORCES:
                 slopes[:2] = d, gbar
@@ -139,6 +169,18 @@ class AlongLine(Struct, frozen=True, eq=False):
             case Line.RESTITUTION_TOP:
                 slopes[3] = 1.0
         return np.array(slopes)[:, None]
+
+
+def _counted(r: Any, grown: Any) -> Any:
+    """The restitution where the unit of velocities, F/(2 M f), is so many times smaller: a law states a speed in it."""
+    return replace(r, speed=r.speed * grown) if isinstance(r, SpeedLaw) else r
+
+
+def line_of(varied: DesignInput, device: Device) -> Line:
+    """The line on which an input moves a device."""
+    if varied is DesignInput.FREQUENCY and isinstance(device.restitution, SpeedLaw):
+        return Line.FREQUENCIES
+    return next(line for line in Line if varied in line.value)
 
 
 def along(line: Line, device: Device, ops: Any) -> AlongLine:
@@ -170,7 +212,7 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
     low, high = varied.limits
     if varied in RESTITUTIONS:
         # A device with a restitution beyond the usual limit is still looked at up to half the way to 1.
-        value, bottom, top = device.value_of(varied), *by_wall(device.restitution)
+        value, bottom, top = device.value_of(varied), *stated(device.restitution)
         high = max(HIGHEST_RESTITUTION, (1 + value) / 2)
         if varied is DesignInput.RESTITUTION and not device.alike:
             # Both move alike, until the one is at its end.
@@ -276,13 +318,19 @@ def _inputs_along(lines: Sequence[Line], device: Device, gbar: float) -> dict[Li
     """The lines that differ from one another, and the inputs that move a device along each."""
     inputs: dict[Line, tuple[DesignInput, ...]] = {line: line.value for line in lines}
 
+    falls = isinstance(device.restitution, SpeedLaw)
+    if not falls:
+        inputs.pop(Line.FREQUENCIES, None)
+    elif Line.LENGTHS in inputs:
+        inputs[Line.LENGTHS] = (DesignInput.LENGTH,)
+
     def same(line: Line, other: Line) -> None:
         if line in inputs and other in inputs:
             inputs[line] += inputs.pop(other)
 
     if not device.recoils:
         same(Line.FORCES, Line.MASSES)  # by M/F alone
-    if gbar == 0:
+    if gbar == 0 and not falls:
         same(Line.LENGTHS, Line.FORCES)  # the ray from the origin is the line of gbar = 0
         same(Line.LENGTHS, Line.MASSES)
     return inputs

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.design.distortion import Distortion, distortions
-from vireport.design.lines import Line, mirrored, reach
+from vireport.design.lines import line_of, mirrored, reach
 from vireport.design.margins import SAME_POINT, Margin, margin_at, margins_of, nearest_first
 from vireport.motions import (
     FARTHEST,
@@ -266,7 +266,7 @@ def ending_beyond(
         return None
     motions, _, _ = motions_at(device, parameter)
     varied = DesignInput(parameter)
-    line = next(line for line in Line if varied in line.value)
+    line = line_of(varied, device)
     ends = []
     own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
     rows = np.flatnonzero(motions.stable & own)

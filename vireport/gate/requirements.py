@@ -42,6 +42,7 @@ from vireport.scenario import (
     DEMANDS,
     UNIT_OF_SWEPT,
     Demand,
+    LeftOut,
     LimitKind,
     Loaded,
     Parameter,
@@ -392,6 +393,8 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
     if least == inf:
         return Judgement(None, "none in any input", None, True)
     size = f" {100 * worst.size:+.3g} %" if worst.size else ""
+    if worst.left_out is LeftOut.RESTITUTION_SPEED:
+        size = f" {worst.size:.3g}"
     worst_is = (f"with {worst.left_out.replace('_', ' ')}{size}",)
     return held_against(100 * least, limit, worst_is, 100 * LOCATED_SHARE)
 

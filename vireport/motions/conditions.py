@@ -78,7 +78,7 @@ class Condition(Struct, frozen=True):
         kept = [i for i in range(count) if i not in self.rests]
         word = Word(tuple(word.walls[i] for i in kept), word.periods)
         x = [x[i] for i in (*kept, *(count + i for i in kept))]
-        level = self.sign * TRACE_LEVELS[self.event](groups.decay(word.walls))
+        level = self.sign * TRACE_LEVELS[self.event](groups.decay(word.walls, x[: len(kept)]))
         return weighted_trace(word, x, groups, ops) - level * prod(x[: len(kept)])
 
     def equation(self, word: Word) -> Equation:

@@ -214,7 +214,7 @@ class Path(Struct, frozen=True, eq=False):
 
     def decay(self, x: Floats) -> float:
         """Product of the restitution coefficients over the impacts of a motion, the root of the determinant."""
-        return float(self.groups(x).decay(self.word.walls))
+        return float(self.groups(x).decay(self.word.walls, x[: len(self.word)].tolist()))
 
     def strain(self, arc: Arc) -> float:
         """How long a step is as against the longest in which nothing can be missed.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from math import cos, inf, pi, sin
+from math import cos, inf, log, pi, sin
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -167,26 +167,43 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
     values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
     for leg in legs(word, row[count : 2 * count], groups):
         i, j, t = leg.start, leg.end, leg.duration
-        r, after = groups.restitution_at(word.walls[i]), groups.after(word.walls[i], row[i])
+        r, slope = groups.rebound(word.walls[i], row[i])
+        after = flight.reflect(row[i], r)
         pull_start, pull_end = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
         way = (word.walls[j] - word.walls[i]) // 2
         speed = flight.velocity(t, after, leg.starts.impulse, leg.ends.impulse, gbar)
         covered = flight.displacement(t, after, leg.starts.impulse, leg.starts.path, leg.ends.path, gbar)
         values += [speed - row[j], covered - way * d]
-        by_impacts += [-r, -pull_start, -r * t, -after - pull_start * t, -1.0, pull_end, speed]
-        of_bottom, of_top = (-row[i], 0.0) if word.walls[i] > 0 else (0.0, -row[i])
+        by_impacts += [-slope, -pull_start, -slope * t, -after - pull_start * t, -1.0, pull_end, speed]
+        of_bottom, of_top, *of_law = _by_restitution(groups, word.walls[i], row[i])
         by_velocity, by_way = [0.0, t, of_bottom, of_top], [-way, t * t / 2, of_bottom * t, of_top * t]
         if groups.harmonics:
             ends = (row[count + i], row[count + j])
             more = [_by_harmonic(own.order, *ends, t) for own in groups.harmonics]
             by_velocity += [slope for own in more for slope in own[0]]
             by_way += [slope for own in more for slope in own[1]]
-        by_groups += [by_velocity, by_way]
+        by_groups += [by_velocity + of_law, by_way + [own * t for own in of_law]]
     # with one impact both ends of the flight are the same, and their derivatives are added
     entries = np.asarray(np.bincount(_places(count, len(row)), by_impacts, 2 * count * len(row)), float)
     matrix = entries.reshape(2 * count, len(row))
     matrix[:, 2 * count :] = np.array(by_groups) @ model.slopes(row[2 * count :])
     return np.array(values), matrix
+
+
+def _by_restitution(groups: Groups[float], wall: int, velocity: float) -> tuple[float, ...]:
+    """Derivatives of the velocity after an impact by both restitutions and, of a law, by its exponent and speed."""
+    law = groups.law
+    if law is None:
+        return (-velocity, 0.0) if wall > 0 else (0.0, -velocity)
+    r, slope = law.at(wall, velocity)
+    if r == slope and law.exponent:  # at the most that a restitution is
+        return 0.0, 0.0, 0.0, 0.0
+    stated = law.bottom if wall > 0 else law.top
+    own = -velocity * (r / stated) if stated else -velocity
+    share = wall * velocity / law.speed
+    by_exponent = -velocity * r * log(share) if share > 0 else 0.0
+    by_speed = velocity * r * law.exponent / law.speed
+    return (own, 0.0, by_exponent, by_speed) if wall > 0 else (0.0, own, by_exponent, by_speed)
 
 
 def _by_harmonic(order: int, start: float, end: float, t: float) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -219,11 +236,9 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
     groups = model.at(x[2 * count :])
     flights = []
     for leg in legs(word, x[count : 2 * count], groups, ops):
-        r, pulls = (
-            groups.restitution_at(word.walls[leg.start]),
-            (groups.pull(leg.starts.force), groups.pull(leg.ends.force)),
-        )
-        flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r))
+        r, slope = groups.rebound(word.walls[leg.start], x[leg.start])
+        pulls = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
+        flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r, slope))
     return product_trace(flights)
 
 
@@ -234,8 +249,8 @@ def weighted_trace(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any =
     """
     count, flights = len(word), []
     for leg in legs(word, x[count : 2 * count], groups, ops):
-        r, speed = groups.restitution_at(word.walls[leg.start]), x[leg.end]
+        (r, slope), speed = groups.rebound(word.walls[leg.start], x[leg.start]), x[leg.end]
         start, end = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
-        time, velocity = start * leg.duration - r * x[leg.start], r * leg.duration
-        flights.append((time, velocity, time * end - start * speed, velocity * end - r * speed))
+        time, velocity = start * leg.duration - r * x[leg.start], slope * leg.duration
+        flights.append((time, velocity, time * end - start * speed, velocity * end - slope * speed))
     return product_trace(flights)

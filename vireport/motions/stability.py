@@ -59,7 +59,13 @@ Jacobian = tuple[Any, Any, Any, Any]
 
 
 def flight_jacobian(
-    duration: Any, velocity_before: Any, velocity_end: Any, acceleration_start: Any, acceleration_end: Any, r: Any
+    duration: Any,
+    velocity_before: Any,
+    velocity_end: Any,
+    acceleration_start: Any,
+    acceleration_end: Any,
+    r: Any,
+    slope: Any = None,
 ) -> Jacobian:
     """Jacobian of one flight map (time, velocity) -> (next time, next velocity), row by row.
 
@@ -73,16 +79,19 @@ def flight_jacobian(
         gbar + cos(phase) at the two impacts [-].
     r : float
         Restitution coefficient of the impact that starts the flight.
+    slope : float, optional
+        Minus the derivative of the velocity after that impact by the one before it, where it is not r.
 
     Source: Eqs. (A.1) and (A.2), whose denominators are minus the velocity that ends the flight, by (3.8).
     """
     time_time = (acceleration_start * duration - r * velocity_before) / velocity_end
-    time_velocity = r * duration / velocity_end
+    slope = r if slope is None else slope
+    time_velocity = slope * duration / velocity_end
     return (
         time_time,
         time_velocity,
         time_time * acceleration_end - acceleration_start,
-        time_velocity * acceleration_end - r,
+        time_velocity * acceleration_end - slope,
     )
 
 

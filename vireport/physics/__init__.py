@@ -31,7 +31,7 @@ from vireport.physics.energy import (
 )
 from vireport.physics.flight import Flight
 from vireport.physics.forcing import SINE, Harmonic, Wave, force_rate, peaks, unaccelerated, wave, with_harmonic
-from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
 from vireport.physics.numbers import (
     ARRAYS,
     DIGITS,
@@ -78,6 +78,7 @@ __all__ = [
     "Restitutions",
     "Rounded",
     "Shaker",
+    "SpeedLaw",
     "Voltages",
     "Wave",
     "Word",
@@ -100,6 +101,7 @@ __all__ = [
     "law_of",
     "magnitude",
     "peaks",
+    "stated",
     "unaccelerated",
     "voltage_bounds",
     "voltages",

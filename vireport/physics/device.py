@@ -17,7 +17,7 @@ from typing_extensions import TypeVar
 
 from vireport.base import UsageError
 from vireport.physics.forcing import Harmonic, peaks
-from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
 from vireport.physics.numbers import ARRAYS, UNIT
 from vireport.scenario import CapsuleMotion, DesignInput, Parameter, ScalarInput, Scenario
 
@@ -82,8 +82,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
     ----------
     capsule_mass_kg, gravity_m_s2 : float or ndarray
         M, g.
-    restitution : float or ndarray, or Restitutions
-        r of both membranes, or of each where they are not alike.
+    restitution : float or ndarray, or Restitutions, or SpeedLaw
+        r of both membranes, or of each where they are not alike; or its law where it falls with speed.
     length_m, amplitude_n, frequency_hz, inclination_deg : float or ndarray, or None
         s, F, omega/2 pi, beta. Of one device, one of the four may be None where a sweep gives it.
     period_ratio : int
@@ -191,6 +191,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
     @property
     def alike(self) -> bool:
         """Whether both membranes have one restitution: a horizontal capsule is then its own mirror image."""
+        if isinstance(self.restitution, SpeedLaw):
+            return bool(self.restitution.bottom == self.restitution.top)
         return not isinstance(self.restitution, Restitutions)
 
     @property
@@ -203,7 +205,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         """The value of an input; of both restitutions together, their mean."""
         if varied not in RESTITUTIONS:
             return getattr(self, varied)
-        bottom, top = by_wall(self.restitution)
+        bottom, top = stated(self.restitution)
         if varied == DesignInput.RESTITUTION:
             return bottom if self.alike else (bottom + top) / 2
         return bottom if varied == DesignInput.RESTITUTION_BOTTOM else top
@@ -227,7 +229,11 @@ class Device(Struct, Generic[Quantity], frozen=True):
         weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
         gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
         harmonics = tuple(own.exact(ops) for own in self.harmonics)
-        return Groups(d, gbar * (gbar > NO_GRAVITY), each(self.restitution, ops.exact), harmonics)
+        restitution = each(self.restitution, ops.exact)
+        if isinstance(restitution, SpeedLaw):
+            # y_c = F/(2 M f), in which velocities are counted: the same speed is more of it on a slower shaker.
+            restitution = replace(restitution, speed=2 * restitution.speed * mass * x[Parameter.FREQUENCY] / force)
+        return Groups(d, gbar * (gbar > NO_GRAVITY), restitution, harmonics)
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
         """The value of `parameter` that gives the groups, the other three parameters as they are.
@@ -284,7 +290,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
         -----
         Impacts do not move the centre of mass of ball and free capsule: with P'' = cos(pi t + phi) periodic,
         X = (P + mu Z)/(1 + mu), and Z stays between the membranes, which are d apart. This bounds the stroke of every
-        motion, and is nearly its value where mu is small.
+        motion, and is nearly its value where mu is small. A ball that is not in step with the force takes away what the
+        bound adds: of a ball a third of the capsule's mass the bound may be twice the stroke.
         """
         x = self.at(parameter, value)
         force, omega = x[Parameter.AMPLITUDE], 2 * pi * x[Parameter.FREQUENCY]
@@ -310,7 +317,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     def finest(self, of: float) -> float:
         """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""
-        return of * self.period_ratio / (1 - float(max(by_wall(self.restitution))))
+        return of * self.period_ratio / (1 - float(max(stated(self.restitution))))
 
     def too_short(self, parameter: Parameter, value: Any) -> str:
         """Why the length at a value cannot be told from rounding, or ""."""
@@ -359,6 +366,9 @@ def _restitution(bottom: Any, top: Any) -> Any:
 
 def _moved(restitution: Any, varied: DesignInput, value: Any) -> Any:
     """The restitution with another value of one membrane, or of the mean of both."""
+    if isinstance(restitution, SpeedLaw):
+        bottom, top = stated(_moved(_restitution(restitution.bottom, restitution.top), varied, value))
+        return replace(restitution, bottom=bottom, top=top)
     bottom, top = by_wall(restitution)
     if varied == DesignInput.RESTITUTION_BOTTOM:
         return _restitution(value, top)

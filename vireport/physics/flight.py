@@ -14,7 +14,11 @@ from __future__ import annotations
 from math import pi
 from typing import Any
 
+import numpy as np
 from msgspec import Struct
+
+LARGEST_RESTITUTION = 0.99
+"""What a restitution that falls with speed is at most: of a slow impact its law would be 1 and beyond."""
 
 
 def acceleration(cosine: Any, gbar: Any) -> Any:
@@ -80,6 +84,36 @@ def reflect(velocity_before: Any, restitution: Any) -> Any:
     Source: Eq. (2.10).
     """
     return -restitution * velocity_before
+
+
+def restitution_at_speed(stated: Any, share: Any, exponent: Any) -> tuple[Any, Any]:
+    """The restitution of an impact by the law r = stated * share^exponent, and the slope d|Z'+|/d|Z'-|.
+
+    Parameters
+    ----------
+    stated : array_like
+        r at the speed that it is stated at [-].
+    share : array_like
+        Speed just before the impact over that speed [-].
+    exponent : array_like
+        -1 < exponent <= 0 [-].
+
+    Notes
+    -----
+    The velocity after the impact, r |Z'-|, grows with share^(1 + exponent): its slope is r + |Z'-| dr/d|Z'-| =
+    (1 + exponent) r. Where the law exceeds `LARGEST_RESTITUTION` the restitution is that, and so is the slope.
+    """
+    if isinstance(share, np.ndarray):
+        with np.errstate(all="ignore"):
+            r = stated * share**exponent
+            capped = ~((np.real(share) > 0) & (np.real(r) < LARGEST_RESTITUTION))
+        return np.where(capped, LARGEST_RESTITUTION, r), np.where(capped, LARGEST_RESTITUTION, (1 + exponent) * r)
+    if share.real > 0:
+        r = stated * share**exponent
+        if r.real < LARGEST_RESTITUTION:
+            return r, (1 + exponent) * r
+    most = type(share)(LARGEST_RESTITUTION)
+    return most, most
 
 
 class Flight(Struct, frozen=True, eq=False):

@@ -5,7 +5,8 @@ With n they are all of the dynamics, Eqs. (2.8)-(2.12).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from decimal import Decimal
 from math import prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -29,6 +30,45 @@ class Restitutions(Struct, frozen=True):
     top: Any
 
 
+class SpeedLaw(Struct, frozen=True):
+    """Restitution coefficients that fall with the speed of the impact, r (speed/`speed`)^`exponent` of each membrane.
+
+    It is no number: what knows constant restitutions alone fails with it instead of taking them for constant.
+
+    Attributes
+    ----------
+    bottom, top : array_like
+        r of each membrane at `speed`.
+    exponent : array_like
+        -1 < exponent <= 0.
+    speed : array_like
+        At which they are stated: in m/s of a device, in y_c of groups.
+    """
+
+    bottom: Any
+    top: Any
+    exponent: Any
+    speed: Any
+
+    def each(self, function: Callable[[Any], Any]) -> SpeedLaw:
+        """What a function makes of each number."""
+        return SpeedLaw(function(self.bottom), function(self.top), function(self.exponent), function(self.speed))
+
+    def moved(self, bottom: Any, top: Any) -> SpeedLaw:
+        """The law with so much more at each membrane."""
+        return SpeedLaw(self.bottom + bottom, self.top + top, self.exponent, self.speed)
+
+    def at(self, wall: int, velocity: Any) -> tuple[Any, Any]:
+        """The restitution of an impact with a velocity, and its slope, see `flight.restitution_at_speed`."""
+        stated = self.bottom if wall > 0 else self.top
+        return flight.restitution_at_speed(stated, wall * velocity / self.speed, self.exponent)
+
+
+def stated(restitution: Any) -> tuple[Any, Any]:
+    """The restitution at the bottom and at the top; of a law, at the speed that it is stated at."""
+    return (restitution.bottom, restitution.top) if isinstance(restitution, SpeedLaw) else by_wall(restitution)
+
+
 def by_wall(restitution: Any) -> tuple[Any, Any]:
     """The restitution at the bottom and at the top: of one number for both, or of `Restitutions`."""
     if isinstance(restitution, Restitutions):
@@ -37,9 +77,11 @@ def by_wall(restitution: Any) -> tuple[Any, Any]:
 
 
 def each(restitution: Any, function: Callable[[Any], Any]) -> Any:
-    """What a function makes of one number for both membranes, or of each of `Restitutions`."""
+    """What a function makes of one number for both membranes, or of each of `Restitutions` or of a `SpeedLaw`."""
     if isinstance(restitution, Restitutions):
         return Restitutions(function(restitution.bottom), function(restitution.top))
+    if isinstance(restitution, SpeedLaw):
+        return restitution.each(function)
     return function(restitution)
 
 
@@ -52,8 +94,8 @@ class Groups(NamedTuple, Generic[Number]):
         Distance between the membranes, s/x_c.
     gbar : array_like
         Gravity along the capsule over the forcing's acceleration, M g sin(beta)/F.
-    restitution : array_like or Restitutions
-        r of both membranes, or of each where they are not alike.
+    restitution : array_like, Restitutions or SpeedLaw
+        r of both membranes, or of each where they are not alike; or its law where it falls with speed.
     harmonics : tuple of Harmonic
         Of the force, none of a sine.
     """
@@ -74,16 +116,30 @@ class Groups(NamedTuple, Generic[Number]):
 
     @property
     def numbers(self) -> tuple[Any, ...]:
-        """d, gbar, the restitution at the bottom and at the top, and the cosine and the sine of each harmonic."""
+        """d, gbar, the restitution at the bottom and at the top, and the cosine and the sine of each harmonic.
+
+        Of a law the restitutions are those that it states, and its exponent and speed are the last two.
+        """
         parts = [part for own in self.harmonics for part in (own.cosine, own.sine)]
-        return self.d, self.gbar, *by_wall(self.restitution), *parts
+        law = self.law
+        more = () if law is None else (law.exponent, law.speed)
+        return self.d, self.gbar, *stated(self.restitution), *parts, *more
 
     def with_numbers(self, numbers: Sequence[Any]) -> Groups[Any]:
         """The groups with other `numbers`, whether or not the membranes are alike, and harmonics of the same orders."""
         d, gbar, bottom, top, *parts = numbers
+        if self.law is not None:
+            *parts, exponent, speed = parts
         pairs = zip(self.harmonics, parts[::2], parts[1::2], strict=True)
         harmonics = tuple(Harmonic(own.order, cosine, sine) for own, cosine, sine in pairs)
+        if self.law is not None:
+            return Groups(d, gbar, SpeedLaw(bottom, top, exponent, speed), harmonics)
         return Groups(d, gbar, Restitutions(bottom, top), harmonics)
+
+    @property
+    def law(self) -> SpeedLaw | None:
+        """The law of restitutions that fall with speed; None where they are constant."""
+        return self.restitution if isinstance(self.restitution, SpeedLaw) else None
 
     @property
     def same_harmonics(self) -> tuple[Harmonic, ...]:
@@ -97,7 +153,8 @@ class Groups(NamedTuple, Generic[Number]):
     @property
     def alike(self) -> bool:
         """Whether the membranes are alike: a horizontal capsule is then its own mirror image."""
-        return not isinstance(self.restitution, Restitutions)
+        law = self.law
+        return not isinstance(self.restitution, Restitutions) if law is None else bool(law.bottom == law.top)
 
     @property
     def symmetric(self) -> bool:
@@ -113,16 +170,35 @@ class Groups(NamedTuple, Generic[Number]):
         return Groups(d, gbar, Restitutions(bottom, top))
 
     def restitution_at(self, wall: int) -> Any:
-        """The restitution coefficient of a membrane: 1 for the bottom one, -1 for the top one."""
+        """The constant restitution coefficient of a membrane: 1 for the bottom one, -1 for the top one."""
+        if self.law is not None:
+            raise TypeError("a restitution that falls with speed is not known without the speed")
         bottom, top = by_wall(self.restitution)
         return bottom if wall > 0 else top
 
     def after(self, wall: int, velocity: Any) -> Any:
         """The velocity just after an impact on a membrane, by the velocity just before it, Eq. (2.10)."""
-        return flight.reflect(velocity, self.restitution_at(wall))
+        return flight.reflect(velocity, self.rebound(wall, velocity)[0])
 
-    def decay(self, walls: Iterable[int]) -> Any:
-        """The root of the determinant of a motion's Jacobian: the product of r over its impacts, as in Eq. (A.3)."""
+    def rebound(self, wall: int, velocity: Any) -> tuple[Any, Any]:
+        """The restitution of an impact on a membrane with a velocity, and minus dZ'+/dZ'-: the same where constant."""
+        r = self.restitution
+        if isinstance(r, SpeedLaw):
+            return r.at(wall, velocity)
+        if isinstance(r, Restitutions):
+            r = r.bottom if wall > 0 else r.top
+        return r, r
+
+    def decay(self, walls: Sequence[int], velocity: Sequence[Any] = ()) -> Any:
+        """The root of the determinant of a motion's Jacobian: the product of r over its impacts, as in Eq. (A.3).
+
+        Where restitutions fall with speed it is that of (r s)^(1/2), s the slope of `rebound`, by the velocities.
+        """
+        law = self.law
+        if law is not None:
+            impacts = (law.at(wall, v) for wall, v in zip(walls, velocity, strict=True))
+            determinant = prod(r * slope for r, slope in impacts)
+            return determinant ** (Decimal("0.5") if isinstance(determinant, Decimal) else 0.5)
         return prod(map(self.restitution_at, walls))
 
     def pull(self, force: Any) -> Any:

@@ -43,6 +43,15 @@ UNIT_OF_VARIED = "the unit of the input"
 LARGEST_HARMONIC = 50.0
 """Harmonic of the force, over its amplitude [%], up to which it is looked for where stable motion ends."""
 
+STEEPEST_RESTITUTION = -0.5
+"""Exponent of the speed with which a restitution falls, at least; of metals and polymers -0.25 to 0 is usual."""
+
+FLATTEST_RESTITUTION = -0.001
+"""The same at most, where it is looked at what it does."""
+
+SLOWEST_STATED, FASTEST_STATED = 1e-3, 1e3
+"""Speeds of an impact at which a restitution can be stated [m/s]."""
+
 LARGEST_EFFECT = 50.0
 """Most by which a restitution is changed to see what that does [%]."""
 
@@ -855,13 +864,14 @@ class LeftOut(StrEnum):
     RESTITUTION_TOP = "restitution_top"
     CAPSULE = "capsule"
     SECOND_HARMONIC = "second_harmonic"
+    RESTITUTION_SPEED = "restitution_exponent"
     STIFFNESS = "membrane_stiffness"
 
 
 SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC
 """What is left out to a size; the others are there or not."""
 
-EFFECTS = *SIZED, LeftOut.CAPSULE
+EFFECTS = *SIZED, LeftOut.CAPSULE, LeftOut.RESTITUTION_SPEED
 """What can be asked for: the membranes' own stiffness is always looked at, where their contacts are long."""
 
 
@@ -872,8 +882,8 @@ class EffectBlock(Block):
         REQUIRED,
         "Effect",
         "",
-        "What is left out: the restitution of one membrane is another, the capsule moves in the other way, or the "
-        "force has a second harmonic, at its worst phase.",
+        "What is left out: the restitution of one membrane is another, the capsule moves in the other way, the force "
+        "has a second harmonic, at its worst phase, or the restitution falls with the speed of the impact.",
         example="restitution_bottom",
         strict=False,
     )
@@ -885,6 +895,25 @@ class EffectBlock(Block):
         example=-5.0,
         ge=-LARGEST_EFFECT,
         le=LARGEST_EFFECT,
+    )
+    exponent: float | None = _key(
+        None,
+        "Exponent",
+        "1",
+        "Of the speed of the impact, with which the restitution falls.",
+        example=-0.1,
+        ge=STEEPEST_RESTITUTION,
+        le=FLATTEST_RESTITUTION,
+    )
+    speed_m_s: float | None = _key(
+        None,
+        "Speed",
+        "m/s",
+        "Of the impact at which the restitution is as given, where it falls with speed. Left out, the mean impact "
+        "speed of the design's own motion.",
+        example=5.0,
+        ge=SLOWEST_STATED,
+        le=FASTEST_STATED,
     )
 
 
@@ -979,8 +1008,8 @@ class Scenario(Block):
         "Effects",
         "",
         "What the model leaves out, of which the report says how far it would move the nearest end of stable motion. "
-        "Left out, the usual ones: either restitution 5 % less, the other motion of the capsule, and a second harmonic "
-        "of 2 %.",
+        "Left out, the usual ones: either restitution 5 % less, the other motion of the capsule, a second harmonic of "
+        "2 %, and a restitution that falls with the speed to the power -0.1.",
         example=[{"effect": "restitution_bottom", "percent": -5.0}],
         strict=False,
         min_length=1,

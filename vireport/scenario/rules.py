@@ -341,8 +341,17 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
         effect = next((effect for effect in LeftOut if effect == named), None)
         if effect is None or f"{here}.percent" in tree.wrong:
             continue
-        size = row.get("percent")
-        if effect not in EFFECTS:
+        size, exponent = row.get("percent"), row.get("exponent")
+        if exponent is not None and effect is not LeftOut.RESTITUTION_SPEED:
+            yield _rule(f"{here}.exponent", f"{effect} has no exponent (leave it out)")
+        if row.get("speed_m_s") is not None and effect is not LeftOut.RESTITUTION_SPEED:
+            yield _rule(f"{here}.speed_m_s", f"{effect} has no speed (leave it out)")
+        if effect is LeftOut.RESTITUTION_SPEED:
+            if size is not None:
+                yield _rule(f"{here}.percent", f"{effect} has no per cent, but an exponent (give that)")
+            if exponent is None and f"{here}.exponent" not in tree.wrong:
+                yield _rule(here, f"{effect} needs an exponent (exponent, below 0)")
+        elif effect not in EFFECTS:
             yield _rule(f"{here}.effect", f"{effect} is looked at wherever it matters (one of {', '.join(EFFECTS)})")
         elif effect not in SIZED:
             if size is not None:

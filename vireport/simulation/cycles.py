@@ -12,7 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.physics import Groups, flight, wrapped
-from vireport.simulation.events import OF_SINE, as_start, check_model, follow_one, harmonics_of
+from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds
 from vireport.simulation.kernel import (
     FLIGHT,
     PHASE,
@@ -107,11 +107,12 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
 
     From (2.11) and (2.12) with Z fixed: dt = -(t dv + Z_phi dphi)/Z', where v is the velocity the flight
     starts with and Z_phi a derivative at fixed time. Each determinant is r^2 times the ratio of the two
-    velocities, so that the product of all r^2 is left after a cycle.
+    velocities, so that the product of all r^2 is left after a cycle; of restitutions that fall with speed, that of r
+    times the slope.
 
     Parameters
     ----------
-    model : array (4 + 3 h,)
+    model : array (6 + 3 h,)
         A row of `check_model`.
     before, after : array (n, 6)
         Rows of the impacts at the two ends of each flight.
@@ -121,8 +122,8 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     array (n, 2, 2)
         Zero after a ball that stuck: it forgets.
     """
-    _, gbar, bottom, top = model[:OF_SINE]
-    r = np.where(before[:, WALL] > 0, bottom, top)
+    gbar = model[1]
+    _, slope = rebounds(model, before[:, WALL], before[:, VELOCITY])
     t, speed = after[:, FLIGHT], after[:, VELOCITY]
     speed = np.where(np.abs(speed) < SLOWEST, SLOWEST, speed)
     x = pi * t
@@ -141,9 +142,9 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     pull = flight.acceleration(end, gbar)
     result = np.empty((len(t), 2, 2))
     result[:, 0, 0] = 1 - pi * z_phase / speed
-    result[:, 0, 1] = pi * r * t / speed
+    result[:, 0, 1] = pi * slope * t / speed
     result[:, 1, 0] = (end - cosine) / pi - pull * z_phase / speed
-    result[:, 1, 1] = -r * (1 - pull * t / speed)
+    result[:, 1, 1] = -slope * (1 - pull * t / speed)
     result[before[:, RIDING] + before[:, SETTLING] > 0] = 0.0
     return result
 
@@ -161,7 +162,7 @@ def growth_bound(groups: Groups[float], cycle: Cycle) -> float:
     rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
     rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
 
-    determinant = groups.decay(cycle.wall.tolist()) ** 2
+    determinant = groups.decay(cycle.wall.tolist(), cycle.velocity.tolist()) ** 2
 
     def grown(rows: Array) -> float:
         matrix, scale = product(jacobians(model, np.roll(rows, 1, axis=0), rows))
@@ -248,11 +249,14 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cyc
         return refine(model, lap[: shorter + 1], shorter, compiled)
     if _periods(lap[1:]) == 0:
         return None  # a lap so short that nothing changes in it
-    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), _determinant(model, lap[1:, WALL])))
+    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), _determinant(model, lap[1:])))
 
 
-def _determinant(model: Array, walls: Array) -> float:
-    """Product of r^2 over the impacts of a cycle."""
+def _determinant(model: Array, lap: Array) -> float:
+    """Product of r^2 over the impacts of a cycle, or of r and its slope."""
+    walls = lap[:, WALL]
+    if groups_of(model).law is not None:
+        return float(np.prod(rebounds(model, walls, lap[:, VELOCITY])))
     struck = int(np.count_nonzero(walls > 0))
     bottom, top = float(model[2]), float(model[3])
     if bottom == top:
@@ -288,7 +292,7 @@ def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
 
     Parameters
     ----------
-    model : array (4 + 3 h,)
+    model : array (6 + 3 h,)
         A row of `check_model`.
     lap : array (n, 6)
         Impacts since the release, the last one being that after which the ball rides.

@@ -17,7 +17,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import install_command
-from vireport.physics import Groups, Harmonic, unaccelerated, wave
+from vireport.physics import Groups, Harmonic, SpeedLaw, flight, unaccelerated, wave
 from vireport.simulation import kernel
 from vireport.simulation.compiled import compiled_search
 from vireport.simulation.kernel import (
@@ -29,8 +29,9 @@ from vireport.simulation.kernel import (
 
 BOTTOM, TOP = 1, -1
 COLUMNS = 6
-# Numbers of a device whose force is a sine; those of harmonics follow.
-OF_SINE = 4
+# Numbers that flights and constant restitutions need. The law of the latter follows, exponent and speed; and after what
+# a device has whose force is a sine, those of harmonics.
+CONSTANT, OF_SINE = 4, 6
 # Parts per core: enough to even out slow and fast parameters.
 PARTS = 8
 # Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
@@ -85,25 +86,37 @@ def wrapped(phase: float) -> float:
 
 
 def check_model(groups: Groups[Any]) -> Array:
-    """Groups as an array (n, 4 + 3 h), after broadcasting; ValueError if they describe no device.
+    """Groups as an array (n, 6 + 3 h), after broadcasting; ValueError if they describe no device.
 
-    A row is d, gbar, the restitution at the bottom and at the top, and order, cosine and sine of each harmonic.
+    A row is d, gbar, the restitution at the bottom and at the top, the exponent of the speed with which they fall and
+    the speed at which they are stated (0 and 1 of constant ones), and order, cosine and sine of each harmonic.
     """
     parts = [number for own in groups.harmonics for number in (own.order, own.cosine, own.sine)]
-    numbers = *groups.numbers[:OF_SINE], *parts
+    law = (0.0, 1.0) if groups.law is None else (groups.law.exponent, groups.law.speed)
+    numbers = *groups.numbers[:CONSTANT], *law, *parts
     model = np.stack(np.broadcast_arrays(*np.atleast_1d(*numbers)), axis=-1).astype(float)
     if not np.isfinite(model).all():
         raise ValueError("d, gbar and r must be finite")
-    plain = model[:, :OF_SINE]
+    plain, (exponent, speed) = model[:, :CONSTANT], model[:, CONSTANT:OF_SINE].T
     if (plain[:, 0] <= 0).any() or (plain[:, 1:] < 0).any() or (plain[:, 2:] > 1).any():
         raise ValueError("need d > 0, gbar >= 0 and 0 <= r <= 1")
+    if (exponent <= -1).any() or (exponent > 0).any() or (speed <= 0).any():
+        raise ValueError("need restitutions that fall with the speed to a power above -1, stated at a speed above 0")
     return np.ascontiguousarray(model)
 
 
 def groups_of(model: Array) -> Groups[float]:
     """The groups of a row of `check_model`."""
-    d, gbar, bottom, top = map(float, model[:OF_SINE])
-    return Groups.of(d, gbar, bottom, top)._replace(harmonics=harmonics_of(model))
+    d, gbar, bottom, top, exponent, speed = map(float, model[:OF_SINE])
+    groups = Groups.of(d, gbar, bottom, top)._replace(harmonics=harmonics_of(model))
+    return groups._replace(restitution=SpeedLaw(bottom, top, exponent, speed)) if exponent else groups
+
+
+def rebounds(model: Array, wall: Array, velocity: Array) -> tuple[Array, Array]:
+    """The restitutions of impacts of a row of `check_model`, and their slopes, see `flight.restitution_at_speed`."""
+    exponent, speed = model[CONSTANT:OF_SINE]
+    r = np.where(wall > 0, model[2], model[3])
+    return flight.restitution_at_speed(r, np.abs(velocity) / speed, exponent) if exponent else (r, r)
 
 
 def harmonics_of(model: Array) -> tuple[Harmonic, ...]:
@@ -186,7 +199,7 @@ def follow_impacts(
 
     Parameters
     ----------
-    model : array (n, 4 + 3 h)
+    model : array (n, 6 + 3 h)
         From `check_model`.
     starts : array (n, 4)
         Rows of `check_start`.
@@ -213,11 +226,16 @@ def follow_impacts(
     if compiled and search is None and len(model) * impacts * INTERPRETED_IMPACT > LONG:
         _say_that_it_is_slow()
 
-    plain, (harmonics, still) = np.ascontiguousarray(model[:, :OF_SINE]), _forced(model)
+    plain, (harmonics, still) = np.ascontiguousarray(model[:, :CONSTANT]), _forced(model)
+    laws = None
+    if model[:, CONSTANT].any():
+        # A constant restitution among others is one that does not fall, and may be as large as 1.
+        most = np.where(model[:, CONSTANT] == 0, 1.0, flight.LARGEST_RESTITUTION)
+        laws = np.column_stack([model[:, CONSTANT:OF_SINE], most])
 
     def run(part: slice) -> None:
         with np.errstate(all="ignore"):  # the compiled search raises no flags, the interpreted one must not
-            filled = starts[part], impacts, rows[part], summary[part]
+            filled = starts[part], impacts, rows[part], summary[part], None if laws is None else laws[part]
             forced = (None, None) if harmonics is None or still is None else (harmonics[part], still[part])
             (search or kernel.follow_starts)(plain[part], *filled, *forced)
 

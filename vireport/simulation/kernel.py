@@ -32,6 +32,7 @@ TURN, PER_PI, PER_PI2, EPS = 2 * pi, 1 / pi, 1 / (pi * pi), 2.2e-16
 SPLIT, PI_HEAD, PI_TAIL = 134217729.0, 3.1415926218032837, 3.178650954705639e-08
 STEP_TOL = 1.4e-17  # a fourth-order step d leaves about d^4 / min(|y'|, 1)^3: kept below 1/16 ulp of the time
 CHATTER_TOL = 1e-15  # neglected third order of a completed chatter [t_c], well under the 1e-13 promised
+FALLING_CHATTER = 1e-17  # rebound velocity down to which hops are followed whose restitution still grows
 CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
 FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
@@ -406,10 +407,26 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
     return settled and press > 0.0 and time < left, time, left - time
 
 
+def _falling(stated: float, speed: float, law: Array) -> float:
+    """The restitution at a speed by its law: exponent, speed at which it is stated, and the most that it is."""
+    r: float = law[2]
+    if speed > 0.0:
+        r = min(r, stated * (speed / law[1]) ** law[0])
+    return r
+
+
 def _follow(
-    model: Array, start: Array, impacts: int, rows: Array, summary: Array, harmonics: Array | None, still: Array | None
+    model: Array,
+    start: Array,
+    impacts: int,
+    rows: Array,
+    summary: Array,
+    laws: Array | None,
+    which: int,
+    harmonics: Array | None,
+    still: Array | None,
 ) -> None:
-    """Follow one start; see `follow_starts`."""
+    """Follow one start; see `follow_starts`, of whose laws `which` is its own."""
     d, g, r_bottom, r_top = model
     wall, z, v, phase = start
     turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
@@ -428,6 +445,8 @@ def _follow(
         if wall != 0.0:
             walls = (-d, 0.0) if wall > 0.0 else (0.0, d)
             r = r_bottom if wall > 0.0 else r_top
+            if laws is not None:
+                r = _falling(r, abs(v), laws[which])
             v = -r * v  # (2.10)
             if harmonics is None or still is None:
                 settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
@@ -435,6 +454,9 @@ def _follow(
             else:
                 settles, settling, riding = _settle_among(wall, (v, g, c, s), (parts, 1.0), phase, r, still)
                 for_ever = riding == inf
+            if laws is not None:
+                # Hops to come are summed with one restitution: the largest, or so late that it makes no difference.
+                settles = settles and (r == laws[which, 2] or abs(v) <= FALLING_CHATTER)
             if settles:
                 out[SETTLING], out[RIDING] = settling, riding
                 if for_ever:
@@ -475,6 +497,7 @@ def follow_starts(
     impacts: int,
     rows: Array,
     summary: Array,
+    laws: Array | None,
     harmonics: Array | None,
     still: Array | None,
 ) -> None:
@@ -482,12 +505,14 @@ def follow_starts(
 
     `parameters` (n, 4) are d, gbar, and r at the bottom and at the top; `starts` (n, 4) wall (+1 bottom, -1 top,
     0 in flight), position (used in flight), velocity (before the impact, if on a wall) and phase in [0, 2 pi).
+    Of restitutions that fall with speed `laws` (n, 3) are the exponent, the speed at which they are stated, and the
+    most that they are; None of constant ones.
     Of a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `still` (n, m, 2) the zeros
     of Z'' ascending, each with the sign that makes Z concave from there on; both are None of a sine.
     Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
     for i in range(len(parameters)):
         if harmonics is None or still is None:
-            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], None, None)
+            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, None, None)
         else:
-            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], harmonics[i], still[i])
+            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], still[i])

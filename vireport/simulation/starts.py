@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.physics import by_wall
+from vireport.physics import stated
 from vireport.simulation.kernel import TURN
 
 Array = NDArray[np.float64]
@@ -28,12 +28,12 @@ def start_speed(r: Any, fastest: ArrayLike = 0.0) -> Array:
 
     Parameters
     ----------
-    r : array_like or Restitutions
-        Restitution coefficient; of two the larger counts.
+    r : array_like, Restitutions or SpeedLaw
+        Restitution coefficient; of two the larger counts, of a law those that it states.
     fastest : array_like
         Velocity of the fastest motion that is to be within reach [y_c].
     """
-    largest = np.maximum(*by_wall(r))
+    largest = np.maximum(*stated(r))
     sustained = 2 / (pi * np.maximum(1 - np.asarray(largest, dtype=float), LEAST_LOSS))
     speed: Array = BEYOND * np.maximum(fastest, sustained)
     return speed

@@ -47,7 +47,7 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
 
     Parameters
     ----------
-    model : array (4 + 3 h,)
+    model : array (6 + 3 h,)
         A row of `check_model`.
     rows : array (n, 6)
         Successive impacts, see `kernel`; the first is where it begins.

@@ -532,6 +532,7 @@ def effects_data(found: Shifts) -> dict[str, Any]:
             {
                 "effect": shift.effect.left_out,
                 "change": shift.effect.size or None,
+                "speed_m_s": shift.effect.speed_m_s,
                 "sweep_value": shift.value,
                 "kind": shift.event,
                 "moved": shift.moved,
