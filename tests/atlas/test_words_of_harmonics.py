@@ -58,6 +58,7 @@ def checked(found: Atlas) -> dict[Event, int]:
     return counts
 
 
+@pytest.mark.slow
 def test_motions_of_other_words_are_those_of_the_raw_flights_in_40_digits() -> None:
     found = atlas(swept(45.0, 0.62, 0.75), Limits(4, 2))
     with reference.precise():

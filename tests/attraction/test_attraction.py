@@ -462,6 +462,7 @@ def attack_section(groups: Groups, found: Section, count: int, seed: int = 5) ->
             assert arrived(groups, found.trap, *points).all()
 
 
+@pytest.mark.slow
 def test_impacts_and_moments_that_are_proved_come_to_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 3.6 N the ball does not come there from rest: only what never rests is proved."""
     monkeypatch.setattr("vireport.attraction.section.MOST_FLIGHTS", 6000)

@@ -94,6 +94,7 @@ def settled(flights: Flights, velocity: float, start: float) -> list[float]:
     return speeds[-8:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("device", [INCLINED, LEVEL])
 def test_a_simulator_repeats_every_period_short_of_it_and_every_second_one_beyond(device: Device) -> None:
     motions, told, _ = found(device)

@@ -269,6 +269,7 @@ def test_without_gravity_the_worse_of_two_phases_counts() -> None:
     assert min(least) < 0.9 * max(least)
 
 
+@pytest.mark.slow
 def test_a_margin_can_be_required_to_hold_with_them(example) -> None:
     mass = {"device.ball_mass_kg": 0.0041}
     for changes, least, passed, worst in (

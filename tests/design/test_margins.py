@@ -378,6 +378,7 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
     return margins, outcomes, study.verdict.status, study.verdict.word, fact and (fact.answer, fact.status), exit_code
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", first(1, range(3)))
 def test_no_sweep_changes_margins_verdict_or_exit_code(part: int) -> None:
     """Over nine scenarios, each alone and along all parameters, the first along one of them."""

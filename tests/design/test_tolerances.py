@@ -364,6 +364,7 @@ def test_ranges_are_those_of_velocity_and_voltage(example) -> None:
             assert ranges[key][name] == pytest.approx(low + share * span, abs=5e-3 * span)
 
 
+@pytest.mark.slow
 def test_the_yield_is_required_with_its_interval(example) -> None:
     def passed(**keys: object) -> bool:
         over = {key.replace("__", "."): value for key, value in keys.items()}

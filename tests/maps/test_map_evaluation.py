@@ -34,6 +34,7 @@ def test_results_do_not_depend_on_the_chunks() -> None:
     assert evaluate(plan, np.array([400, 7])).to_pylist() == [together[400], together[7]]
 
 
+@pytest.mark.slow
 def test_every_cell_is_what_a_scenario_says() -> None:
     table = whole(plan_of(TEXT)).to_pylist()
     compared = 0

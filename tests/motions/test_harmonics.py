@@ -253,6 +253,7 @@ def test_critical_points_have_the_trace_of_their_event_in_40_digits() -> None:
             assert float(own) == pytest.approx(level.get(point.event, 1.0625), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_an_even_harmonic_makes_a_fold_of_the_pitchfork_and_an_odd_one_keeps_it() -> None:
     level = replace(INCLINED, inclination_deg=0.0)
     for parts, event, symmetric in (((THIRD,), Event.PITCHFORK, True), ((SECOND,), Event.FOLD, False)):
@@ -320,6 +321,7 @@ def test_a_ball_that_does_not_bounce_grazes_where_it_does_without_a_harmonic_to_
         assert point.sweep_value == pytest.approx(other.sweep_value, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "below", [1e-2, 3e-4, 1e-8, *(pytest.param(below, marks=pytest.mark.slow) for below in (1e-3, 1e-4, 1e-5))]
 )

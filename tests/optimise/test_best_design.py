@@ -73,6 +73,7 @@ def best_of_map(problem: Problem, count: int) -> float:
     return -np.inf
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "objective", first(1, [objective for objective in Objective if objective is not Objective.MARGIN])
 )

@@ -39,6 +39,7 @@ def judged(force: float, kick: float = 1e-3, shock: float = 1.0):
     return data["disturbances"], {line["key"]: line for line in data["requirements"]["criteria"]}
 
 
+@pytest.mark.slow
 def test_the_least_shock_is_that_of_the_motion_in_metres_per_second() -> None:
     """The unit of velocity is F/(2 M f)."""
     found, lines = judged(3.6)

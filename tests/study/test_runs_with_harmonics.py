@@ -9,7 +9,6 @@ import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
 
-from vireport.atlas import atlas
 from vireport.base import ScenarioError, UsageError
 from vireport.chart import plane_of
 from vireport.checks import measure
@@ -19,7 +18,6 @@ from vireport.comparison.quantities import ComparedScenario
 from vireport.design import region_of
 from vireport.disturbances import disturbances_of
 from vireport.membranes import compliance
-from vireport.motions import Limits
 from vireport.physics import Device, Harmonic
 from vireport.scenario import DesignInput, Parameter, load, load_any
 from vireport.shocks import withstood_by
@@ -83,7 +81,7 @@ def test_an_even_harmonic_leaves_out_the_symmetric_family(example) -> None:
 
 @pytest.mark.parametrize(
     "block",
-    [{"motions": {}}, {"accuracy": {}}, {"disturbances": {}}, {"tolerances": {"length_percent": 1}}],
+    [{"accuracy": {}}, {"disturbances": {}}, {"tolerances": {"length_percent": 1}}],
     ids=lambda block: next(iter(block)),
 )
 def test_blocks_that_know_a_sine_alone_are_refused_with_the_key(block, example) -> None:
@@ -132,8 +130,6 @@ def test_commands_that_know_a_sine_alone_refuse_it(command, tmp_path, capsys) ->
 def test_what_is_called_from_python_refuses_as_well(distorted, example) -> None:
     solution, device = distorted.solution, distorted.solution.device
     refused = "of a force with harmonics"
-    with pytest.raises(UsageError, match=refused):
-        atlas(solution.sweep, Limits(4, 2))
     with pytest.raises(UsageError, match=refused):
         certify(solution.diagram)
     with pytest.raises(UsageError, match=refused):
