@@ -235,6 +235,15 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: Evidence(toleranced(**NARROW, sweep=None)),
         ["Stable 1:1 motion: only in a range of length too narrow to be set."],
     ),
+    "nothing that some starts do not find": (
+        lambda: Evidence(
+            solved("inclined", device__length_m=0.6),
+            disturbances=Disturbances(
+                FromRest(Destination.REST_CYCLE, "B~", 8, 0), by_starts=(thing(name="B every 2 forcing periods"),)
+            ),
+        ),
+        ["from rest the ball comes to rest every 8 forcing periods (B~); some starts in flight come to B every 2"],
+    ),
     "elsewhere in the sweep": (
         lambda: Evidence(solved("inclined", device__length_m=0.6)),
         [
