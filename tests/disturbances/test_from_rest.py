@@ -7,6 +7,7 @@ from math import acos, ceil, pi
 import numpy as np
 import pytest
 from conftest import solved
+from exact_rest import periods
 from rest_simulator import outcome
 
 from vireport import analyse, loads
@@ -93,6 +94,23 @@ def test_a_ball_that_is_too_heavy_rests_and_a_long_way_is_not_told_exactly() -> 
     long = found(PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: 1.25}))
     assert (long.destination, long.periods, long.word) == (Destination.REST_CYCLE, 0, "")
     assert "rounding does not tell" in long.name
+
+
+@pytest.mark.slow
+def test_a_period_that_is_not_told_is_another_one_with_the_last_bit_of_the_length() -> None:
+    """At 3 N and 1.25 m a lap loses 45 digits: 103 periods or 76. One that is told stays."""
+
+    def exactly(device: Device, digits: int) -> list[int | None]:
+        d, gbar, r = map(float, device.groups(Parameter.LENGTH, device.length_m)[:3])
+        return [periods(d * (1 + k * 2.0**-52), gbar, r, digits) for k in range(2)]
+
+    long = PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: 1.25})
+    exact = exactly(long, 60)
+    assert exact == exactly(long, 80)
+    assert None not in exact
+    assert exact[0] != exact[1]
+    short = PAPER.with_values({Parameter.AMPLITUDE: 2.2})
+    assert exactly(short, 60) == [found(short).periods] * 2
 
 
 def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_hundredth() -> None:
