@@ -6,6 +6,9 @@ From rest, interpreted as a run without numba is, the peer is the simulation's o
 same state: it does not know the motions that the ball may come to. Of the least shock and of the plane the peer
 simulates a regular grid of shocks, all of them, with the same compiled flights; the least shock is then known to the
 grid's spacing only. Times are of the processor, on one core.
+
+What a run without a `disturbances:` block takes longer for what it tells of them is the difference of whole processes,
+one with and one without that step, in turn; its limits are 20 ms with --json and 50 ms of a report.
 """
 
 from __future__ import annotations
@@ -14,6 +17,11 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +42,36 @@ FORCED = {"inclined": (), "horizontal": (), "inclined-forcing": ("excitation.amp
 
 BUDGET, GRID, KEPT = 4000, 64, 400
 """Impacts of the search for an attractor; points of the peer's grid along either axis, and impacts of each."""
+
+GROWTH = ("inclined", "horizontal", "hysteresis")
+"""Examples whose runs are timed with and without; at the last one the ball comes to another motion, which is solved."""
+
+RUN = """
+import sys
+from vireport.__main__ import entry
+if {without}:
+    from vireport.study import study
+    study._with_disturbances = lambda known: known
+sys.argv = ["vireport", "run", *sys.argv[1:]]
+entry()
+"""
+
+
+def seconds(without: bool, arguments: list[str]) -> float:
+    """Processor time of a run, with or without what it tells of disturbances."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [sys.executable, "-c", RUN.format(without=without), *arguments]
+    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True, env=environment)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def growth_ms(name: str, pairs: int, *arguments: str) -> float:
+    """Median of what the step adds to a run, over pairs of neighbouring runs after one pair that compiles modules."""
+    line = [str(EXAMPLES / f"{name}.yaml"), *arguments]
+    times = [[seconds(without, line) for without in (False, True)] for _ in range(pairs + 1)]
+    return 1e3 * statistics.median(ours - bare for ours, bare in times[1:])
 
 
 def solved(name: str, changes: tuple[str, ...]):
@@ -97,7 +135,13 @@ def main() -> None:
             f"plane {plane_s:5.2f} s, {GRID} x {GRID} shocks simulated {grid_s:5.2f} s: "
             f"{least * withstood.velocity_unit:.4g} against {withstood.jump_m_s} m/s"
         )
-    record("disturbances", grid=GRID, disturbances=rows)
+    growth = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in GROWTH:
+            json, report = growth_ms(name, 15, "--json"), growth_ms(name, 7, "-o", folder)
+            growth.append({"scenario": name, "json_growth_ms": json, "report_growth_ms": report})
+            print(f"{name:<18} --json {json:+.0f} ms, report {report:+.0f} ms", flush=True)
+    record("disturbances", grid=GRID, disturbances=rows, growth=growth)
 
 
 if __name__ == "__main__":

@@ -51,6 +51,19 @@ def solved(name: str, **over: object) -> Solution:
     return analyse(load(EXAMPLES / f"{name}.yaml", given), ("json",)).solution
 
 
+def toleranced(**over: object) -> Solution:
+    """Solution of the inclined example, with overrides as in `solved`, without a proof over its tolerances."""
+    from vireport import load
+    from vireport.design import solution_of
+    from vireport.physics import Device, Membrane
+    from vireport.study import sweep_of
+
+    given = {path.replace("__", "."): value for path, value in over.items()}
+    scenario = load(EXAMPLES / "inclined.yaml", given).scenario
+    known = Membrane.of(scenario), sweep_of(scenario), scenario.value_of(scenario.parameter) is not None
+    return solution_of(Device.of(scenario), *known, scenario.tolerances)
+
+
 def markdown(study: Study, command: str) -> str:
     """The summary of a study as Markdown."""
     from vireport.report import Report, render_markdown

@@ -1038,21 +1038,26 @@ def _end_of(reason: str) -> str:
 
 def motion_from_rest(x: Results) -> list[Row]:
     """The motion of another word, whose type follows from its trace and the restitution, Table 1 for more impacts."""
-    of = x.data["disturbances"]["from_rest"]["motion"]
+    return [_followed(x, x.data["disturbances"]["from_rest"]["motion"])]
+
+
+def motions_by_starts(x: Results) -> list[Row]:
+    return [_followed(x, of) for of in x.data["disturbances"]["found_by_starts"]]
+
+
+def _followed(x: Results, of: dict) -> Row:
     decay, stable = x.device.restitution ** len(of["word"]), of["stable_range"]
     _, symbol, unit = SYMBOLS[stable["parameter"]]
     focus = abs(of["trace"]) < 2 * decay
     assert abs(of["trace"]) < 1 + decay**2
-    return [
-        {
-            "Motion": _outcome({"outcome": "other_motion", **of}),
-            "Type": "stable focus" if focus else "stable node",
-            f"Stable from {symbol}": Amount(stable["from"], unit, 6),
-            "to": number(stable["to"], 6),
-            "Begins with": _end_of(stable["from_reason"]),
-            "Ends with": _end_of(stable["to_reason"]),
-        }
-    ]
+    return {
+        "Motion": _outcome({"outcome": "other_motion", **of}),
+        "Type": "stable focus" if focus else "stable node",
+        f"Stable from {symbol}": Amount(stable["from"], unit, 6),
+        "to": number(stable["to"], 6),
+        "Begins with": _end_of(stable["from_reason"]),
+        "Ends with": _end_of(stable["to_reason"]),
+    }
 
 
 def basins(x: Results) -> list[Row]:
@@ -1118,6 +1123,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Basins on the section of impacts": basins,
     "How far random kicks spread the motion": spreads,
     "The motion that the device comes to from rest": motion_from_rest,
+    "Stable motions that some starts come to, but not the device from rest": motions_by_starts,
     "What follows from them": what_follows,
     "Tolerances": tolerances,
     "Stable motions of the random devices": random_devices,

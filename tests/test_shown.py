@@ -73,6 +73,10 @@ def required(**limits: object) -> dict[str, object]:
 
 
 SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
+    "no stable motion but one that some starts find": (
+        "inclined",
+        {"device.length_m": 1.1, "excitation.amplitude_n": 2.0, "sweep": None},
+    ),
     "length swept, with everything": (
         "inclined",
         {

@@ -302,7 +302,7 @@ def test_pages_show_the_families_that_can_be_set_then_the_shortest_words_and_res
     assert study.atlas.shown == study.atlas.families
     assert "results.json and branches.csv have all" not in section(study)
     monkeypatch.setattr(families, "MOST_SHOWN", 2)
-    monkeypatch.setattr(families, "settable", lambda low, high: high - low > 0.01)
+    monkeypatch.setattr(families, "settable", lambda low, high, off: high - low > 0.01)
     assert [family.number for family in study.atlas.shown] == [1, 3]  # 2 is stable over 0.003 m
     monkeypatch.setattr(families, "MOST_SHOWN", 3)
     assert [family.number for family in study.atlas.shown] == [1, 2, 3]

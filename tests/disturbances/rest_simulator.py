@@ -14,8 +14,10 @@ import numpy as np
 LONG = np.longdouble
 PI = LONG("3.14159265358979323846264338327950288")
 SLOW, SHORT, TERMS = LONG(1e-7), LONG(0.01), 14
+FALLING = np.linspace(LONG(1), LONG(0), 100)
 LAST = (1.5, 8.0)
 """How far a flight is sampled, and how far if it does not end before [t_c]."""
+GRIDS = {last: SHORT * np.arange(1, int(last / SHORT)) for last in LAST}
 
 
 def crossing(value, slope, low: LONG, high: LONG) -> tuple[LONG, LONG]:
@@ -36,7 +38,10 @@ def crossing(value, slope, low: LONG, high: LONG) -> tuple[LONG, LONG]:
 
 
 def follow(d: float, gbar: float, r: float, impacts: int) -> tuple[list[tuple[int, LONG, LONG]], int | None]:
-    """Impacts (wall, time, speed) from the release, and the forcing periods to the next release, None before it."""
+    """Impacts (wall, time, speed) from the release, and the forcing periods to the next release, None before it.
+
+    It ends as soon as they repeat to 1e-12.
+    """
     d, g, r = LONG(d), LONG(gbar), LONG(r)
     release = np.arccos(-g) / PI
     t, wall, v, found = release, 1, LONG(0), []
@@ -58,7 +63,9 @@ def follow(d: float, gbar: float, r: float, impacts: int) -> tuple[list[tuple[in
     def outward(now, side, s):
         return side * speed(now, s)
 
-    for _ in range(impacts):
+    for turn in range(impacts):
+        if turn % 64 == 63 and len(found) > 70 and repeated(found, 1e-12) is not None:
+            return found, None
         while v != 0 and (landed := hop(g, wall, t, abs(v))):
             t, v = t + landed[0], r * landed[1]
             found.append((wall, t, landed[1]))
@@ -68,7 +75,7 @@ def follow(d: float, gbar: float, r: float, impacts: int) -> tuple[list[tuple[in
                     raise ArithmeticError("rest on the top")
                 return found, int(np.ceil((t - release) / 2))
         for last in LAST:
-            grid = SHORT * np.arange(1, int(last / SHORT))
+            grid = GRIDS[last]
             z, s = moved(t, grid), speed(t, grid)
             away = -wall * z  # distance from the membrane left: from 0 to d
             turns = np.flatnonzero(s[:-1] * s[1:] < 0) + 1
@@ -114,7 +121,8 @@ def hop(g: LONG, wall: int, t: LONG, u: LONG) -> tuple[LONG, LONG] | None:
         """By how much the ball is past the membrane, over the time."""
         return s * np.polyval((fall / (orders + 1))[::-1], s) - u
 
-    grid = np.geomspace(min(SHORT, u / (abs(powers[0]) + 4)), SHORT, 100, dtype=LONG)
+    least = min(SHORT, u / (abs(powers[0]) + 4))
+    grid = SHORT * (least / SHORT) ** FALLING
     past = np.flatnonzero(short(grid) >= 0)
     if not len(past):
         return None
@@ -136,17 +144,15 @@ def rests(g: LONG, wall: int, t: LONG, u: LONG, r: LONG) -> bool:
 
 def outcome(d: float, gbar: float, r: float, impacts: int = 400) -> tuple[str, str, int] | None:
     """What the ball comes to: kind, word and forcing periods; None where that is not seen."""
-    return seen_within(d, gbar, r, 120, 1e-12) or seen_within(d, gbar, r, impacts, 1e-6)
-
-
-def seen_within(d: float, gbar: float, r: float, impacts: int, close: float) -> tuple[str, str, int] | None:
-    """What the ball comes to within so many impacts, the last of which are a motion if they repeat so closely."""
     try:
         found, periods = follow(d, gbar, r, impacts)
     except ArithmeticError:
         return None
-    if periods is not None:
-        return "rest_cycle", "", periods
+    return ("rest_cycle", "", periods) if periods is not None else repeated(found, 1e-6)
+
+
+def repeated(found: list[tuple[int, LONG, LONG]], close: float) -> tuple[str, str, int] | None:
+    """The motion that the last impacts are, if they repeat so closely."""
     wall = np.array([row[0] for row in found])
     time, speed = (np.array([row[k] for row in found], dtype=LONG) for k in (1, 2))
     for length in range(1, 33):

@@ -7,10 +7,11 @@ from math import acos, ceil, pi
 import numpy as np
 import pytest
 from conftest import solved
+from exact_rest import periods
 from rest_simulator import outcome
 
 from vireport import analyse, loads
-from vireport.design import motions_at
+from vireport.design import motions_at, solution_of
 from vireport.disturbances import Destination, disturbances_of
 from vireport.disturbances.behaviour import _window
 from vireport.disturbances.from_rest import RAMPS, Target, from_rest, pressed_share, started, switched_on
@@ -18,7 +19,7 @@ from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
 from vireport.physics import Device, Groups, Restitutions
 from vireport.scenario import Parameter
-from vireport.simulation import BOTTOM, Impact, attractors
+from vireport.simulation import BOTTOM, Impact, attractors, random_starts, start_speed
 
 PAPER = Device(
     capsule_mass_kg=0.1245,
@@ -49,9 +50,11 @@ def held_against_the_own_simulator(seed: int, count: int) -> list[str]:
     for _ in range(count):
         device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
         groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-        told, expected = found(device), outcome(*groups[:3])
-        if expected is None or not told.decided or told.destination is Destination.CHAOTIC:
-            kinds.append("open")
+        told = found(device)
+        chaotic = told.destination is Destination.CHAOTIC
+        expected = outcome(*groups[:3], impacts=120 if chaotic else 400) if told.decided else None
+        if expected is None:
+            kinds.append(told.destination if chaotic else "open")
             continue
         if told.destination is Destination.REST_CYCLE and not told.periods:
             assert expected[0] == "rest_cycle"
@@ -65,15 +68,16 @@ def held_against_the_own_simulator(seed: int, count: int) -> list[str]:
 
 def test_a_few_random_devices_come_to_what_an_own_simulator_finds() -> None:
     kinds = held_against_the_own_simulator(1, 8)
-    assert kinds.count("open") < 4
+    assert kinds.count("open") + kinds.count("chaotic") < 4
     assert {"reaches_1_1", "rest_cycle"} <= set(kinds)
 
 
 @pytest.mark.slow
 def test_random_devices_come_to_what_an_own_simulator_finds() -> None:
-    kinds = held_against_the_own_simulator(2, 100)
+    kinds = held_against_the_own_simulator(2, 400)
     assert kinds.count("open") < 40
-    assert all(kinds.count(kind) > 2 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))
+    assert kinds.count("chaotic") < 80
+    assert all(kinds.count(kind) > 50 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))
 
 
 @pytest.mark.parametrize(
@@ -90,6 +94,23 @@ def test_a_ball_that_is_too_heavy_rests_and_a_long_way_is_not_told_exactly() -> 
     long = found(PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: 1.25}))
     assert (long.destination, long.periods, long.word) == (Destination.REST_CYCLE, 0, "")
     assert "rounding does not tell" in long.name
+
+
+@pytest.mark.slow
+def test_a_period_that_is_not_told_is_another_one_with_the_last_bit_of_the_length() -> None:
+    """At 3 N and 1.25 m a lap loses 45 digits: 103 periods or 76. One that is told stays."""
+
+    def exactly(device: Device, digits: int) -> list[int | None]:
+        d, gbar, r = map(float, device.groups(Parameter.LENGTH, device.length_m)[:3])
+        return [periods(d * (1 + k * 2.0**-52), gbar, r, digits) for k in range(2)]
+
+    long = PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: 1.25})
+    exact = exactly(long, 60)
+    assert exact == exactly(long, 80)
+    assert None not in exact
+    assert exact[0] != exact[1]
+    short = PAPER.with_values({Parameter.AMPLITUDE: 2.2})
+    assert exactly(short, 60) == [found(short).periods] * 2
 
 
 def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_hundredth() -> None:
@@ -346,3 +367,68 @@ requirements: {reached_from_rest: true, recovers_within_periods: 20}
     ramped = analyse(loads(text + "disturbances: {ramp_periods: 20}\n"), ("json",))
     assert [line.passed for line in ramped.criteria] == [True, True]
     assert ramped.verdict.status != "bad"
+
+
+RESTING = """
+schema_version: 1
+device: {capsule_mass_kg: 0.1245, restitution: 0.5, length_m: 1.1}
+excitation: {amplitude_n: 2.0, frequency_hz: 2.0}
+inclination_deg: 45.0
+"""
+"""A device without stable 1:1 motion that comes to rest every 8 periods, while a third of the starts bounce on for ever
+at the bottom alone."""
+
+
+def test_a_stable_motion_that_only_starts_find_is_solved_for_and_followed() -> None:
+    """One impact on the bottom in 2 periods: the impact law and the flight leave (1 + r) v = 4 gbar."""
+    study = analyse(loads(RESTING), ("json",))
+    told = study.disturbances
+    assert (told.from_rest.destination, told.reached) == (Destination.REST_CYCLE, None)
+    (motion,) = told.by_starts
+    groups = study.solution.device.groups(Parameter.LENGTH, 1.1).as_floats()
+    assert motion.name == "B every 2 forcing periods"
+    assert motion.motion.velocity[0] == pytest.approx(4 * groups.gbar / 1.5, rel=1e-14)
+    assert motion.low < 1.1 < motion.high
+    data = study.to_dict()["disturbances"]
+    assert data["from_rest"]["motion"] is None
+    assert data["found_by_starts"][0]["velocity"] == motion.motion.velocity.tolist()
+    start = Impact(BOTTOM, float(motion.motion.velocity[0]), float(motion.motion.phase[0]) + 1e-3)
+    assert attractors(groups, [start])[0][0].name == motion.name
+    assert any("Some starts in flight come to B every 2 forcing periods" in alert.cause for alert in study.alerts)
+
+
+@pytest.mark.slow
+def test_a_motion_that_starts_find_stands_beside_the_rest_cycle_with_its_share_and_shock() -> None:
+    found = analyse(loads(RESTING + "disturbances: {}\n"), ("json",)).attracting
+    motion, rest = found.motions
+    assert (motion.name, motion.from_rest, rest.motion, rest.from_rest) == (
+        "B every 2 forcing periods",
+        False,
+        None,
+        True,
+    )
+    assert 0.05 < motion.share < 0.95
+    assert motion.share + rest.share == pytest.approx(1, abs=0.05)
+    assert motion.shock.jump > 0
+
+
+@pytest.mark.slow
+def test_of_stable_motions_that_many_starts_find_a_few_find_most() -> None:
+    """At random devices without a stable 1:1 motion whose ball comes from rest to no periodic motion: each that is
+    told attracts, and of those that a seventh of the starts come to few are missed."""
+    rng, common, told = np.random.default_rng(11), 0, 0
+    while common < 5:
+        device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
+        if motions_at(device, Parameter.LENGTH)[0].stable.any() or found(device, True).is_motion:
+            continue
+        groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+        starts = random_starts(groups.d, start_speed(groups.restitution), 20, 5)
+        (ends,) = attractors(groups, starts, 300, 600, workers=1)
+        known = {end.name for end in ends if end.cycle is not None and not end.cycle.sticks}
+        often = sum(end.name in known for end in ends) >= 3
+        by_starts = disturbances_of(solution_of(device, None, None, True), None).by_starts
+        for each in by_starts:
+            start = Impact(each.motion.word.walls[0], float(each.motion.velocity[0]) * (1 + 1e-7), each.motion.phase[0])
+            assert attractors(groups, [start])[0][0].name == each.name
+        common, told = common + often, told + (often and len(by_starts) > 0)
+    assert told >= 4

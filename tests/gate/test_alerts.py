@@ -337,6 +337,26 @@ SAID = [
     ),
     (
         "VR003",
+        {
+            "solution": known(design=design(1)),
+            "by_starts": (
+                SimpleNamespace(
+                    name="B every 2 forcing periods",
+                    stability=Stability.STABLE_FOCUS,
+                    varied=DesignInput.LENGTH,
+                    low=0.6543,
+                    high=0.7654,
+                    ends=("grazing", "fold"),
+                ),
+            ),
+        },
+        [
+            "Some starts in flight come to B every 2 forcing periods: by its equations a stable focus from "
+            "s = 0.6543 m (grazing) to 0.7654 m (fold)."
+        ],
+    ),
+    (
+        "VR003",
         {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None)},
         ["comes to this by simulation: chaotic. A block 'simulation:' shows it."],
     ),
@@ -420,7 +440,7 @@ def test_a_velocity_that_moves_more_than_the_restitution_is_told_by_how_much(mon
 
 def evidence_of(results: dict[str, object]) -> SimpleNamespace:
     nothing = {"solution": known(), "criteria": (), "atlas": None, "crosscheck": None, "compliance": None}
-    return SimpleNamespace(**{"from_rest": None, "reached": None} | nothing | results)
+    return SimpleNamespace(**{"from_rest": None, "reached": None, "by_starts": ()} | nothing | results)
 
 
 @pytest.mark.parametrize(("code", "results", "parts"), SAID, ids=[f"{code}-{k}" for k, (code, *_) in enumerate(SAID)])

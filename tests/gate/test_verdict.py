@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import solved
+from conftest import solved, toleranced
 from msgspec.structs import replace
 
 from vireport.design import Solution
@@ -18,6 +18,10 @@ from vireport.physics import contacts
 from vireport.text import CATALOGUE
 
 MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)
+
+
+NARROW = {"device__length_m": 0.61, "excitation__amplitude_n": 6.9375, "tolerances__length_percent": 10.0}
+"""1:1 motion of the inclined example is then stable from 0.6083 to 0.6125 m, and devices are off by 10 %."""
 
 
 def said(solution, **given: object) -> Verdict:
@@ -184,3 +188,36 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
     charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
     field = float(charged.design.conversion.field_v_m[charged.design.motions.stable].max())
     assert f"{field:.3g} V/m, {field / 2e7:.3g} times" in cause("VR016", Evidence(charged))
+
+
+@pytest.mark.parametrize(
+    ("narrowest", "over"),
+    [
+        (2e-6, {}),  # a millionth of the value
+        (1e-4, {"tolerances__length_m": 1e-3}),
+        (4e-3, {"tolerances__length_percent": 2.0, "tolerances__length_m": 1e-3}),
+        (1e-9, {"tolerances__length_m": 1e-8}),
+    ],
+)
+def test_a_range_is_too_narrow_by_the_tolerance_or_by_a_millionth(narrowest: float, over: dict[str, float]) -> None:
+    part = toleranced(sweep=None, **over).design.stable[0]
+    assert part.parameter == "length_m"
+    assert [replace(part, start=2 - narrowest * share, end=2.0).settable for share in (0.999, 1.001)] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("over", "headline"),
+    [
+        ({"sweep__to": 2.0}, "At the design point s = 0.61 m: only in a range of length too narrow to be set"),
+        ({"sweep__to": 0.615, "device__length_m": None}, "No stable 1:1 motion in the sweep that can be set"),
+        ({"sweep": None}, "Stable 1:1 motion: only in a range of length too narrow to be set"),
+    ],
+)
+def test_no_result_of_a_range_too_narrow_to_be_set_is_on_the_first_page(over: dict, headline: str) -> None:
+    verdict = said(toleranced(**NARROW | over))
+    assert (verdict.word, verdict.status) == ("Stable only in a range too narrow to be set", "bad")
+    assert headline in verdict.headline
+    assert "0.608" not in verdict.headline
+    assert not {"margin", "own_stiffness", "shock", "from_rest", "jitter"} & set(verdict.answers)
+    assert verdict.voltage.data is None
+    assert said(toleranced(**NARROW | over | {"tolerances__length_percent": 1.0})).motion.status == "good"

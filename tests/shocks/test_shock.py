@@ -129,11 +129,35 @@ def test_two_ways_give_one_least_shock(over: dict[str, float]) -> None:
     assert lead_out(device, found, 10_000, found.jump * (1 - 1e-9)) == 0
 
 
+def bisected(device: Case, found: LeastShock, high: float) -> float | None:
+    """An edge between no jump and one that leads out, at the moment of the least shock; None if that one returns."""
+    groups, motion, low = device.groups, device.stable[0], 0.0
+    cores, delay = [core_of(groups, motion)], np.array([found.delay])
+
+    def leads_out(jump: float) -> bool:
+        start = shocked(groups, motion, found.impact, delay, np.array([found.sign * jump]))
+        return bool(endings(groups, start, cores)[0] != 0)
+
+    if not leads_out(high):
+        return None
+    while high - low > 1e-10:
+        middle = (low + high) / 2
+        low, high = (low, middle) if leads_out(middle) else (middle, high)
+    return high
+
+
 @pytest.mark.slow
-def test_of_many_smaller_jumps_none_leads_out() -> None:
-    device = case(FRACTAL)
+@pytest.mark.parametrize("force", [FRACTAL, 3.95, 4.0, 4.05, 4.1])
+def test_where_bands_are_folded_the_smaller_edge_is_found_and_of_1e5_smaller_jumps_none_leads_out(force: float) -> None:
+    """Bisection between no jump and one that leads out gives another edge there, farther out by a half and more."""
+    device = case(force)
     found = least(device)
     assert found.jump is not None
+    edges = [bisected(device, found, share * found.jump) for share in np.linspace(1.5, 4, 11)]
+    told = [edge for edge in edges if edge is not None]
+    assert min(told) > found.jump * (1 - 1e-9)
+    assert max(told) > 1.5 * found.jump
+    assert found.by_search == pytest.approx(found.jump, rel=1e-9)  # which leads out, as the search has seen
     assert lead_out(device, found, 50_000, found.jump * (1 - 1e-9)) == 0
 
 

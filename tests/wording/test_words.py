@@ -9,7 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from conftest import EXAMPLES, solved
+from conftest import EXAMPLES, solved, toleranced
 from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
@@ -126,7 +126,7 @@ def followed(*words: str) -> SimpleNamespace:
     families = [thing(word=Word.of(*word.split(), *([3] if "3" in word else []))) for word in words]
     for family, word in zip(families, words, strict=True):
         family.word = Word.of(word.rstrip("3"), 3 if word.endswith("3") else 1)
-        family.settable = True
+        family.settable, family.settable_at = True, lambda value: True
     return thing(families=families, stable_at=lambda value: [(family, None) for family in families])
 
 
@@ -207,6 +207,9 @@ SHOCK = thing(tried=9000, sign=1, leads_to=thing(name="B~ every 3 forcing period
 RESTING = Edge(0.6912, FromRest(Destination.REST_CYCLE, "B~", 3, 0), accumulates=True)
 LENGTH_WINDOW = Window(Parameter.LENGTH, 0.7, RESTING, Edge(0.75, None, accumulates=False))
 
+NARROW = {"device__length_m": 0.61, "excitation__amplitude_n": 6.9375, "tolerances__length_percent": 10.0}
+"""At which 1:1 motion is stable from 0.6083 to 0.6125 m."""
+
 VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "swept": (
         lambda: Evidence(solved("inclined")),
@@ -216,6 +219,32 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "two ends": (
         lambda: Evidence(solved("inclined", sweep__to=1.6)),
         ["Ends at 0.629 m: period doubling B1; 1.43 m: fold C1. Sweep"],
+    ),
+    "too narrow to be set": (
+        lambda: Evidence(toleranced(**NARROW, sweep__to=2.0)),
+        [
+            "At the design point s = 0.61 m: only in a range of length too narrow to be set.",
+            "None that can be set Only in a range of length too narrow to be set",
+            "The ball keeps striking each membrane once in every forcing period (a 1:1 motion) only in a range of",
+            "no stable 1:1 motion that can be set to evaluate it for",
+        ],
+    ),
+    "too narrow without a design point": (
+        lambda: Evidence(toleranced(**NARROW | {"device__length_m": None}, sweep__to=0.615)),
+        ["No stable 1:1 motion in the sweep that can be set.", "Only in a range of length too narrow to be set"],
+    ),
+    "too narrow without a sweep": (
+        lambda: Evidence(toleranced(**NARROW, sweep=None)),
+        ["Stable 1:1 motion: only in a range of length too narrow to be set."],
+    ),
+    "nothing that some starts do not find": (
+        lambda: Evidence(
+            solved("inclined", device__length_m=0.6),
+            disturbances=Disturbances(
+                FromRest(Destination.REST_CYCLE, "B~", 8, 0), by_starts=(thing(name="B every 2 forcing periods"),)
+            ),
+        ),
+        ["from rest the ball comes to rest every 8 forcing periods (B~); some starts in flight come to B every 2"],
     ),
     "elsewhere in the sweep": (
         lambda: Evidence(solved("inclined", device__length_m=0.6)),

@@ -125,7 +125,8 @@ class StraightSweep(Struct, frozen=True, eq=False):
         if plane.inputs[k] is not DesignInput.CAPSULE_MASS:
             return Sweep(device, Parameter(plane.inputs[k].value), low, float(plane.high[k]))
         device = replace(device, capsule_mass_kg=plane.device.capsule_mass_kg)
-        return Sweep(device, Parameter.AMPLITUDE, *(_mass(device, float(end[k])) for end in (plane.high, plane.low)))
+        least, most = (_mass(device, float(end[k])) for end in (plane.high, plane.low))
+        return Sweep(device, Parameter.AMPLITUDE, least, most)
 
     def inputs(self, swept: float) -> Floats:
         """The inputs at a value of the sweep."""

@@ -15,6 +15,7 @@ from vireport.design.lines import line_of, mirrored, reach
 from vireport.design.margins import SAME_POINT, Margin, margin_at, margins_of, nearest_first
 from vireport.motions import (
     FARTHEST,
+    NO_TOLERANCE,
     BifurcationDiagram,
     Branch,
     Event,
@@ -55,6 +56,8 @@ class StableInterval(Struct, frozen=True, eq=False):
     start, end : float
     start_point, end_point : Point or None
         None where it is the sweep, or what the input can be, that ends.
+    off : tuple of float
+        The tolerance of the input, in its unit and in per cent; zeros where none is told.
     """
 
     parameter: ScalarInput
@@ -62,6 +65,7 @@ class StableInterval(Struct, frozen=True, eq=False):
     end: float
     start_point: Point | None
     end_point: Point | None
+    off: tuple[float, float] = NO_TOLERANCE
 
     @property
     def ends(self) -> tuple[tuple[float, Point | None], tuple[float, Point | None]]:
@@ -77,7 +81,7 @@ class StableInterval(Struct, frozen=True, eq=False):
     @property
     def settable(self) -> bool:
         """Whether the range is wide enough for a device to be set into it."""
-        return settable(self.start, self.end)
+        return settable(self.start, self.end, self.off)
 
     def holds(self, value: float) -> bool:
         """Whether a value of the input is in the range."""
@@ -314,4 +318,4 @@ def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
                 merged[-1] = merged[-1][0], end
         else:
             merged.append((start, end))
-    return tuple(StableInterval(diagram.sweep.parameter, a[0], b[0], a[1], b[1]) for a, b in merged)
+    return tuple(StableInterval(diagram.sweep.parameter, a[0], b[0], a[1], b[1], diagram.sweep.off) for a, b in merged)

@@ -42,7 +42,7 @@ from vireport.physics import (
     fitting,
     voltages,
 )
-from vireport.scenario import Parameter
+from vireport.scenario import DesignInput, Parameter, TolerancesBlock
 
 Floats = NDArray[np.float64]
 
@@ -160,7 +160,13 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
             yield voltages.deflection_m
 
 
-def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, design: bool) -> Solution:
+def solution_of(
+    device: Device,
+    membrane: Membrane | None,
+    sweep: Sweep | None,
+    design: bool,
+    tolerances: TolerancesBlock | None = None,
+) -> Solution:
     """Find every 1:1 motion of a device along a sweep, and at its design point.
 
     Parameters
@@ -172,6 +178,8 @@ def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, 
         Of that device.
     design : bool
         Whether to evaluate the design point, for which all four parameters must be given.
+    tolerances : TolerancesBlock, optional
+        By which it is told into which ranges around the design point a device can be set.
 
     Raises
     ------
@@ -189,6 +197,9 @@ def solution_of(device: Device, membrane: Membrane | None, sweep: Sweep | None, 
         raise NumericalError(unresolved)
     diagram = solve(sweep) if sweep is not None else None
     point = design_point(device, diagram) if design else None
+    if point is not None and tolerances is not None:
+        stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable)
+        point = replace(point, stable=tuple(stable))
     if membrane is None:
         return Solution(device, None, diagram, point)
 

@@ -21,10 +21,13 @@ from vireport.disturbances.from_rest import (
     switched_on,
 )
 from vireport.disturbances.recovery import Recovery, recovery_of
+from vireport.motions import SAME
+from vireport.physics import Groups
 from vireport.scenario import DesignInput, DisturbancesBlock, Parameter
 
 if TYPE_CHECKING:
     from vireport.disturbances.windows import Edge, OutcomeRange, Window
+    from vireport.simulation import Cycle
 
 WIDEST = 0.5
 """How far from the design value it is looked for where a window ends, over that value, where no sweep says how far."""
@@ -73,6 +76,8 @@ class Disturbances(Struct, frozen=True, eq=False):
     reached : FollowedMotion or None
         The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
         length where there is no sweep; without a block only where no 1:1 motion is stable.
+    by_starts : tuple of FollowedMotion
+        Where neither a 1:1 motion is stable nor such a motion reached: stable ones that a few starts come to.
     """
 
     from_rest: FromRest | None
@@ -83,6 +88,7 @@ class Disturbances(Struct, frozen=True, eq=False):
     along: tuple[OutcomeRange, ...] = ()
     recovery: Recovery | None = None
     reached: FollowedMotion | None = None
+    by_starts: tuple[FollowedMotion, ...] = ()
 
     @property
     def values_along(self) -> int:
@@ -122,7 +128,8 @@ def disturbances_of(
     if asked is None:
         found = from_rest(groups, targets, ratio, compiled)
         reached = None if targets else _reached(solution, found)
-        return Disturbances(found, recovery=recovery, reached=reached)
+        others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
+        return Disturbances(found, recovery=recovery, reached=reached, by_starts=others)
     device.of_sine("what it does when the force sets in at any moment")
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
@@ -131,14 +138,36 @@ def disturbances_of(
         ramp = Ramp(ramp_that_helps(groups, targets, ratio, compiled), RAMPS[-1])
     around = _window(solution, compiled) if windows else None
     share = min(fsum(part for part, outcome in outcomes if outcome.reached), 1.0)
-    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, _reached(solution, found))
+    reached = _reached(solution, found)
+    others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
+    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, reached, others)
 
 
 def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:
     """The motion of another word that the device comes to, as its equations have it."""
     cycle = end.cycle
-    if end.destination is not Destination.OTHER_MOTION or cycle is None:
-        return None
+    return _followed(solution, cycle) if end.destination is Destination.OTHER_MOTION and cycle is not None else None
+
+
+def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tuple[FollowedMotion, ...]:
+    """The stable motions that some starts come to; without the compiler the first that is found."""
+    from vireport.atlas import motion_of_cycle
+    from vireport.disturbances.by_starts import cycles_by_starts
+
+    found: list[FollowedMotion] = []
+    for cycle in cycles_by_starts(groups, compiled):
+        motion = motion_of_cycle(cycle, 0.0)
+        if cycle.sticks or any(motion.distance(known.motion, solution.horizontal) < SAME for known in found):
+            continue
+        followed = _followed(solution, cycle)
+        found += [followed] if followed is not None else []
+        if found and not compiled:
+            break
+    return tuple(found)
+
+
+def _followed(solution: Solution, cycle: Cycle) -> FollowedMotion | None:
+    """A motion that was simulated, as its equations have it."""
     from vireport.atlas import motion_of_cycle
 
     swept = solution.sweep.parameter if solution.sweep is not None else Parameter.LENGTH

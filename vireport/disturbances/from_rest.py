@@ -36,6 +36,7 @@ from vireport.simulation import (
     WALL,
     Cycle,
     Outcome,
+    approached,
     chain_growth,
     check_model,
     find_attractor,
@@ -72,6 +73,9 @@ them."""
 
 OF_GAP = 0.1
 """The same over the distance of its turning points from a membrane: beyond it another impact may come in between."""
+
+REPEATED = 1e-9
+"""Distance from a motion of another word, in phase [rad] and velocity [y_c], up to which impacts repeat it."""
 
 PASSES = 3
 """Impacts on the bottom membrane, in a row, that must be so near."""
@@ -313,6 +317,8 @@ def started(
     rows, status = follow_one(model, start, BLOCK, compiled=compiled)
     while True:
         found = _rested(model, rows, released, compiled) or _arrived(rows, targets, ratio)
+        if found is None and not targets:
+            found = _recurred(model, rows, ratio, compiled)
         if found is not None or status[2] != RUNNING or len(rows) > most:
             break
         more, status = follow_one(model, _last(rows), max(BLOCK, len(rows) // 4), compiled=compiled)
@@ -408,12 +414,28 @@ def _elsewhere(
         return FromRest(Destination.CHAOTIC if chaotic else Destination.UNDECIDED), rows
     more, _ = follow_one(check_model(groups)[0], _last(rows), end.impacts, compiled=compiled)
     rows = np.concatenate([rows, more[1:]])
+    return _on(cycle, rows, targets, ratio)
+
+
+def _recurred(model: Floats, rows: Floats, ratio: int, compiled: bool) -> tuple[FromRest, Floats] | None:
+    """The motion that the last impacts repeat as far as rounding tells, and the impacts until it was settled; or None.
+
+    Where no 1:1 motion is stable: next to one that is, a slow approach looks like motions of twice its period.
+    """
+    cycle = approached(model, rows, compiled)
+    if cycle is None or cycle.growth >= 1 or cycle.distance(rows[-1]) > REPEATED:
+        return None
+    return _on(cycle, rows, (), ratio)
+
+
+def _on(cycle: Cycle, rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromRest, Floats]:
+    """A motion that the last impacts are on, and the impacts until it was settled."""
     first = _settled_at(_near(cycle, rows))
     settles = ceil(float(_times(rows)[first])) if first < len(rows) else None
     destination = Destination.REST_CYCLE if cycle.sticks else Destination.OTHER_MOTION
     if (cycle.word, cycle.period) == ("BT", ratio) or _flips_slowly(cycle, targets, ratio):
         return FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles, cycle), rows[: first + 1]
-    return FromRest(destination, end.word, end.period, settles, cycle), rows[: first + 1]
+    return FromRest(destination, cycle.word, cycle.period, settles, cycle), rows[: first + 1]
 
 
 def _flips_slowly(cycle: Cycle, targets: Sequence[Target], ratio: int) -> bool:

@@ -25,6 +25,7 @@ from vireport.scenario import Parameter
 from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity, percent
 
 if TYPE_CHECKING:
+    from vireport.design import FollowedMotion
     from vireport.disturbances import FromRest
 
 NEAR_CRITICAL = 0.02
@@ -123,12 +124,17 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("instead", {"others": ", ".join(dict.fromkeys(family.name for family, _ in stable))})
     if results.from_rest is not None:
         yield Sentence("from_rest", {"motion": results.from_rest.name, "block": _shown_by(results.from_rest)})
-    if (found := results.reached) is not None:
-        low, high = (found.varied.show(value, 4) for value in (found.low, found.high))
-        ends = {"below": found.ends[0], "above": found.ends[1]}
-        yield Sentence(
-            "followed", {"type": found.stability, "symbol": found.varied.symbol, "low": low, "high": high} | ends
-        )
+    if results.reached is not None:
+        yield Sentence("followed", _followed(results.reached))
+    for found in results.by_starts:
+        yield Sentence("by_starts", {"motion": found.name, **_followed(found)})
+
+
+def _followed(found: FollowedMotion) -> dict[str, str]:
+    """The type of a motion and its stable range."""
+    low, high = (found.varied.show(value, 4) for value in (found.low, found.high))
+    ends = {"below": found.ends[0], "above": found.ends[1]}
+    return {"type": found.stability, "symbol": found.varied.symbol, "low": low, "high": high} | ends
 
 
 def _shown_by(end: FromRest) -> str:

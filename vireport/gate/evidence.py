@@ -237,6 +237,11 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         return self.disturbances.reached if self.disturbances is not None else None
 
     @property
+    def by_starts(self) -> tuple[FollowedMotion, ...]:
+        """Stable motions that only some starts in flight come to, where no other is known."""
+        return self.disturbances.by_starts if self.disturbances is not None else ()
+
+    @property
     def narrow(self) -> bool:
         """Whether the device comes from rest to the 1:1 motion, but near the design point to something else."""
         return self.disturbances is not None and self.disturbances.narrow and self.is_reached

@@ -294,7 +294,8 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
         settles = f" after {end.settles_after} periods" if reached and end.settles_after is not None else ""
         why.append(f"from rest the device {'reaches it' if reached else f'comes to {end.name}'}{settles}")
     if (share := _share_of_starts(results)) is not None:
-        why.append(share)
+        # Not of what the device comes to: of the words that are required.
+        why.append(f"so do {share}" if reached else f"to {' or '.join(limit.words)} come {share}")
     return Judgement(None, ", ".join(names), None, reached and not others, ("; ".join(why),))
 
 
@@ -308,14 +309,14 @@ def _share_of_starts(results: Evidence) -> str | None:
     check, design, found = results.crosscheck, results.solution.design, results.attracting
     if found is not None and found.others is not None:
         own = [each.share or 0.0 for each in _allowed(results, found)]
-        return f"so do {percent(sum(own), 3)} of {found.starts} random starts"
+        return f"{percent(sum(own), 3)} of {found.starts} random starts"
     if check is None or design is None:
         return None
     row = int(np.argmin(np.abs(check.values - design.value)))
     ends = check.found[row]
     count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
     place = f"{design.parameter.symbol} = {design.parameter.show(float(check.values[row]))}"
-    return f"so do {count} of {len(ends)} random starts at {place}"
+    return f"{count} of {len(ends)} random starts at {place}"
 
 
 def _yield(results: Evidence, limit: Limit) -> Judgement:

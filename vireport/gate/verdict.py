@@ -57,6 +57,7 @@ class Conclusion(Enum):
 
     NOT_VERIFIED = Status.CAUTION, "Not verified"
     NOT_STABLE = Status.BAD, "Not stable"
+    NOT_SETTABLE = Status.BAD, "Stable only in a range too narrow to be set"
     NOT_MET = Status.BAD, "Requirements not met"
     MORE_ENERGY_THAN_LOST = Status.BAD, "Stable, but with more electrical energy than the impacts lose"
     BREAKDOWN = Status.BAD, "Stable, but above the breakdown field"
@@ -110,6 +111,9 @@ class StableMotions(Struct, frozen=True, eq=False):
         Where no 1:1 motion is stable, the others that are known to be.
     beside : tuple of Word
         Other motions that are stable at the design point beside a 1:1 motion.
+    narrow : tuple of StableInterval
+        Where 1:1 motion is stable only in ranges that no device can be set into, around the design point or, without
+        one, in the sweep: these. It then counts as none.
     """
 
     types: tuple[Stability, ...]
@@ -118,6 +122,7 @@ class StableMotions(Struct, frozen=True, eq=False):
     mirrored: bool
     instead: tuple[Word, ...]
     beside: tuple[Word, ...]
+    narrow: tuple[StableInterval, ...] = ()
 
 
 class NearestEnd(Struct, frozen=True, eq=False):
@@ -401,14 +406,14 @@ def verdict_of(evidence: Evidence) -> Verdict:
         motion=_motion(motions, criteria),
         where=_where(solution, design, motions),
         margin=_margin(design, evidence.own_stiffness) if design is not None else None,
-        shock=_shock(evidence.withstood, criteria),
+        shock=_shock(evidence.withstood, criteria) if not motions.narrow else None,
         tolerances=_tolerances(evidence.tolerances),
         from_rest=from_rest,
-        jitter=_jitter(evidence.withstood),
+        jitter=_jitter(evidence.withstood) if not motions.narrow else None,
         reached=_reached(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
-        voltage=_voltage(solution),
+        voltage=_voltage(solution) if not motions.narrow else Fact(Question.VOLTAGE, Status.NEUTRAL, None),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
-        own_stiffness=_own_stiffness(evidence.own_stiffness),
+        own_stiffness=_own_stiffness(evidence.own_stiffness) if not motions.narrow else None,
         rigid=_rigid(evidence),
         simulated=_simulated(evidence.crosscheck),
     )
@@ -436,7 +441,7 @@ def _conclusion(verdict: Verdict) -> Conclusion:
     if _has(verdict.simulated, Status.BAD):
         return Conclusion.NOT_VERIFIED
     if _has(verdict.motion, Status.BAD):
-        return Conclusion.NOT_STABLE
+        return Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
     if _has(verdict.accepted, Status.BAD):
         return Conclusion.NOT_MET
     if generated is not None and generated.status is Status.BAD:
@@ -502,6 +507,7 @@ def _motion(motions: StableMotions, criteria: tuple[Criterion, ...]) -> Fact[Sta
 
 def _stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
     design = solution.design
+    narrow = _narrow(solution)
     if design is None:
         types = {part.stability for branch in solution.branches for part in branch.family.segments if part.stable}
         count = admissible = 0
@@ -514,11 +520,19 @@ def _stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
     one_to_one = "BT", solution.device.period_ratio
     beside = tuple(word for word in known if (word.letters, word.periods) != one_to_one)
     mirrored = design is not None and mirror_images(solution, design)
-    if types:
+    if types and not narrow:
         return StableMotions(ordered, count, admissible, mirrored, (), beside if design is not None else ())
     # Without a design point a range may be too short for a sample on it: then the 1:1 motion is somewhere stable.
     instead = known if design is not None or not solution.stable_ranges else ()
-    return StableMotions(ordered, count, admissible, mirrored, instead, ())
+    return StableMotions((), count, admissible, mirrored, instead, (), narrow)
+
+
+def _narrow(solution: Solution) -> tuple[StableInterval, ...]:
+    """The ranges of stable motion, where each is too narrow for a device to be set into; () where one is not."""
+    design = solution.design
+    if design is not None:
+        return tuple(part for part in design.stable if not part.settable)
+    return () if solution.settable_ranges else solution.stable_ranges
 
 
 def _known_words(solution: Solution, atlas: Atlas | None) -> tuple[Word, ...]:
@@ -529,7 +543,7 @@ def _known_words(solution: Solution, atlas: Atlas | None) -> tuple[Word, ...]:
     if design is None:
         stable = [family for family in atlas.families if family.settable]
     else:
-        stable = [family for family, _ in atlas.stable_at(design.value)]
+        stable = [family for family, _ in atlas.stable_at(design.value) if family.settable_at(design.value)]
     return tuple(dict.fromkeys(family.word for family in stable))
 
 

@@ -40,7 +40,7 @@ from vireport.motions.stability import (
     product_trace,
     return_trace,
 )
-from vireport.motions.sweep import Held, Level, Sweep, level_residual, settable
+from vireport.motions.sweep import NO_TOLERANCE, Held, Level, Sweep, level_residual, settable
 from vireport.motions.switching import Beginning, Limits, neighbours, off, openings, touching
 from vireport.motions.turning import SMALLEST_STEP, Turn, Turns, flight_turns, touches, turning_points, turns, wall_gap
 
@@ -52,6 +52,7 @@ __all__ = [
     "FARTHEST",
     "IMAGE",
     "NO_BOUND",
+    "NO_TOLERANCE",
     "RANK",
     "SAME",
     "SMALLEST_STEP",

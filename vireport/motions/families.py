@@ -179,7 +179,12 @@ class Family(Struct, frozen=True, eq=False, dict=True):
     @property
     def settable(self) -> bool:
         """Whether it has stable motions over a range that a device can be set to."""
-        return any(settable(*part) for part in self.stable_ranges)
+        return any(settable(*part, self.sweep.off) for part in self.stable_ranges)
+
+    def settable_at(self, value: float) -> bool:
+        """Whether such a range holds a value of the swept parameter; where samples miss it, nothing says that not."""
+        around = [part for part in self.stable_ranges if part[0] <= value <= part[1]]
+        return not around or any(settable(*part, self.sweep.off) for part in around)
 
     @property
     def determinant(self) -> float:

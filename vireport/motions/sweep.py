@@ -20,16 +20,32 @@ from vireport.physics import (
 )
 from vireport.scenario import Parameter
 
+NO_TOLERANCE = 0.0, 0.0
+"""The tolerance of an input of which none is told."""
+
 EDGE = 0.5
 """|u| at which one of the two flights has no duration left."""
 
 FINEST_SETTING = 1e-6
-"""Width of a range, over its value, below which no device can be set to be in it."""
+"""Width of a range, over its value, below which no device can be set to be in it, where no tolerance is told."""
+
+FINEST_SHARE = 0.1
+"""The same over the tolerance where one is told: of devices that lie anywhere within it, one in 20 is in the range."""
 
 
-def settable(start: float, end: float) -> bool:
-    """Whether a range of a parameter is wide enough for a device to be set into it."""
-    return abs(end - start) >= FINEST_SETTING * max(abs(start), abs(end))
+def settable(start: float, end: float, off: tuple[float, float] = NO_TOLERANCE) -> bool:
+    """Whether a range of an input is wide enough for a device to be set into it.
+
+    Parameters
+    ----------
+    start, end : float
+    off : tuple of float
+        The tolerance of the input, in its unit and in per cent of its value, of which the larger holds; zeros where
+        none is told.
+    """
+    value, (fixed, percent) = max(abs(start), abs(end)), off
+    finest = FINEST_SHARE * max(fixed, value * percent / 100) or FINEST_SETTING * value
+    return abs(end - start) >= finest
 
 
 class Held(Enum):
@@ -141,12 +157,15 @@ class Sweep(Struct, frozen=True):
         The one that varies.
     start, end : float
         Range asked for, in the parameter's unit, in either order.
+    off : tuple of float
+        The tolerance of the parameter, in its unit and in per cent; zeros where none is told.
     """
 
     device: Device
     parameter: Parameter
     start: float
     end: float
+    off: tuple[float, float] = NO_TOLERANCE
 
     @property
     def level(self) -> Level:

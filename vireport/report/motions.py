@@ -36,7 +36,10 @@ def families_table(study: Study, atlas: Atlas) -> Table:
 
 
 def _row(family: Family) -> tuple[str, ...]:
-    parts = (span(*part) + ("" if settable(*part) else " (too narrow to be set)") for part in family.stable_ranges)
+    parts = (
+        span(*part) + ("" if settable(*part, family.sweep.off) else " (too narrow to be set)")
+        for part in family.stable_ranges
+    )
     stable = ", ".join(parts) or "nowhere"
     whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
     word, ends = family.word, (_end(family, mark) for mark in family.ends)

@@ -186,8 +186,9 @@ def _known(solution: Solution, disturbances: Disturbances, atlas: Atlas | None) 
         for _, motion in atlas.at(design.value):
             if all(motion.distance(known) > SAME for known in stable):
                 add(unstable, motion)
-    if disturbances.reached is not None:
-        add(stable, disturbances.reached.motion)
+    reached = (disturbances.reached,) if disturbances.reached is not None else ()
+    for found in (*reached, *disturbances.by_starts):
+        add(stable, found.motion)
     return stable, unstable
 
 

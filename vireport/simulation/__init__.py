@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from vireport.base import deferred
 from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor, motion_name
-from vireport.simulation.cycles import Cycle, chain_growth, growth_bound, rest_cycle
+from vireport.simulation.cycles import Cycle, approached, chain_growth, growth_bound, rest_cycle
 from vireport.simulation.events import (
     BOTTOM,
     TOP,
@@ -51,6 +51,7 @@ __all__ = [
     "Outcome",
     "Portrait",
     "Stage",
+    "approached",
     "attractors",
     "chain_growth",
     "check_model",

@@ -200,6 +200,12 @@ COMPLIANT = Precondition(
 DISTURBANCES = Precondition(
     lambda scenario, _: scenario.disturbances, "the scenario has no disturbances block (an empty one is enough)"
 )
+BESIDE = Precondition(
+    lambda scenario, formats: (
+        scenario.disturbances or (formats and scenario.requirements and scenario.requirements.allowed)
+    ),
+    DISTURBANCES.otherwise,
+)
 AT_ONCE = Precondition(
     lambda scenario, _: scenario.disturbances and not scenario.disturbances.ramp_periods,
     "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
@@ -254,7 +260,9 @@ STEPS = (
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
-    DeclaredStep(Task.COEXISTENCE, (DISTURBANCES, DESIGN, NUMBA, TOLD), "the scenario has a disturbances block"),
+    DeclaredStep(
+        Task.COEXISTENCE, (BESIDE, DESIGN, NUMBA, TOLD), "a disturbances block, or a word that is required, asks for it"
+    ),
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "one of disturbances.jitter_... is given"),
     DeclaredStep(Task.PROOF, (DESIGN, FLINT), "disturbances.prove is true", (PROVE,)),
     DeclaredStep(Task.BASINS, (DESIGN, NUMBA), "disturbances.basin is true", (BASIN,)),

@@ -354,6 +354,7 @@ def disturbances_data(
     }
     return {
         "from_rest": from_rest,
+        "found_by_starts": [_followed(each) for each in found.by_starts],
         "shock": _shock(withstood, proved),
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,

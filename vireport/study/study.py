@@ -21,7 +21,7 @@ from vireport.gate import (
     Evidence,
     alerts,
 )
-from vireport.motions import Limits, Motion, Sweep
+from vireport.motions import NO_TOLERANCE, Limits, Motion, Sweep
 from vireport.physics import Device, Membrane, Word
 from vireport.scenario import (
     AccuracyBlock,
@@ -286,8 +286,11 @@ def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
 
 def sweep_of(scenario: Scenario) -> Sweep | None:
     """The sweep of a scenario, None where it has none."""
-    asked = scenario.sweep
-    return Sweep(Device.of(scenario), asked.parameter, asked.from_, asked.to) if asked else None
+    asked, tolerances = scenario.sweep, scenario.tolerances
+    if asked is None:
+        return None
+    off = tolerances.off(DesignInput(asked.parameter)) if tolerances is not None else NO_TOLERANCE
+    return Sweep(Device.of(scenario), asked.parameter, asked.from_, asked.to, off)
 
 
 def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
@@ -312,7 +315,9 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
     refuse_undecidable(scenario)
-    solution = solution_of(Device.of(scenario), Membrane.of(scenario), sweep_of(scenario), steps.runs(Task.DESIGN))
+    device, tolerances = Device.of(scenario), scenario.tolerances
+    at_design = steps.runs(Task.DESIGN)
+    solution = solution_of(device, Membrane.of(scenario), sweep_of(scenario), at_design, tolerances)
     study = Study(loaded, steps, solution)
     if scenario.simulation is not None:
         from vireport.checks import crosscheck

@@ -152,6 +152,8 @@ CATALOGUE = (
             "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
             "{motion}. A block '{block}:' shows it.",
             "followed": "By its equations it is a {type} from {symbol} = {low} ({below}) to {high} ({above}).",
+            "by_starts": "Some starts in flight come to {motion}: by its equations a {type} from {symbol} = {low} "
+            "({below}) to {high} ({above}).",
         },
     ),
     Explanation(
