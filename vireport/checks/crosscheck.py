@@ -95,7 +95,7 @@ class MotionCount:
     @property
     def stays(self) -> bool:
         """Whether the ball is on a membrane for a part of it, or for ever."""
-        return self.outcome in (Outcome.STICKING, Outcome.REST)
+        return self.outcome in (Outcome.STICKING, Outcome.REST, Outcome.HELD)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

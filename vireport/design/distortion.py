@@ -116,8 +116,9 @@ class Ray:
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the share, shape (6, 1) where the force was a sine."""
-        others = len(self.at((0.0,)).numbers) - 2
-        return np.array([*[[0.0]] * others, [self.cosine], [self.sine]])
+        rubbing = [] if self.origin.friction is None else [[0.0]]
+        others = len(self.at((0.0,)).numbers) - 2 - len(rubbing)
+        return np.array([*[[0.0]] * others, [self.cosine], [self.sine], *rubbing])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -271,7 +272,7 @@ class _Border:
             motion = touching(motion, turns(motion, groups))
             rests = motion.rests
         grown = len(groups.harmonics) - 1
-        cosine, sine = normal_of(motion, groups, event, rests, ())[4:].reshape(-1, 2)[grown]
+        cosine, sine = normal_of(motion, groups, event, rests, ())[4 + 2 * grown : 6 + 2 * grown]
         # Of a harmonic p cos(jx + psi) cosine and sine are p cos(psi) and -p sin(psi). The normal may point to either
         # side: its angle to the ray is the smaller one.
         return (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0

@@ -147,6 +147,10 @@ class CapsuleMotion(StrEnum):
     FREE = "free"
 
 
+LARGEST_FRICTION = 2.0
+"""Coefficient of dry friction beyond that of any pair of materials that a ball would be let slide with."""
+
+
 class DeviceBlock(Block):
     """The capsule, the ball in it, and the membranes that close it."""
 
@@ -166,6 +170,16 @@ class DeviceBlock(Block):
         "Whether the shaker imposes the capsule's motion (prescribed), or the force drives it and it recoils from the "
         "ball (free).",
         strict=False,
+    )
+    friction: float = _key(
+        0.0,
+        "Friction",
+        "1",
+        "Coefficient of dry friction between the ball and the capsule, on which its weight across the capsule presses "
+        "it.",
+        example=0.05,
+        ge=0.0,
+        le=LARGEST_FRICTION,
     )
     restitution: float | None = _restitution(
         "Restitution",
