@@ -13,11 +13,11 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from dataclasses import replace
 from math import pi
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 from record import processor_time, record
 
 from vireport import load

@@ -7,11 +7,11 @@ import os
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 from typing import Any
 
+from vireport.base import plain
 from vireport.checks import machine
 
 RESULTS = Path(__file__).resolve().parent / "results"
@@ -31,7 +31,7 @@ def processor_time(function: Callable[[], Any], repeats: int = 3) -> tuple[float
 
 def record(name: str, **measured: Any) -> None:
     """Write `benchmarks/results/<name>.json`."""
-    here = asdict(machine())
+    here = plain(machine())
     here["libraries"] = dict(here["libraries"])
     content = {"date": date.today().isoformat(), "machine": here, "load": LOAD, **measured}
     text = json.dumps(content, indent=1, allow_nan=False) + "\n"

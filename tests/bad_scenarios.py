@@ -5,7 +5,7 @@ Most are the scenario `GOOD` with one line changed. Its lines are counted from 1
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 GOOD = """\
 schema_version: 1
@@ -47,8 +47,7 @@ MISSING = "required, but missing"
 UNSWEPT = "required unless it is swept, but missing"
 
 
-@dataclass(frozen=True)
-class Bad:
+class Bad(Struct, frozen=True):
     """A text that is no scenario, and all that must be said: (line, path, fragment of the message)."""
 
     name: str
@@ -766,13 +765,13 @@ HARMONICS = (
     bad(
         "a harmonic and tolerances",
         good_but(12, "  frequency_hz: 2.0\n  harmonics: [{order: 2, percent: 1, phase_deg: 0}]")
-        + "tolerances: {length_m: 0.01}\nmotions: {}\n",
+        + "tolerances: {length_m: 0.01}\naccuracy: {}\n",
         (
             21,
             "tolerances",
             "it knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)",
         ),
-        (22, "motions", "it knows a force that is a sine alone"),
+        (22, "accuracy", "it knows a force that is a sine alone"),
     ),
 )
 

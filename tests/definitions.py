@@ -5,11 +5,12 @@ Nothing here is imported from the package: a wrong factor, unit or column there 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cache
 from math import pi, sin, sqrt
 from typing import Any
 
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -30,8 +31,7 @@ SYMBOLS = {
 SWEPT = "length_m", "amplitude_n", "frequency_hz", "inclination_deg"
 
 
-@dataclass(frozen=True)
-class Device:
+class Device(Struct, frozen=True):
     """The inputs of a scenario."""
 
     capsule_mass_kg: float

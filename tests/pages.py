@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from html.parser import HTMLParser
+
+from msgspec import Struct, field
 
 INLINE = ("a", "b", "code", "em", "span", "strong", "sub")
 VOID = ("meta", "link", "img", "br")
@@ -19,8 +20,7 @@ def squeeze(text: str) -> str:
     return re.sub(r"\s", "", text.replace("\u00ad", ""))
 
 
-@dataclass
-class HtmlTable:
+class HtmlTable(Struct):
     rows: list[list[str]] = field(default_factory=list)
     caption: str = ""
 

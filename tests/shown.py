@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from itertools import takewhile
+
+from msgspec import Struct
 
 NUMBER = r"[−+-]?\d+(?:\.\d+)?(?: × 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|e[+-]\d+)?"
 PREFIXES = {"n": -9, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
@@ -25,8 +26,7 @@ _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-
 _UNIT_IN_HEAD = re.compile(r" ?\[([^\[\]]*)\]")
 
 
-@dataclass(frozen=True, slots=True)
-class Amount:
+class Amount(Struct, frozen=True):
     """A number that should be shown: its value in `unit`, and how many significant digits are wanted at least."""
 
     value: float | None
@@ -45,7 +45,6 @@ class Amount:
         return ""
 
 
-@dataclass(frozen=True, slots=True)
 class Bound(Amount):
     """An error bound that should be shown: rounded up, to two digits."""
 
@@ -59,7 +58,6 @@ class Bound(Amount):
         )
 
 
-@dataclass(frozen=True, slots=True)
 class Rounded(Amount):
     """A number that is rounded to the side that holds: up where `up`, else down, and by no more than a thousandth."""
 
@@ -72,7 +70,6 @@ class Rounded(Amount):
         return "" if held else f"{number} {self.unit} is no bound, rounded to its side, of {self.value:.12g}"
 
 
-@dataclass(frozen=True, slots=True)
 class Below(Amount):
     """A size of which only a limit is known: of rounding, say."""
 
@@ -169,8 +166,7 @@ def table_faults(head: Sequence[str], rows: Sequence[Sequence[str]], expected: S
                 yield f"row {number}, {title}: {wrong}"
 
 
-@dataclass(frozen=True, slots=True)
-class TerminalTable:
+class TerminalTable(Struct, frozen=True):
     """A table on a terminal: what stands above it, its head and its rows."""
 
     caption: str

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from conftest import EXAMPLES, first
+from msgspec.structs import replace
 
 from vireport import analyse, load, loads
 from vireport.atlas import atlas, motion_of_cycle

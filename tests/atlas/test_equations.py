@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from exact import printed_maps, printed_trace
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport import load, loads
 from vireport.atlas import atlas, motion_of_cycle

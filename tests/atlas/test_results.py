@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import replace
 from html import unescape
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from vireport import analyse, load, loads
 from vireport.atlas import portrait_of

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 import json
-from dataclasses import replace
 from functools import cache
 from math import pi
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from vireport import analyse, loads, recheck_disturbances
 from vireport.attraction import Trap

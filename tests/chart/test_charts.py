@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -12,6 +11,7 @@ import pytest
 from conftest import EXAMPLES, sentences
 from exact import printed_maps, printed_trace
 from mpmath import mp, mpf
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import json
 import sys
-from dataclasses import asdict, replace
 from decimal import Decimal
 
 import numpy as np
@@ -13,11 +12,12 @@ import pytest
 from conftest import first
 from exact import critical_motion
 from mpmath import mp, mpf
+from msgspec.structs import replace
 from pages import Page
 from strategies import random_sweeps
 
 from vireport import analyse, load, loads
-from vireport.base import NumericalError
+from vireport.base import NumericalError, plain
 from vireport.checks import reference
 from vireport.motions import (
     CRITICAL,
@@ -346,7 +346,7 @@ def test_what_is_told_of_it(case) -> None:
     text = certify_text(certificates, Parameter.LENGTH)
     assert "B1" in text
     assert "7 of 7 critical points proved" in text
-    data = json.loads(json.dumps([asdict(certificate) for certificate in certificates], allow_nan=False))
+    data = json.loads(json.dumps([plain(certificate) for certificate in certificates], allow_nan=False))
     assert data[0]["sweep_value"] == list(certificates[0].sweep_value)
     failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
     assert "not proved: it is degenerate" in certify_text((failed,), Parameter.LENGTH)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import solved
+from msgspec.structs import replace
 
 from vireport import analyse, load, loads
 from vireport.checks import crosscheck, is_one_to_one

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from conftest import first
+from msgspec.structs import replace
 from strategies import random_sweeps
 
 from vireport import analyse

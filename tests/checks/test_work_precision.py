@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from math import inf, isfinite, radians, sin
@@ -10,6 +9,7 @@ from math import inf, isfinite, radians, sin
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport.base import NumericalError
 from vireport.checks import (

@@ -250,7 +250,7 @@ class Finder:
             exec("os.kill(os.getpid(), signal.{name})")
 sys.meta_path.insert(0, Finder())
 """
-"""The signal comes in code that is compiled from a string, as that of a dataclass is."""
+"""The signal comes in code that is compiled from a string, as that of a template is."""
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])

@@ -8,7 +8,6 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES, sentences, study
 from matplotlib.figure import Figure
+from msgspec.structs import replace
 from pages import Page
 from PIL import Image
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import atan2, cos, hypot, inf, pi, radians, sin
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf
+from mpmath import mpf
+from msgspec.structs import replace
+from raw_flights import Flights
 
 from vireport.checks import reference
 from vireport.design import distortion
@@ -16,7 +17,7 @@ from vireport.design.lines import ends_along, mirrored, stable_ones
 from vireport.design.margins import Margin, margins_of
 from vireport.design.point import motions_at
 from vireport.motions import Curve, Event, Motions, linearised, motion_at, residuals, trace, turns
-from vireport.physics import FLOATS, Device, Groups, Harmonic, Restitutions, unaccelerated, wave
+from vireport.physics import FLOATS, Device, Harmonic, Restitutions, unaccelerated, wave
 from vireport.scenario import DesignInput, Parameter
 
 INCLINED = Device(
@@ -36,53 +37,6 @@ def found(device: Device) -> tuple[Motions, tuple[Distortion, ...], Margin]:
     return motions, distortions(device, motions, nearest), nearest
 
 
-class Flights:
-    """The force with harmonics (order, share, phase), and flights under it, in 40 digits and written by themselves."""
-
-    def __init__(self, groups: Groups, harmonics: list[tuple[int, float, float]]) -> None:
-        self.d, self.gbar = mpf(groups.d), mpf(groups.gbar)
-        r = groups.restitution
-        self.r = (mpf(r.bottom), mpf(r.top)) if isinstance(r, Restitutions) else (mpf(r), mpf(r))
-        self.parts = [(1, mpf(1), mpf(0)), *((k, mpf(p), mpf(psi)) for k, p, psi in harmonics)]
-
-    def flown(self, velocity: mpf, start: mpf, t: mpf) -> tuple[mpf, mpf]:
-        """Velocity and way after a time, from a time on."""
-        speed, way = velocity + self.gbar * t, velocity * t + self.gbar * t * t / 2
-        for k, p, psi in self.parts:
-            turns_ = k * mp.pi
-            first, last = turns_ * start + psi, turns_ * (start + t) + psi
-            speed += p * (mp.sin(last) - mp.sin(first)) / turns_
-            way += -p * (mp.cos(last) - mp.cos(first)) / turns_**2 - p * mp.sin(first) * t / turns_
-        return speed, way
-
-    def arrival(self, wall: int, velocity: mpf, start: mpf, guess: mpf) -> tuple[mpf, mpf]:
-        """Velocity before the next impact, on the other membrane, and its time."""
-        r = self.r[0] if wall > 0 else self.r[1]
-        t = mp.findroot(lambda t: self.flown(-r * velocity, start, t)[1] + wall * self.d, guess - start)
-        return self.flown(-r * velocity, start, t)[0], start + t
-
-    def lap(self, velocity: mpf, start: mpf, top: mpf, end: mpf) -> tuple[mpf, mpf]:
-        """Velocity and time of the next impact on the bottom."""
-        return self.arrival(-1, *self.arrival(1, velocity, start, top), end)
-
-
-def multipliers(flights: Flights, x: np.ndarray) -> tuple[mpf, mpf]:
-    """Trace and determinant of the return map, by differences in 40 digits, at the motion next to an end in doubles."""
-    top, end, step = mpf(x[3]), mpf(x[2]) + 2, mpf(10) ** -12
-
-    def lap(velocity: mpf, start: mpf) -> tuple[mpf, mpf]:
-        return flights.lap(velocity, start, top, end)
-
-    def missed(velocity: mpf, start: mpf) -> list[mpf]:
-        after, then = lap(velocity, start)
-        return [after - velocity, then - start - 2]
-
-    velocity, start = mp.findroot(missed, (mpf(x[0]), mpf(x[2])))
-    pairs = [[lap(velocity + way * a, start + way * b) for way in (step, -step)] for a, b in ((1, 0), (0, 1))]
-    (a, c), (b, d) = ([(p - q) / (2 * step) for p, q in zip(*pair, strict=True)] for pair in pairs)
-    return a + d, a * d - b * c
-
-
 @pytest.mark.parametrize("device", [INCLINED, LEVEL, NEAR_PITCHFORK, UNEQUAL])
 def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_digits(device: Device) -> None:
     motions, told, _ = found(device)
@@ -100,7 +54,7 @@ def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_dig
         short = 1e-12 if event is Event.FOLD else 0.0
         with reference.precise():
             flights = Flights(groups, [(each.order, each.share * (1 - short), phase)])
-            trace, determinant = multipliers(flights, x)
+            _, _, trace, determinant = flights.periodic((1, -1), x[0], (x[2], x[3]), 2)
             product = flights.r[0] ** 2 * flights.r[1] ** 2
             assert abs(determinant - product) < mpf(10) ** -15
             assert abs(trace - SIGNS[event] * (1 + product)) < mpf(10) ** (-4 if short else -9)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from math import cos, pi, sin
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.design import Effect, Shift, Unmoved, design_point, shifts

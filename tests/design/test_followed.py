@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from conftest import solved
 from mpmath import mp
+from msgspec.structs import replace
 
 from vireport.atlas import motion_of_cycle
 from vireport.design import followed_motion

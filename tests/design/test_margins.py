@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import cycle, islice, product
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 from conftest import first
 from mpmath import mp, mpf
+from msgspec.structs import replace
 from strategies import random_sweeps
 
 from vireport import analyse, loads

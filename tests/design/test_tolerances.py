@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import operator
-from dataclasses import replace
 from itertools import product
 from math import erf, sqrt
 
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 from conftest import first
 from mpmath import mp, mpf
+from msgspec.structs import replace
 from scipy.stats import binom
 from strategies import random_sweeps
 

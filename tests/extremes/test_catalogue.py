@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Callable
-from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 import pytest
 from conftest import EXAMPLES
+from msgspec.structs import replace
 
 from vireport import load
 from vireport.base import NumericalError
@@ -63,7 +63,7 @@ def test_cases_are_built_around_the_device_of_a_scenario(name: str, example) -> 
     harvester = harvester_of(load(example(name)))
     scenario = load(example(name)).scenario
     assert harvester.device.restitution == scenario.device.restitution
-    assert None not in [getattr(harvester.device, field) for field in harvester.device.__slots__]
+    assert None not in [getattr(harvester.device, field) for field in harvester.device.__struct_fields__]
     changed = harvester.with_groups(d=0.3, gbar=0.2).device
     d, gbar, *_ = changed.groups(Parameter.FREQUENCY, changed.frequency_hz)
     assert (d, gbar) == pytest.approx((0.3, 0.2), rel=1e-14)
@@ -87,7 +87,7 @@ def with_motions(study: Study, change: Callable[[Motions], Motions]) -> Study:
 
 
 def without_first(motions: Motions) -> Motions:
-    arrays = (field.name for field in fields(Motions) if field.name != "restitution")
+    arrays = (name for name in Motions.__struct_fields__ if name != "restitution")
     return replace(motions, **{name: getattr(motions, name)[1:] for name in arrays})
 
 

@@ -7,7 +7,6 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from functools import cache
 from io import BytesIO
 from pathlib import Path
@@ -33,6 +32,7 @@ from figure_cases import (
 )
 from matplotlib.colors import to_rgb
 from matplotlib.path import Path as MplPath
+from msgspec.structs import replace
 from PIL import Image
 
 from vireport.disturbances import Destination, Disturbances, FromRest, OutcomeRange

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import markdown, solved
+from msgspec.structs import replace
 
 from vireport import analyse, load, loads
 from vireport.cli import main

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import solved
+from msgspec.structs import replace
 
 from vireport.design import Solution
 from vireport.gate import Evidence, Question, Verdict, alerts, cause_of, verdict_of

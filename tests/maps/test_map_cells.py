@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from map_texts import TEXT, all_cells, plan_of, sampled
+from msgspec.structs import replace
 from scipy.stats import qmc
 
 from vireport.base import NumericalError

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from map_texts import TEXT, plan_of
+from msgspec.structs import replace
 
 from vireport.maps.loci import loci_of
 from vireport.motions import find_motions

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import solved
+from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.compliant import compliant_model, own_stiffness, own_stiffness_data

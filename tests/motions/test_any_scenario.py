@@ -67,7 +67,7 @@ def test_any_scenario_is_drawn_and_reported_or_refused(tree: dict) -> None:
 
 
 def check(m: Motions, bound: dict[str, np.ndarray], n: int) -> None:
-    for name in Motions.__slots__:
+    for name in Motions.__struct_fields__:
         assert np.all(np.isfinite(getattr(m, name))), name
     assert all(np.all(b >= 0) for b in bound.values())
     # What is no motion anyway may end a hair beyond where an impact loses its velocity.

@@ -39,7 +39,7 @@ def test_invariants_of_any_sweep(sweep: Sweep) -> None:
 
 
 def _check(sweep: Sweep, m: Motions) -> None:
-    for name in Motions.__slots__:
+    for name in Motions.__struct_fields__:
         assert np.all(np.isfinite(getattr(m, name))), name
     low, high = sorted((sweep.start, sweep.end))
     assert np.all((m.sweep_value >= low * (1 - 1e-9) - 1e-12) & (m.sweep_value <= high * (1 + 1e-9) + 1e-12))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 from conftest import first
 from exact import critical_motion, error_of, exact_at, exact_row
 from mpmath import mp, mpf
+from msgspec.structs import replace
 from strategies import random_sweeps, sweep_grid
 
 from vireport.checks import reference
@@ -51,8 +51,8 @@ pytestmark = pytest.mark.usefixtures("forty_digits")
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)
 DIELECTRIC = replace(MEMBRANE, dielectric=Dielectric(1e-3, 4.7, 1e8))
 DEVICE = Device(0.1245, 0.5, 9.8, 0.75, 3.0, 2.0, 45.0)
-OF_IMPACTS = tuple(Voltages.__dataclass_fields__)
-CONVERTED = tuple(Conversion.__dataclass_fields__)
+OF_IMPACTS = Voltages.__struct_fields__
+CONVERTED = Conversion.__struct_fields__
 
 
 def exact_conversion(device: Device, exact: dict[str, Any]) -> dict[str, Any]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 from math import pi, radians
 
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from msgspec.structs import replace
+from raw_flights import Flights
 
 from vireport.base import NumericalError
 from vireport.checks import reference
@@ -36,32 +37,15 @@ def with_force(device: Device, *parts: tuple[int, float, float]) -> Device:
     return replace(device, harmonics=tuple(Harmonic.of(j, 100 * p, psi) for j, p, psi in parts))
 
 
-class Flights:
-    """Flights under a force with harmonics (order, share, phase in degrees), in 40 digits, by integrals of cosines."""
+def flights_of(groups: Groups, parts: Parts) -> Flights:
+    return Flights(groups, [(j, mpf(p), mpf(psi) * mp.pi / 180) for j, p, psi in parts])
 
-    def __init__(self, groups: Groups, parts: Parts) -> None:
-        self.d, self.gbar = mpf(float(groups.d)), mpf(float(groups.gbar))
-        self.r = [mpf(float(r)) for r in by_wall(groups.restitution)]
-        self.parts = [(1, mpf(1), mpf(0)), *((j, mpf(p), mpf(psi) * mp.pi / 180) for j, p, psi in parts)]
 
-    def pull(self, t: mpf) -> mpf:
-        return self.gbar + sum(p * mp.cos(j * mp.pi * t + psi) for j, p, psi in self.parts)
-
-    def flown(self, after: mpf, start: mpf, t: mpf) -> tuple[mpf, mpf]:
-        """Velocity and way a time after an impact."""
-        speed, way = after + self.gbar * t, after * t + self.gbar * t * t / 2
-        for j, p, psi in self.parts:
-            turn = j * mp.pi
-            first, last = turn * start + psi, turn * (start + t) + psi
-            speed += p * (mp.sin(last) - mp.sin(first)) / turn
-            way += -p * (mp.cos(last) - mp.cos(first)) / turn**2 - p * mp.sin(first) * t / turn
-        return speed, way
-
-    def missed(self, bottom: mpf, top: mpf, start: mpf, up: mpf, n: int) -> list[mpf]:
-        """What is zero of a 1:1 motion."""
-        first = self.flown(-self.r[0] * bottom, start, up)
-        second = self.flown(-self.r[1] * top, start + up, 2 * n - up)
-        return [first[0] - top, first[1] + self.d, second[0] - bottom, second[1] - self.d]
+def missed(flights: Flights, bottom: mpf, top: mpf, start: mpf, up: mpf, n: int) -> list[mpf]:
+    """What is zero of a 1:1 motion."""
+    first = flights.flown(-flights.r[0] * bottom, start, up)
+    second = flights.flown(-flights.r[1] * top, start + up, 2 * n - up)
+    return [first[0] - top, first[1] + flights.d, second[0] - bottom, second[1] - flights.d]
 
 
 def exact(flights: Flights, motions: Motions, row: int, n: int) -> list[mpf]:
@@ -69,29 +53,12 @@ def exact(flights: Flights, motions: Motions, row: int, n: int) -> list[mpf]:
     start = mpf(float(motions.phi_bottom[row])) / mp.pi
     guess = [mpf(float(motions.velocity_bottom[row])), mpf(float(motions.velocity_top[row])), start]
     guess.append(2 * n * (mpf(1) / 2 + mpf(float(motions.u[row]))))
-    return list(mp.findroot(lambda *x: flights.missed(*x, n), guess, tol=mpf(10) ** -60))
+    return list(mp.findroot(lambda *x: missed(flights, *x, n), guess, tol=mpf(10) ** -60))
 
 
 def trace(flights: Flights, x: list[mpf], n: int) -> tuple[mpf, mpf]:
-    """Trace and determinant of the return map, by differences in 40 digits."""
-
-    def lap(bottom: mpf, start: mpf) -> tuple[mpf, mpf]:
-        speed = bottom
-        for r, wall, flight in ((flights.r[0], -1, x[3]), (flights.r[1], 1, 2 * n - x[3])):
-            after = -r * speed
-            t = mp.findroot(
-                lambda t, after=after, start=start, wall=wall: flights.flown(after, start, t)[1] - wall * flights.d,
-                flight,
-            )
-            speed, start = flights.flown(after, start, t)[0], start + t
-        return speed, start
-
-    step = mpf(10) ** -14
-    pairs = [
-        [lap(x[0] + way * a, x[2] + way * b) for way in (step, -step)] for a, b in ((mpf(1), mpf(0)), (mpf(0), mpf(1)))
-    ]
-    (a, c), (b, d) = ([(p - q) / (2 * step) for p, q in zip(*pair, strict=True)] for pair in pairs)
-    return a + d, a * d - b * c
+    """Trace and determinant of the return map."""
+    return flights.multipliers((1, -1), x[0], x[2], (x[2] + x[3], x[2] + 2 * n))
 
 
 def test_the_motions_of_a_design_point_are_those_of_the_raw_flights_in_40_digits() -> None:
@@ -112,7 +79,7 @@ def as_in_40_digits(parts: Parts, beta: float, n: int) -> None:
     groups = device.groups(Parameter.LENGTH, device.length_m)
     assert motions.stable.any() or n == 2
     with reference.precise():
-        flights = Flights(groups, parts)
+        flights = flights_of(groups, parts)
         for row in range(len(motions)):
             x = exact(flights, motions, row, n)
             # The groups are rounded, and the parts of harmonics: what that moves is some roundings.
@@ -154,7 +121,7 @@ def test_the_gap_to_a_membrane_is_that_of_many_times(parts) -> None:
         device = with_force(replace(INCLINED, length_m=length, inclination_deg=20.0), *parts)
         motions, _, _ = motions_at(device, Parameter.LENGTH)
         groups = device.groups(Parameter.LENGTH, length)
-        flights = Flights(groups, parts)
+        flights = flights_of(groups, parts)
         for row in range(len(motions)):
             expected = gap_by_sampling(flights, motions, row, 1)
             assert motions.wall_gap[row] == pytest.approx(expected, abs=2e-7)
@@ -278,7 +245,7 @@ def test_critical_points_have_the_trace_of_their_event_in_40_digits() -> None:
             orbit = orbits(np.array([closed.u]), np.array([closed.phi_bottom]), 0.5, 1, harmonics=device.harmonics)
             assert float(orbit.d[0]) == pytest.approx(point.d, rel=1e-13)
             with reference.precise():
-                flights = Flights(at.groups(Parameter.LENGTH, point.sweep_value), parts)
+                flights = flights_of(at.groups(Parameter.LENGTH, point.sweep_value), parts)
                 start = mpf(closed.phi_bottom) / mp.pi
                 x = [mpf(closed.velocity_bottom), mpf(closed.velocity_top), start, 1 + 2 * mpf(closed.u)]
                 own, _ = trace(flights, x, 1)

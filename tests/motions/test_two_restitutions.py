@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport.checks import reference
 from vireport.motions import (
@@ -92,7 +92,7 @@ def test_equal_restitutions_of_two_membranes_give_the_numbers_of_one(n: int) -> 
     rng = np.random.default_rng(n)
     u, phi, r = rng.uniform(-0.5, 0.5, 500), rng.uniform(0, 7, 500), rng.uniform(0, 0.99, 500)
     one, two = orbits(u, phi, r, n), orbits(u, phi, Restitutions(r, r.copy()), n)
-    for name in type(one).__slots__:
+    for name in type(one).__struct_fields__:
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
     np.testing.assert_array_equal(return_trace(one, r), return_trace(two, Restitutions(r, r.copy())))
     np.testing.assert_array_equal(wall_gap(one, r), wall_gap(two, Restitutions(r, r.copy())))

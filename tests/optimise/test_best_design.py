@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import pytest
 from conftest import first, sentences
 from design_texts import DEVICE, unlimited
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport import analyse, load, loads
 from vireport.base import UsageError

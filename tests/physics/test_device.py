@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from decimal import Decimal, localcontext
 
 import pytest
 from mpmath import mpf
+from msgspec.structs import replace
 from strategies import random_sweeps
 
 from vireport.checks import reference

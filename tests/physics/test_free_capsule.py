@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from math import cos, pi, radians, sin
 
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from msgspec import Struct, field
+from msgspec.structs import replace
 from scipy.optimize import brentq
 
 from vireport.checks import reference
@@ -22,8 +23,7 @@ HEAVY = replace(FREE, ball_mass_kg=0.04, length_m=0.9, restitution=Restitutions(
 LEVEL = replace(FREE, ball_mass_kg=0.04, length_m=0.5554, inclination_deg=0.0)
 
 
-@dataclass
-class TwoBodies:
+class TwoBodies(Struct):
     """Capsule and ball as two bodies on an incline: places and velocities up the incline, in m and m/s.
 
     The force F cos(2 pi f t + phase) and what holds the weight of both in the mean act on the capsule.

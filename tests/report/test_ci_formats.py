@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from conftest import EXAMPLES, markdown
 from junitparser import Failure, JUnitXml
+from msgspec.structs import replace
 from pages import Page
 
 from vireport import analyse, load, loads

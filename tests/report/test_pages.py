@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any
 
 import pytest
 from conftest import EXAMPLES, first
+from msgspec import Struct
 from pypdf import PageObject, PdfReader
 
 from vireport.cli import main
@@ -43,8 +43,7 @@ WHOLE_UP_TO = 14
 """Rows of a table that is never split."""
 
 
-@dataclass(frozen=True)
-class Text:
+class Text(Struct, frozen=True):
     words: str
     height: float
     size: float
@@ -52,8 +51,7 @@ class Text:
     """Whether it is in the typeface of text."""
 
 
-@dataclass(frozen=True)
-class Report:
+class Report(Struct, frozen=True):
     """A PDF, and what is printed on each page, from the top down."""
 
     name: str

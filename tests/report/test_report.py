@@ -8,7 +8,6 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from io import BytesIO
 from math import pi, radians, sin
 from pathlib import Path
@@ -17,6 +16,7 @@ from types import SimpleNamespace
 
 import pytest
 from conftest import first
+from msgspec.structs import replace
 from pages import Page, squeeze, tidy
 from pypdf import PdfReader
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
-from dataclasses import FrozenInstanceError
 from hashlib import sha256
 from pathlib import Path
 
@@ -134,9 +133,9 @@ def test_everything_is_frozen():
     loaded = loads(GOOD)
     with pytest.raises(ValidationError, match="frozen"):
         loaded.scenario.device.restitution = 0.6
-    with pytest.raises(FrozenInstanceError):
+    with pytest.raises(AttributeError):
         loaded.overrides = ()
-    with pytest.raises(FrozenInstanceError):
+    with pytest.raises(AttributeError):
         loaded.document.name = ""
 
 

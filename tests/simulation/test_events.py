@@ -14,6 +14,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport.physics import Groups
 from vireport.simulation import (
@@ -356,7 +357,7 @@ def test_ten_million_impacts_lose_no_accuracy() -> None:
 
 def test_a_turn_of_the_phase_changes_nothing() -> None:
     for start in (Impact(BOTTOM, 0.7, 0.25), InFlight(0.05, -0.2, 3.0)):
-        turned = type(start)(*(getattr(start, f) for f in start.__slots__[:2]), start.phase + 2 * pi)
+        turned = replace(start, phase=start.phase + 2 * pi)
         followed = follow_one(check_model(Groups(*CHAOS))[0], check_start(start, CHAOS[0]), 30)[0]
         two = follow_one(check_model(Groups(*CHAOS))[0], check_start(turned, CHAOS[0]), 30)[0]
         assert np.abs(followed[1:, FLIGHT] - two[1:, FLIGHT]).max() < 1e-11

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import EXAMPLES
+from msgspec.structs import replace
 
 from vireport.atlas import atlas
 from vireport.base import ScenarioError, UsageError

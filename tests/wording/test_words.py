@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +13,7 @@ from conftest import EXAMPLES, solved
 from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 from jinja2.meta import find_undeclared_variables
+from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.design import Solution

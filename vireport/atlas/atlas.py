@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 from itertools import chain, count, product
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.atlas.exclusion import (
@@ -95,8 +96,17 @@ def atlas(
         How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    model = Model(sweep.level, sweep.device.of_sine("the families of all impact sequences").restitution)
-    search = _Search(solve(sweep), model, low, high, limits, progress, finest, openings)
+    device = sweep.device.frictionless("the families of all impact sequences")
+    search = _Search(
+        solve(sweep),
+        Model(sweep.level, device.restitution, device.harmonics),
+        low,
+        high,
+        limits,
+        progress,
+        finest,
+        openings,
+    )
     for family in _one_to_one(search):
         if not search.known(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image
             search.take(family)
@@ -122,7 +132,10 @@ def _one_to_one(search: _Search) -> Iterator[Family]:
 
 
 def _starts(search: _Search) -> Iterator[Motion]:
-    """Motions with one impact, one of each family; then what is found."""
+    """Motions with one impact, one of each family; then what is found. Of a force with harmonics none is looked for."""
+    # Closed form, exclusion and grid are of a sine: what joins the 1:1 motions, and what simulations find, is followed.
+    if search.model.harmonics:
+        return
     if not search.model.level.horizontal:
         for k in range(1, search.limits.periods + 1):
             single = one_impact(search.model, search.low, search.high, k)
@@ -136,8 +149,7 @@ def _starts(search: _Search) -> Iterator[Motion]:
             yield from search.four_impacts(word)
 
 
-@dataclass(slots=True)
-class _Meeting:
+class _Meeting(Struct):
     """A vertex while the search goes on; `motion` has its touches as impacts, `point` is where it is known already."""
 
     event: Event
@@ -150,8 +162,7 @@ _Opening = tuple[int, int, Iterator[Beginning], Iterator[tuple[int, Iterator[Beg
 """Impacts of a word, a number in the order of the search, what begins with it, and what else its vertex opens to."""
 
 
-@dataclass(slots=True)
-class _Search:
+class _Search(Struct):
     diagram: BifurcationDiagram
     model: Model
     low: float
@@ -379,12 +390,15 @@ class _Search:
     def _completeness(self) -> Iterator[Completeness]:
         """What is claimed of the words that are looked for."""
         horizontal, numbers = self.model.level.horizontal, range(1, self.limits.impacts + 1)
-        closed = [] if horizontal else ["B"]
+        harmonics = self.model.harmonics
+        closed = [] if horizontal or harmonics else ["B"]
         closed += ["BT"] if self.limits.impacts > 1 else []
         # Of these there are none, see `on_bottom`; where motions have mirror images, the bottom stands for both ends.
         closed += [impacts * "B" for impacts in numbers if horizontal]
         closed += [impacts * "T" for impacts in numbers if not self.model.horizontal]
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
+        if harmonics:
+            return
         for word in self.excluded(self.limits.periods):
             cells = [cells for cells in self.undecided if cells.word.letters == word.letters]
             side = max(fine_side(word), *(part.side for part in cells))

@@ -7,11 +7,12 @@ arithmetic shows that none of the solutions above it is a motion of the sweep; w
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import factorial
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
@@ -71,8 +72,7 @@ def fine_side(word: Word) -> float:
     return FINE_CUBE if len(word) == 4 else FINE
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cells:
+class Cells(Struct, frozen=True, eq=False):
     """Squares of pairs of flight times, intervals of one or cubes of three, that may hold motions of a sweep.
 
     Attributes
@@ -122,8 +122,7 @@ class Cells:
         return float(len(self) * part * len(self.word.firsts(self.word)))
 
 
-@dataclass(frozen=True, slots=True)
-class Exclusion:
+class Exclusion(Struct, frozen=True):
     """What the motions are that are looked for.
 
     Attributes

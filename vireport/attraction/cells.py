@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -16,8 +16,7 @@ PROVED, OPEN = -1, -2
 """What a cell that is not halved came to; what is halved has the number of the coordinate along which it is."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cells:
+class Cells(Struct, frozen=True, eq=False):
     """Rectangles of two coordinates: ends (2, k), and the impact of the motion that each is about (k,)."""
 
     low: Floats

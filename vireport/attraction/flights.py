@@ -9,11 +9,11 @@ proved, all roundings included.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.physics import AFFINE, AFFINE_ROUNDING, Affine, Groups, between, flight
@@ -42,8 +42,7 @@ SLOW, LONGEST_TOUCH, BESIDE = 0.3, 0.3, 1e-9
 half length it is then thought to have missed."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sets:
+class Sets(Struct, frozen=True, eq=False):
     """Sets of states that begin flights, one for each of k.
 
     Attributes
@@ -74,8 +73,7 @@ class Sets:
         return len(self.wall)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Impacts:
+class Impacts(Struct, frozen=True, eq=False):
     """Sets of states just before impacts, one for each of k.
 
     Attributes
@@ -96,12 +94,12 @@ class Impacts:
     duration: Affine
 
     def __getitem__(self, rows: Any) -> Impacts:
-        return Impacts(*(getattr(self, field.name)[rows] for field in fields(self)))
+        return Impacts(*(getattr(self, name)[rows] for name in self.__struct_fields__))
 
 
 def joined(parts: Sequence[Impacts]) -> Impacts:
     """Sets of several, one after the other."""
-    columns = zip(*([getattr(part, field.name) for field in fields(Impacts)] for part in parts), strict=True)
+    columns = zip(*([getattr(part, name) for name in Impacts.__struct_fields__] for part in parts), strict=True)
     return Impacts(*(_concatenated(list(column)) for column in columns))
 
 
@@ -158,8 +156,7 @@ def merged(time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
     return Affine(time.centre, linear[0], count), Affine(velocity.centre, linear[1], count)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Flights:
+class _Flights(Struct, frozen=True, eq=False):
     """The formulae of the flights of some sets, and what they share."""
 
     sets: Sets

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Context
 from enum import StrEnum
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.attraction.section import Section, proved_section, section_again
@@ -51,8 +51,7 @@ REFUSED = {
 """Why what the simulation says of the ball from rest is not proved."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Arrival:
+class Arrival(Struct, frozen=True, eq=False):
     """Whether the ball is proved to come to a motion that is pressed onto the bottom membrane when the force sets in.
 
     Attributes
@@ -83,8 +82,7 @@ class Arrival:
         return "" if self.trap is None else self.trap.motion.word.name
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Proved:
+class Proved(Struct, frozen=True, eq=False):
     """What is proved of the stable 1:1 motions at a design point.
 
     Attributes
@@ -259,8 +257,7 @@ def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
     return None if end.cycle is None else trap_of(groups, motion_of_cycle(end.cycle, groups.d), compiled)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class Region(Struct, frozen=True, eq=False):
     """What is to be proved again of a region: the motion that it is about, its metric and its radius."""
 
     motion: Motion
@@ -268,8 +265,7 @@ class Region:
     radius: float
 
 
-@dataclass(frozen=True, slots=True)
-class Rechecked:
+class Rechecked(Struct, frozen=True):
     """What a proof comes to that is gone through once more.
 
     Attributes
@@ -290,8 +286,7 @@ class Rechecked:
     switch_on: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ClaimedSection:
+class ClaimedSection(Struct, frozen=True, eq=False):
     """What is to be proved again of the section: a region, how far it reaches [y_c], cells of it and of moments."""
 
     region: Region

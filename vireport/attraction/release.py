@@ -7,10 +7,10 @@ until what is left of it tells each impact. The scenario's doubles are the exact
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import pi
 
 import numpy as np
+from msgspec.structs import replace
 
 from vireport.attraction.trap import Trap
 from vireport.checks.confinement import stays_between

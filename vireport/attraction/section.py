@@ -9,10 +9,10 @@ region. Other cells are halved, the largest first. Switching on is an impact wit
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.attraction.cells import OPEN, PROVED, Cells, Halving, generations, joined_cells
@@ -67,8 +67,7 @@ BESIDE = 1e-12
 """Distance [t_c, y_c] by which enclosures are widened, far beyond the rounding of the ends of cells."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Section:
+class Section(Struct, frozen=True, eq=False):
     """Impacts on the bottom membrane that are proved to come to a motion.
 
     Attributes
@@ -106,8 +105,7 @@ class Section:
         return self.trap.motion.word.name
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Ways:
+class _Ways(Struct, frozen=True, eq=False):
     """Ways that the impacts of cells take, two of a cell some of whose impacts lead to a touch and others do not.
 
     Attributes
@@ -231,8 +229,7 @@ def _spread(cells: Cells, rows: Mask, ways: _Ways, fastest: float, rounds: int |
     return proved
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Task:
+class _Task(Struct, frozen=True, eq=False):
     """What is to be proved of which device, and how."""
 
     groups: Groups[float]

@@ -6,9 +6,8 @@ are in the motion's region of attraction; others are halved, those of the smalle
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.attraction.cells import OPEN, PROVED, Cells, Halving, generations
@@ -47,8 +46,7 @@ FINEST = 2.0**-16
 """Width in moment and in size, over the whole, down to which cells are halved."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Survived:
+class Survived(Struct, frozen=True, eq=False):
     """Shocks to a motion that are proved to die out.
 
     Attributes

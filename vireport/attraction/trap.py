@@ -7,10 +7,10 @@ periodic motion, to which all comes that ever is in it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.attraction.flights import (
@@ -43,8 +43,7 @@ TILES = 12
 """Tiles along either side of the square about the region, in each of which derivatives are enclosed."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trap:
+class Trap(Struct, frozen=True, eq=False):
     """An ellipse about an impact of a motion which the return map contracts.
 
     Attributes

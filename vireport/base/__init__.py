@@ -1,4 +1,4 @@
-"""What every room stands on: the ways a run can fail, Ctrl-C, streams, files written whole, progress, the version."""
+"""What every room stands on: the ways a run can fail, Ctrl-C, streams, files written whole, records, the version."""
 
 from vireport.base import interrupts, streams
 from vireport.base.deferred import deferred
@@ -15,6 +15,7 @@ from vireport.base.errors import (
 )
 from vireport.base.files import require_writable, writable, write_files, write_new, write_whole
 from vireport.base.progress import Progress
+from vireport.base.records import plain
 from vireport.base.shares import share_interval
 from vireport.base.version import __version__
 
@@ -32,6 +33,7 @@ __all__ = [
     "deferred",
     "install_command",
     "interrupts",
+    "plain",
     "require_writable",
     "share_interval",
     "streams",

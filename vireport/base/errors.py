@@ -7,7 +7,8 @@ request.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 EXTRAS = {
     "dask.distributed": "cluster",
@@ -42,8 +43,7 @@ class UsageError(VireportError):
     exit_code = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Mistake:
+class Mistake(Struct, frozen=True):
     """One mistake in a scenario: where it is, which key, what is wrong and what is allowed.
 
     Line 0 is no line of the file: the mistake was made on the command line, in ``--set path=value``.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import chain, pairwise
+
+from msgspec import Struct
 
 from vireport.atlas import FINE, atlas
 from vireport.base import NumericalError, Progress
@@ -27,16 +28,14 @@ Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
 """Stretches of a line: their ends, and the words of the motions that are stable between them."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cut:
+class Cut(Struct, frozen=True, eq=False):
     """A sweep across the plane, and what is stable along it."""
 
     line: StraightSweep
     stable: Stable
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Chart:
+class Chart(Struct, frozen=True, eq=False):
     """Loci in a plane, the points where they meet, and what is stable along some sweeps across it."""
 
     plane: Plane

@@ -6,12 +6,12 @@ Conditions of the motion and of the event together leave one unknown too many, s
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, nan, prod
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.chart.plane import Plane
@@ -52,15 +52,13 @@ FIRST_STEP, LONGEST_STEP, SHARPEST = 3e-3, 0.06, 0.25
 """Steps as along families, but longer: along most loci the trace is given, and its poles need no short steps."""
 
 
-@dataclass(frozen=True, eq=False)
-class Locus(Path):
+class Locus(Path, frozen=True, eq=False, dict=True):
     """The motions of one sequence at which a condition holds, as a curve over a plane.
 
     The unknowns are the N velocities, the N times and the two inputs. A pitchfork is of symmetric motions: the second
     half of their impacts is the mirror image of the first.
     """
 
-    word: Word
     plane: Plane
     condition: Condition
     first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from functools import partial
 from math import inf
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -30,8 +31,7 @@ AT_DEGENERATE = Decimal("1e-12"), 1e-2
 """Amplitudes of doubled motions that are taken instead of derivatives by it, in decimals and in doubles."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Meeting:
+class Meeting(Struct, frozen=True, eq=False):
     """A point of codimension two, where loci meet, end or touch.
 
     Attributes

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
 from itertools import chain, combinations, pairwise
 from math import prod
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -55,8 +56,7 @@ SAME_MOTION = 1e-4
 of the digits are left."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FollowedLocus:
+class FollowedLocus(Struct, frozen=True, eq=False):
     """A locus within a plane.
 
     Attributes
@@ -133,8 +133,7 @@ class LocusStart(NamedTuple):
     event: Event
 
 
-@dataclass(slots=True)
-class Network:
+class Network(Struct):
     """The loci that were followed in a plane, and the points of codimension two on them.
 
     Attributes

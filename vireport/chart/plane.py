@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions import Sweep
@@ -16,8 +17,7 @@ from vireport.scenario import DesignInput, Parameter
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Here:
+class Here(Struct, frozen=True, eq=False):
     """The groups at a point of a plane, with their derivatives by the inputs, (4, 2)."""
 
     groups: Groups[Any]
@@ -32,8 +32,7 @@ class Here:
         return self.gradients
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plane:
+class Plane(Struct, frozen=True, eq=False):
     """Two inputs of a device and their ranges; all else is held.
 
     Attributes
@@ -94,8 +93,7 @@ class Plane:
         return symmetric and not any(varied in breaking for varied in self.inputs)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StraightSweep:
+class StraightSweep(Struct, frozen=True, eq=False):
     """A straight sweep across a plane.
 
     Attributes

@@ -5,11 +5,12 @@ Turns a solution into the targets that every method is given, and what a method 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.checks.flights import FlightModel
 from vireport.design import (
@@ -55,8 +56,7 @@ class MethodTask(StrEnum):
     CRITICAL = "critical"
 
 
-@dataclass(frozen=True, slots=True)
-class Guess:
+class Guess(Struct, frozen=True):
     """Where every method begins: phase [rad] and velocity [y_c] at the bottom impact, q, and the swept value.
 
     The value is given of a motion, and a guess of a critical point.
@@ -68,8 +68,7 @@ class Guess:
     value: float
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
+class Target(Struct, frozen=True):
     """A motion or a critical point to be found along a sweep.
 
     Attributes
@@ -118,8 +117,7 @@ class Target:
         return FlightModel(*self.groups(value), self.r, self.n)
 
 
-@dataclass(frozen=True, slots=True)
-class SolvedMotion:
+class SolvedMotion(Struct, frozen=True):
     """A motion as a method found it: phase and velocity at the bottom impact, velocity at the top, share q."""
 
     phase: float
@@ -128,8 +126,7 @@ class SolvedMotion:
     q: float
 
 
-@dataclass(frozen=True, slots=True)
-class MeasuredQuantity:
+class MeasuredQuantity(Struct, frozen=True):
     """A number that the methods are to find.
 
     Attributes
@@ -150,8 +147,7 @@ class MeasuredQuantity:
     relative: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Benchmark:
+class Benchmark(Struct, frozen=True, eq=False):
     """What the methods are to find, and the exact answers.
 
     Attributes

@@ -8,10 +8,11 @@ doubles, each taken as the exact number that it is.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.checks.confinement import stays_between
 from vireport.checks.enclosures import (
@@ -73,8 +74,7 @@ Enclosure = tuple[str, str]
 """A decimal number below and one above."""
 
 
-@dataclass(frozen=True, slots=True)
-class Certificate:
+class Certificate(Struct, frozen=True):
     """What is proved of one critical point.
 
     Attributes
@@ -183,8 +183,7 @@ def _certificate(sweep: Sweep, critical: Point, point: Point) -> Certificate:
     return Certificate(critical.label, critical.event, False, reason)
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
+class Candidate(Struct, frozen=True):
     """What may be the condition of a critical point.
 
     Attributes
@@ -204,8 +203,7 @@ class Candidate:
         return self.condition.rests[0] if self.condition.rests else None
 
 
-@dataclass(frozen=True, slots=True)
-class Touching:
+class Touching(Struct, frozen=True):
     """A touch of a membrane: in the flight upward or not, of the membrane left or not, and a guess of its time."""
 
     upward: bool
@@ -286,8 +284,7 @@ def _touching(orbit: Orbits, r: Any) -> Iterator[Touching]:
             yield Touching(upward, True, -1.5 * acceleration / jerk)
 
 
-@dataclass(frozen=True, slots=True)
-class ProvedPoint:
+class ProvedPoint(Struct, frozen=True):
     """A proved point, everything evaluated over its box.
 
     Attributes

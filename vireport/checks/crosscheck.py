@@ -6,10 +6,10 @@ The simulation knows nothing of the formulae: that both agree is evidence.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import share_interval
@@ -55,16 +55,14 @@ REACHED = 1e-6
 """Distance, in phase [rad] and velocity [y_c], up to which a simulated cycle is one of the analytic orbits."""
 
 
-@dataclass(frozen=True, slots=True)
-class Miss:
+class Miss(Struct, frozen=True):
     """A stable admissible orbit on which the simulation did not end."""
 
     sweep_value: float
     found: str
 
 
-@dataclass(frozen=True, slots=True)
-class MotionCount:
+class MotionCount(Struct, frozen=True):
     """A kind of motion, and how many simulated starts end in it.
 
     Attributes
@@ -98,8 +96,7 @@ class MotionCount:
         return self.outcome in (Outcome.STICKING, Outcome.REST, Outcome.HELD)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CrossCheck:
+class CrossCheck(Struct, frozen=True, eq=False):
     """What the simulation found along a sweep, or at a design point.
 
     Attributes

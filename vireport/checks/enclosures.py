@@ -7,11 +7,12 @@ A ball is a midpoint with a radius; each operation returns one that contains eve
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from operator import methodcaller
 from typing import Any
+
+from msgspec import Struct
 
 from vireport.base import NumericalError, install_command
 
@@ -113,8 +114,7 @@ def gradients(functions: System, box: Sequence[Ball]) -> list[list[Ball]]:
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-@dataclass(frozen=True, slots=True)
-class Root:
+class Root(Struct, frozen=True):
     """An enclosure that is proved to hold one solution and no other.
 
     Attributes

@@ -7,11 +7,11 @@ velocity there. They share the impact law and the force; none knows anything of 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.base import NumericalError
 from vireport.physics import Groups, flight
@@ -51,8 +51,7 @@ CLOSE_SCAN = 1 / 256
 """Step in which it is checked whether an impact was missed [t_c]."""
 
 
-@dataclass(frozen=True, slots=True)
-class FlightModel:
+class FlightModel(Struct, frozen=True):
     """What a flight depends on: d, gbar, r, and n, the forcing periods of the motion."""
 
     d: float
@@ -61,8 +60,7 @@ class FlightModel:
     n: int
 
 
-@dataclass(slots=True)
-class Budget:
+class Budget(Struct):
     """Evaluations of the force (or of a formula with a sine and a cosine) spent so far, and how many there are."""
 
     most: int
@@ -80,8 +78,7 @@ Fly = Callable[[FlightModel, int, float, float, Budget], tuple[float, float]]
 membrane and velocity before the impact there; NumericalError where the next impact seen is not on the other one."""
 
 
-@dataclass(frozen=True, slots=True)
-class FlightMethod:
+class FlightMethod(Struct, frozen=True):
     """A way to follow a flight, with one setting.
 
     Attributes

@@ -6,9 +6,10 @@ Knows nothing of the formulae, as all that is simulated.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
+
+from msgspec import Struct
 
 from vireport.motions import Sweep
 from vireport.scenario import Direction, SimulationBlock
@@ -22,8 +23,7 @@ from vireport.simulation import (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Loop:
+class Loop(Struct, frozen=True, eq=False):
     """A range of the parameter in which the motion depends on the direction, with the motions within.
 
     It ends at jumps, or at the ends of the sweep.
@@ -40,8 +40,7 @@ class Loop:
         return self.high - self.low
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Hysteresis:
+class Hysteresis(Struct, frozen=True, eq=False):
     """What is met along a sweep that is gone through slowly.
 
     Attributes

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from math import atan2, cos, isfinite, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -113,8 +113,7 @@ class Knob(StrEnum):
         return self not in (Knob.NONE, Knob.STOP)
 
 
-@dataclass(frozen=True, slots=True)
-class Method:
+class Method(Struct, frozen=True):
     """A method, and the settings it is tried with.
 
     Attributes

@@ -7,12 +7,13 @@ on the spot. Where they differ from the print by more than the rounding of all i
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import floor, pi
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.design import Solution, around_length
 from vireport.motions import (
@@ -40,8 +41,7 @@ RESTITUTION, CAPSULE_MASS, FREQUENCY, GRAVITY = 0.5, 0.1245, 2.0, 9.8
 NODE, FOCUS, UNSTABLE = Stability.STABLE_NODE, Stability.STABLE_FOCUS, Stability.UNSTABLE_NODE
 
 
-@dataclass(frozen=True, slots=True)
-class PrintedMotion:
+class PrintedMotion(Struct, frozen=True):
     """A motion of Fig. 3 as its caption prints it; numbers are texts, for their digits count."""
 
     figure: str
@@ -52,8 +52,7 @@ class PrintedMotion:
     length_m: str
 
 
-@dataclass(frozen=True, slots=True)
-class PrintedPhase:
+class PrintedPhase(Struct, frozen=True):
     """A critical point that the paper gives by the phase at one of its impacts, as printed."""
 
     kind: Event
@@ -62,8 +61,7 @@ class PrintedPhase:
     impact: Literal["bottom", "top"]
 
 
-@dataclass(frozen=True, slots=True)
-class PrintedTypes:
+class PrintedTypes(Struct, frozen=True):
     """A block of Table 1: types from small d to large on the branch that has a critical point of that kind."""
 
     family: Symmetry
@@ -86,8 +84,7 @@ class Misprint(StrEnum):
     """Section 3 refers to Figure 2 for phase portraits that are in Figure 3."""
 
 
-@dataclass(frozen=True, slots=True)
-class PaperCase:
+class PaperCase(Struct, frozen=True):
     """One of the paper's three sweeps.
 
     Attributes
@@ -181,8 +178,7 @@ class Agreement(StrEnum):
     NOT_PRINTED = "not_printed"
 
 
-@dataclass(frozen=True, slots=True)
-class ComparedRow:
+class ComparedRow(Struct, frozen=True):
     """A number of the paper's, and ours.
 
     Attributes
@@ -222,8 +218,7 @@ class ComparedRow:
         return abs(self.ours - float(self.printed))
 
 
-@dataclass(frozen=True, slots=True)
-class ComparedTypes:
+class ComparedTypes(Struct, frozen=True):
     """The types of motion along a branch, from small d to large: as Table 1 prints them, and ours."""
 
     family: Symmetry
@@ -236,8 +231,7 @@ class ComparedTypes:
         return self.printed == self.ours
 
 
-@dataclass(frozen=True, slots=True)
-class PaperComparison:
+class PaperComparison(Struct, frozen=True):
     """The paper beside a solution: its numbers, the types of motion along the branches, and the slips in the text."""
 
     case: str

@@ -10,12 +10,12 @@ digits. Imports mpmath: to be imported where it is used.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from mpmath import mp as mp  # type: ignore[import-untyped]
 from mpmath import mpf as mpf
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -52,8 +52,7 @@ Residuals = Callable[..., list[Any]]
 """Residuals of a motion that is to be a special one: of its state, d and gbar, and of unknowns beyond them."""
 
 
-@dataclass(frozen=True, slots=True)
-class ReferenceOrbit:
+class ReferenceOrbit(Struct, frozen=True):
     """A motion with one impact on each membrane, to 40 digits.
 
     Attributes

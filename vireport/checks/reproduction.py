@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil, log
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.design import Solution, stable_motion
 from vireport.motions import eigenvalues, lap_decay
@@ -33,8 +33,7 @@ MOST_PERIODS = 2000
 """Periods of the motion that are simulated at the most: a tenth of a second, interpreted."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reproduction:
+class Reproduction(Struct, frozen=True):
     """How near the simulation came to the analytic motion.
 
     Attributes

@@ -7,13 +7,13 @@ import os
 import platform
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from math import ceil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.base import Progress
 
@@ -33,8 +33,7 @@ COMPUTING = ("numpy", "scipy", "numba", "mpmath")
 """Packages that the times depend on."""
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(Struct, frozen=True):
     """Median and quartiles of the time one call takes [s]."""
 
     median: float
@@ -42,8 +41,7 @@ class Spread:
     high: float
 
 
-@dataclass(frozen=True, slots=True)
-class Machine:
+class Machine(Struct, frozen=True):
     """The machine of a measurement: processor, cores, system, and versions of Python and of what computes."""
 
     processor: str

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
 from importlib.util import find_spec
 from math import inf, log10
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
-from vireport.base import NumericalError, Progress, install_command
+from vireport.base import NumericalError, Progress, install_command, plain
 from vireport.checks.benchmark import (
     Benchmark,
     MeasuredQuantity,
@@ -67,8 +68,7 @@ FAILURES = (NumericalError, ArithmeticError, ValueError, Warning)
 """What a method that fails raises; warnings of the integrators count as failures."""
 
 
-@dataclass(frozen=True, slots=True)
-class MethodRun:
+class MethodRun(Struct, frozen=True):
     """One method with one setting on one task.
 
     Attributes
@@ -103,8 +103,7 @@ class MethodRun:
         return max(self.errors.values(), default=inf)
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
+class Order(Struct, frozen=True):
     """A fitted order of convergence beside the theoretical one.
 
     Attributes
@@ -131,8 +130,7 @@ class Order:
     points: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WorkPrecision:
+class WorkPrecision(Struct, frozen=True, eq=False):
     """The study of one scenario.
 
     Attributes
@@ -327,9 +325,9 @@ def accuracy_data(work: WorkPrecision) -> dict[str, Any]:
         "nothing": work.nothing or None,
         "value": work.benchmark.value if work.benchmark is not None else None,
         "repeats": work.repeats,
-        "machine": asdict(work.machine),
-        "quantities": [asdict(quantity) for quantity in work.quantities],
-        "runs": [asdict(run) for run in work.runs],
-        "orders": [asdict(order) for order in work.orders],
+        "machine": plain(work.machine),
+        "quantities": [plain(quantity) for quantity in work.quantities],
+        "runs": [plain(run) for run in work.runs],
+        "orders": [plain(order) for order in work.orders],
         "left_out": [{"method": method, "why": why} for method, why in work.absent],
     }

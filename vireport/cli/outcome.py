@@ -6,11 +6,11 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 import typer
+from msgspec import Struct, field
 
 from vireport.base import interrupts, write_files
 from vireport.text import visible
@@ -24,8 +24,7 @@ REPORT = "report.html"
 RED, BOLD, PLAIN = "\x1b[31m", "\x1b[1m", "\x1b[0m"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CommandOutcome:
+class CommandOutcome(Struct, frozen=True, eq=False):
     """What a command comes to, before anything of it is printed or written.
 
     Attributes

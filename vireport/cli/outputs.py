@@ -6,9 +6,10 @@ Only what the formats asked for need is imported.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from vireport.cli.outcome import CommandOutcome
 from vireport.gate import unmet

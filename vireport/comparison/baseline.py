@@ -9,13 +9,13 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from math import inf
 from pathlib import Path
 from sys import float_info
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from vireport.base import UsageError
 from vireport.comparison.messages import Message, since_baseline

@@ -7,12 +7,13 @@ sweep the same parameter; across lengths, forces and frequencies, places are com
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from vireport.base import NumericalError, UsageError
 from vireport.comparison.messages import Message
@@ -40,8 +41,7 @@ FEW_NAMES = 3
 """Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Struct, frozen=True, eq=False, dict=True):
     """Scenarios and what distinguishes their results.
 
     Attributes

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from matplotlib.figure import Figure
+from msgspec.structs import replace
 
 from vireport.comparison.comparison import OVERLAY, Comparison, columns, left_out
 from vireport.comparison.messages import Message, listed

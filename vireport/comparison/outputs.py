@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
 from vireport.comparison.messages import Message

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.comparison.comparison import (
     BESIDE_ONE_ANOTHER,
@@ -29,8 +31,7 @@ if TYPE_CHECKING:
     from vireport.figures import Picture
 
 
-@dataclass(frozen=True, eq=False)
-class ComparisonReport:
+class ComparisonReport(Struct, frozen=True, eq=False):
     """The object `report` of the templates of `vireport compare`.
 
     Attributes

@@ -7,10 +7,12 @@ place along the sweep is given in the swept parameter and in d, which scenarios 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Any, Literal
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.motions import Event, Stability
 from vireport.physics import Device, Harmonic
@@ -46,8 +48,7 @@ class QuantityGroup(StrEnum):
     ALERT = "alert"
 
 
-@dataclass(frozen=True, slots=True)
-class ComparedQuantity:
+class ComparedQuantity(Struct, frozen=True):
     """A quantity of one scenario: a number that was computed, or a statement, such as a setting or an alert.
 
     Attributes
@@ -139,8 +140,7 @@ DESIGN_VOLTAGE = ComparedQuantity(
 """Voltage at the design point; of several stable motions it is the least, as in requirements."""
 
 
-@dataclass(frozen=True, eq=False)
-class ComparedScenario:
+class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
     """The quantities of one scenario.
 
     Attributes
@@ -164,7 +164,7 @@ class ComparedScenario:
         given["harmonics"] = tuple(
             Harmonic.of(own["order"], own["percent"], own["phase_deg"]) for own in given.get("harmonics", ())
         )
-        return Device(**{field.name: given[field.name] for field in fields(Device) if field.name in given})
+        return Device(**{name: given[name] for name in Device.__struct_fields__ if name in given})
 
     @cached_property
     def swept(self) -> Parameter | None:

@@ -6,10 +6,12 @@ Before the margin come outcome from rest, recovery and least shock, where they a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf, isfinite
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.comparison.messages import Message, listed
 from vireport.design import DesignPoint, Margin
@@ -67,8 +69,7 @@ RANKING_COLUMNS = (Merit.REQUIREMENTS, *RANK_BY.values(), Merit.MARGIN, Merit.VO
 """Columns of the ranking, in which a wide one comes last."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ranked:
+class Ranked(Struct, frozen=True, eq=False):
     """A scenario and its place among those that it is compared with.
 
     Attributes

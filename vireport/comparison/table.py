@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.comparison.messages import side_by_side
 from vireport.comparison.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
@@ -24,8 +26,7 @@ SAME_INPUT = 1e-12
 forgiven."""
 
 
-@dataclass(frozen=True, slots=True)
-class ComparisonRow:
+class ComparisonRow(Struct, frozen=True):
     """One quantity of all scenarios.
 
     Attributes
@@ -95,8 +96,7 @@ class ComparisonRow:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class Axes:
+class Axes(Struct, frozen=True):
     """The inputs in which places are compared: the first always, the others where several scenarios have them."""
 
     always: tuple[Along, ...]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from pathlib import Path
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base import Mistake, ScenarioError, UsageError
 from vireport.scenario import Loaded, as_texts, load, loads
@@ -24,8 +26,7 @@ RESERVED = ("quantity", "group", "unit", "change", "differs", "sentence")
 OPENING, CLOSING = "[{", "]}"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Variant:
+class Variant(Struct, frozen=True, eq=False):
     """A scenario of a comparison, with its study where it is solved already."""
 
     name: str

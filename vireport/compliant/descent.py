@@ -6,10 +6,10 @@ A contact lasts in proportion to epsilon = K^(-1/(h+1)), so that everything appr
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -30,8 +30,7 @@ Finder = Callable[[float, Floats], tuple[Any, Floats]]
 """(factor, guess of the unknowns) -> what is found, and its unknowns."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rigid:
+class Rigid(Struct, frozen=True, eq=False):
     """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`.
 
     Attributes

@@ -9,11 +9,12 @@ see `Device`. Between contacts the flights are those of the simulation, in close
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import inf, pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base import NumericalError
 from vireport.physics import Device, Groups, Harmonic, Membrane, contacts
@@ -21,8 +22,7 @@ from vireport.scenario import Parameter
 from vireport.simulation import FLIGHT, VELOCITY, WALL, check_model, follow_one
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CompliantModel:
+class CompliantModel(Struct, frozen=True, eq=False):
     """The dimensionless model of a device with compliant membranes.
 
     Attributes
@@ -70,8 +70,7 @@ def compliant_model(
     return CompliantModel(d, gbar, scaled, restitution, 2.0 * device.period_ratio, length, speed, harmonics)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ContactUnits:
+class ContactUnits(Struct, frozen=True, eq=False):
     """Units of one contact, in which all stiffnesses look alike, and its numbers in them.
 
     Attributes

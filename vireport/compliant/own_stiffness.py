@@ -8,13 +8,13 @@ a report of a device with long contacts always has it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from decimal import Decimal
 from enum import StrEnum
 from math import copysign, inf, pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.base import NumericalError
 from vireport.compliant.descent import MULTIPLIER, Floats, Rigid, descend, rigid_motion
@@ -66,8 +66,7 @@ class Missing(StrEnum):
     """It is of a kind that is not looked for."""
 
 
-@dataclass(frozen=True, slots=True)
-class Absence:
+class Absence(Struct, frozen=True):
     """Which it is of `Missing`, and what was met."""
 
     missing: Missing
@@ -82,8 +81,7 @@ TOO_LOSSY = Absence(Missing.NOT_FOLLOWED, f"restitutions below {LEAST_RESTITUTIO
 """Of a ball that is damped so strongly that no contact of it is integrated to the stated error."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnMotion:
+class OwnMotion(Struct, frozen=True, eq=False):
     """The motion with the membranes' own stiffness, dimensionless as in `Motions`; velocities and phases at the touch.
 
     Attributes
@@ -112,8 +110,7 @@ class OwnMotion:
         return abs(self.trace) < 1 + self.determinant and self.determinant < 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StabilityEnd:
+class StabilityEnd(Struct, frozen=True, eq=False):
     """An end of stable motion with rigid membranes and with their own stiffness.
 
     Attributes
@@ -175,8 +172,7 @@ class StabilityEnd:
         return None if not at else copysign(1.0, self.rigid - at) * (end - at) / abs(at)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnStiffness:
+class OwnStiffness(Struct, frozen=True, eq=False):
     """The motion and the ends of stable motion with the membranes' own stiffness.
 
     Attributes
@@ -262,8 +258,7 @@ def _rigid_ends(solution: Solution) -> Iterator[tuple[ScalarInput, Point, bool]]
                 yield margin.parameter, margin.point, False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Followed:
+class _Followed(Struct, frozen=True, eq=False):
     """Something on the return map: the motion of a device or, with a multiplier, where it has that one.
 
     Its unknowns are velocity and phase at the bottom and, with a multiplier, the value of the input that varies.

@@ -13,11 +13,11 @@ is linear with real coefficients, so that one line serves both.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, cos, pi, prod, sin
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -53,8 +53,7 @@ Rates = Callable[[float, float, float, complex, complex], State]
 """Derivatives of a state by the variable of a leg, as a function of that variable and of the state."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bounce:
+class Bounce(Struct, frozen=True, eq=False):
     """A contact from its touch, dimensionless.
 
     Attributes
@@ -75,8 +74,7 @@ class Bounce:
     jacobian: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ReturnTrip:
+class ReturnTrip(Struct, frozen=True, eq=False):
     """One period from a touch of the bottom to the next.
 
     Attributes

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from typing import cast
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.design.point import DesignPoint, around_length
@@ -29,8 +29,7 @@ FACTORS = 16
 """Roundings of the constant factors of an energy, a power or a field, which are computed in doubles, with room."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bounds:
+class Bounds(Struct, frozen=True, eq=False):
     """Error bounds, by the names of `Motions` and `Voltages`; infinite where there is none.
 
     Attributes
@@ -99,7 +98,7 @@ def _conversion_bounds(
     speeds = _speeds(around_length(device), design.motions, bounds)
     with np.errstate(all="ignore"):
         exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, ROUNDED)
-        numbers = {field.name: getattr(exact, field.name) for field in fields(exact)}
+        numbers = {name: getattr(exact, name) for name in exact.__struct_fields__}
         return infinite_where_undefined(
             {name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()}
         )

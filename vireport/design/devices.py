@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions import Orbits, find_motions
@@ -56,8 +57,7 @@ def factor_of(device: Device) -> Mapping[DesignInput, int]:
     return OF_FREE_CAPSULE if device.recoils else FACTOR_OF
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class Region(Struct, frozen=True, eq=False):
     """Every device between two.
 
     A device of the region is counted by a share of each factor, between 0 and 1: how far the inputs of a factor are

@@ -9,11 +9,12 @@ until they do.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from math import atan2, cos, degrees, hypot, pi, sin
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -50,8 +51,7 @@ STILL = -0.1
 """Change of that angle with the phase of the ray beyond which a border is bent so much that secants go astray."""
 
 
-@dataclass(frozen=True, slots=True)
-class Distortion:
+class Distortion(Struct, frozen=True):
     """The least harmonic of one order that ends stable motion, beside those that the force has.
 
     Attributes
@@ -78,8 +78,7 @@ class Distortion:
     searched_to: float = SEARCHED
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ray:
+class Ray(Struct, frozen=True, eq=False):
     """A device with a harmonic of its force that grows from nothing at one phase, see `motions.Curve`.
 
     Attributes
@@ -121,8 +120,7 @@ class Ray:
         return np.array([*[[0.0]] * others, [self.cosine], [self.sine], *rubbing])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _End:
+class _End(Struct, frozen=True, eq=False):
     """Where a stable motion ends on a ray.
 
     Attributes
@@ -218,8 +216,7 @@ def _towards(margin: Margin | None, order: int) -> float:
     return atan2(-sine, cosine)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Border:
+class _Border(Struct, frozen=True, eq=False):
     """Where a stable motion of a device ends in the plane of the cosine and the sine of a harmonic."""
 
     device: Device

@@ -7,11 +7,12 @@ the stable motions of that device are followed to where they end, as those of th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import copysign, hypot, inf
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base import NumericalError
 from vireport.design.distortion import with_harmonic as followed_with
@@ -37,8 +38,7 @@ ALIKE = 0.25
 """Relative difference of the faster impact's speed up to which two ends may be one; 5 % of restitution makes 5 %."""
 
 
-@dataclass(frozen=True, slots=True)
-class Effect:
+class Effect(Struct, frozen=True):
     """Something left out, of a size.
 
     Attributes
@@ -68,8 +68,7 @@ class Unmoved(StrEnum):
     NO_END = "no end of the stable motion is known"
 
 
-@dataclass(frozen=True, slots=True)
-class Shift:
+class Shift(Struct, frozen=True):
     """Where the nearest end of stable motion is with an effect.
 
     Attributes
@@ -113,8 +112,7 @@ class Shift:
         return self.room > 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Shifts:
+class Shifts(Struct, frozen=True, eq=False):
     """How far the nearest end of stable motion would move.
 
     Attributes
@@ -280,8 +278,7 @@ def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Ef
     return shift_to(effect, end, here[0].value, here[0].event, own)
 
 
-@dataclass(frozen=True, slots=True)
-class _End:
+class _End(Struct, frozen=True):
     """Where stable motion ends, as it is located in doubles: what an effect moves is known to a few digits.
 
     Attributes

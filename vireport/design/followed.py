@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import log, pi
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.design.lines import LINES, LOSES_STABILITY, Line, along, extent, value_at
@@ -29,8 +30,7 @@ FARTHEST = log(10)
 there at any greater length."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FollowedMotion:
+class FollowedMotion(Struct, frozen=True, eq=False):
     """A stable motion, and how far it is one along an input.
 
     Attributes

@@ -8,12 +8,13 @@ together, or of one alone.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from math import inf, log
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions import (
@@ -73,8 +74,7 @@ class Line(Enum):
 LINES = tuple(Line)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AlongLine:
+class AlongLine(Struct, frozen=True, eq=False):
     """How the groups of a device change along a line through it, in a kind of number.
 
     Attributes
@@ -234,8 +234,7 @@ def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, fl
     return log(device.finest(FINEST_D) / d), inf
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ending:
+class Ending(Struct, frozen=True, eq=False):
     """The place along a line where a stable motion of a design point stops being one.
 
     Attributes

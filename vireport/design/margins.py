@@ -7,11 +7,12 @@ from which the values of the inputs follow exactly.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
 from math import cos, inf, nan, pi, sin
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -50,8 +51,7 @@ OPEN = 8e-7
 INPUTS = tuple(DesignInput)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Margin:
+class Margin(Struct, frozen=True, eq=False):
     """Distance from the design point to a critical point, when one input varies.
 
     Attributes
@@ -107,8 +107,7 @@ class Margin:
         return self.point.sweep_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Margins:
+class Margins(Struct, frozen=True, eq=False):
     """What is known of where stable motions end.
 
     Attributes

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -45,8 +46,7 @@ ADJOINING = 1e-12
 """Relative gap between two stable ranges that is rounding."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StableInterval:
+class StableInterval(Struct, frozen=True, eq=False):
     """Range of an input over which stable 1:1 motion is known to exist, and what ends it on either side.
 
     Attributes
@@ -85,8 +85,7 @@ class StableInterval:
         return self.start <= value <= self.end
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DesignPoint:
+class DesignPoint(Struct, frozen=True, eq=False):
     """The design point and all 1:1 motions there, admissible or not.
 
     Attributes

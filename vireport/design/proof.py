@@ -16,12 +16,12 @@ same one: what is proved is that every device has some stable motion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.design.devices import (
     OTHER_SYMBOLS,
@@ -217,8 +217,7 @@ class Leaf(IntEnum):
     OPEN = -2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Proof:
+class Proof(Struct, frozen=True, eq=False):
     """The boxes into which a region was cut; enough to prove it again.
 
     Attributes

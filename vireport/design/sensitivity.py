@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from operator import itemgetter
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions import UNSTABLE, Friction, Motions, classify, find_motions, lap_decay, orbits
@@ -32,8 +33,7 @@ ROUNDING = float(np.finfo(float).eps)
 """Relative change of an input that is the smallest there is."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RestitutionEffect:
+class RestitutionEffect(Struct, frozen=True, eq=False):
     """What a restitution other by `UNSURE` does to the stable motions of a design point.
 
     Attributes

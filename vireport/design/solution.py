@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -49,8 +50,7 @@ SMALLEST_LOSS = 1e-6
 """1 - r below which the motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Struct, frozen=True, eq=False, dict=True):
     """The 1:1 motions of a device along a sweep and at a design point.
 
     Attributes
@@ -129,7 +129,7 @@ class Solution:
         if self.sweep is None or self.design is not None:
             return self.device.shaker(self.parameter, float(getattr(self.device, self.parameter)))
         ends = [self.device.shaker(self.parameter, end) for end in (self.sweep.start, self.sweep.end)]
-        return Shaker(*(max(getattr(end, field.name) for end in ends) for field in fields(Shaker)))
+        return Shaker(*(max(getattr(end, name) for end in ends) for name in Shaker.__struct_fields__))
 
     @property
     def horizontal(self) -> bool:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base import share_interval
 from vireport.design.devices import (
@@ -48,8 +49,7 @@ class Answer(Enum):
     UNDECIDED = "undecided"
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(Struct, frozen=True):
     """A device within the tolerances that has no stable 1:1 motion.
 
     Attributes
@@ -64,8 +64,7 @@ class Failure:
     share: float
 
 
-@dataclass(frozen=True, slots=True)
-class Yield:
+class Yield(Struct, frozen=True):
     """How many of the samples have a stable 1:1 motion, and the 95 % interval of that share by Clopper and Pearson."""
 
     distribution: Distribution
@@ -75,8 +74,7 @@ class Yield:
     high: float
 
 
-@dataclass(frozen=True, eq=False)
-class Tolerances:
+class Tolerances(Struct, frozen=True, eq=False):
     """Whether every device within tolerances has stable 1:1 motion, how many have, and the ranges of its numbers.
 
     Attributes

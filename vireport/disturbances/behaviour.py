@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
 from math import fsum
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.design import FollowedMotion, Solution, followed_motion
 from vireport.disturbances.from_rest import (
@@ -34,8 +36,7 @@ NARROW = 0.02
 """Share of the design value within which the end of a window is near: what masses and lengths are commonly made to."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ramp:
+class Ramp(Struct, frozen=True):
     """The amplitude raised from zero, where switching on at once does not reach the motion.
 
     Attributes
@@ -50,8 +51,7 @@ class Ramp:
     longest: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Disturbances:
+class Disturbances(Struct, frozen=True, eq=False):
     """What a device does when it is switched on and disturbed; what was not computed is None.
 
     Attributes

@@ -11,12 +11,12 @@ None of this is in the paper. It rests on the flight and the impact law alone, E
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from math import acos, ceil, cos, exp, pi, sin
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.disturbances.ramp import State, ramped
@@ -143,8 +143,7 @@ def targets_of(
     return tuple(Target(*map(float, row)) for row in zip(phase, velocity, radius, strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class FromRest:
+class FromRest(Struct, frozen=True):
     """What a device comes to that is switched on.
 
     Attributes

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, log
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.design import Solution
@@ -17,8 +17,7 @@ LEFT = 0.01
 """Share of a disturbance that is left when the motion counts as recovered."""
 
 
-@dataclass(frozen=True, slots=True)
-class Recovery:
+class Recovery(Struct, frozen=True):
     """Time until 1 % of a small disturbance is left.
 
     Attributes

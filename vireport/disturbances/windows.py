@@ -6,12 +6,13 @@ Edges are sharp, and at many of them infinitely many others accumulate: what is 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import sqrt
 from operator import itemgetter
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.disturbances.from_rest import FromRest, from_rest, targets_of
@@ -52,8 +53,7 @@ STRIP_EDGE = 1e-6
 """Width to which an edge along a sweep is located, over the sweep."""
 
 
-@dataclass(frozen=True, slots=True)
-class Edge:
+class Edge(Struct, frozen=True):
     """Where the outcome of switching on changes, on the way from the design point.
 
     Attributes
@@ -71,8 +71,7 @@ class Edge:
     accumulates: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Window:
+class Window(Struct, frozen=True):
     """The interval of an input around the design point in which the outcome of switching on stays.
 
     Attributes
@@ -95,8 +94,7 @@ class Window:
         return min(edges) / abs(self.value) if edges and self.value else None
 
 
-@dataclass(frozen=True, slots=True)
-class OutcomeRange:
+class OutcomeRange(Struct, frozen=True):
     """An interval of the sweep in which the outcome of switching on is one, as far as values tell.
 
     Attributes

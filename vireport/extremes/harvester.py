@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vireport.base import plain
 from vireport.physics import Device, Groups, Membrane
 from vireport.scenario import Loaded, Parameter, loads
 from vireport.study import (
@@ -21,8 +24,7 @@ SweepRange = tuple[Parameter, float, float]
 """Parameter that is swept, and the ends of its range."""
 
 
-@dataclass(frozen=True, slots=True)
-class Harvester:
+class Harvester(Struct, frozen=True):
     """A device with membranes.
 
     Attributes
@@ -65,7 +67,7 @@ class Harvester:
 
     def scenario(self, sweep: SweepRange | None) -> Loaded:
         """The device as a scenario; ScenarioError where that is invalid."""
-        device, membrane = self.device, asdict(self.membrane)
+        device, membrane = self.device, plain(self.membrane)
         for said_by_device in ("ball_mass_kg", "free_capsule_kg"):
             membrane.pop(said_by_device)
         membrane |= membrane.pop("dielectric") or {}

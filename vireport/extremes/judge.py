@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
 from importlib.util import find_spec
 from math import isfinite
@@ -19,6 +18,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.base import VireportError, install_command
 from vireport.checks import reference as exact
@@ -55,8 +55,7 @@ LONGEST = 60.0
 """Seconds after which a case counts as hanging; none takes more than three."""
 
 
-@dataclass(frozen=True, slots=True)
-class CaseFinding:
+class CaseFinding(Struct, frozen=True):
     """What the check of a case found.
 
     Attributes
@@ -76,8 +75,7 @@ class CaseFinding:
     right: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(Struct, frozen=True):
     """One thing taken to its extreme.
 
     Attributes
@@ -120,8 +118,7 @@ class CaseVerdict(StrEnum):
     LEFT_OUT = "left out"
 
 
-@dataclass(frozen=True, slots=True)
-class CaseOutcome:
+class CaseOutcome(Struct, frozen=True):
     """A case and its verdict.
 
     Attributes
@@ -199,9 +196,9 @@ def require_finite(value: Any, name: str = "result") -> None:
     elif isinstance(value, float):
         if not np.isfinite(value):
             raise FloatingPointError(f"{name} is {value}")
-    elif is_dataclass(value) and not isinstance(value, type):
-        for field in fields(value):
-            require_finite(getattr(value, field.name), f"{name}.{field.name}")
+    elif isinstance(value, Struct):
+        for field in value.__struct_fields__:
+            require_finite(getattr(value, field), f"{name}.{field}")
     elif isinstance(value, tuple | list):
         for part in value:
             require_finite(part, name)

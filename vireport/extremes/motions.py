@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from math import inf
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from vireport.checks import reference as exact
 from vireport.extremes.harvester import Harvester, SweepRange

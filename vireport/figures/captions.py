@@ -6,12 +6,12 @@ Here are the numbers that figures 2, 4 and 7 are told by, and what is held along
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from msgspec import Struct
 
 from vireport.figures.curves import (
     Floats,
@@ -150,8 +150,7 @@ def swept_range(study: Study) -> str:
     return f"{sweep.parameter.symbol} from {start} to {end}"
 
 
-@dataclass(frozen=True, slots=True)
-class Extent:
+class Extent(Struct, frozen=True):
     """The least and largest value of a quantity of a figure, and its membrane, if it is one of an impact."""
 
     quantity: str
@@ -161,8 +160,7 @@ class Extent:
     where: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Circles:
+class Circles(Struct, frozen=True):
     """How many simulated impacts are drawn over the curves, and at how many values of the swept parameter."""
 
     impacts: int

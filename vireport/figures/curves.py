@@ -6,10 +6,10 @@ Only admissible motions come out of here.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.design import Solution
@@ -46,8 +46,7 @@ NO_PARTNER = np.nan
 """Stands where an impact has no partner on the other membrane."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PairedImpacts:
+class PairedImpacts(Struct, frozen=True, eq=False):
     """Impacts of motions of any word, each on the bottom beside the one on the top that follows it.
 
     Attributes
@@ -72,8 +71,7 @@ class PairedImpacts:
         return np.abs(self.velocity), cut + (self.phase - cut) % TURN, self.flight
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Doubled:
+class Doubled(Struct, frozen=True, eq=False):
     """Motions next to one another on a branch that comes of period doublings, with each of their pairs of impacts.
 
     Attributes
@@ -89,8 +87,7 @@ class Doubled:
     stable: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class Stretch(Struct, frozen=True, eq=False):
     """Admissible motions of one kind of stability, next to one another on a branch.
 
     Attributes
@@ -108,8 +105,7 @@ class Stretch:
     focus: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DrawnPoint:
+class DrawnPoint(Struct, frozen=True, eq=False):
     """A critical point where it is drawn: on its branch, and on the mirror image of that.
 
     Attributes

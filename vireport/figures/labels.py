@@ -8,7 +8,6 @@ texts of the panel. Lengths are in points.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.transforms import IdentityTransform
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.figures.curves import Floats
 from vireport.figures.style import TEXT, Color, Look
@@ -47,8 +48,7 @@ NEARER_TO_OTHER, FAR, LATER = 6.0, 0.04, 0.3
 OFF_PANEL = 1e6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Label:
+class Label(Struct, frozen=True, eq=False):
     """A text and the points in data coordinates that it may stand at, the preferred one first.
 
     `link` is the anchor of an HTML page that it leads to.

@@ -6,7 +6,6 @@ Matplotlib's tight layout places the panels; the heading is put over them, and l
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from string import ascii_lowercase
 from typing import Any
 
@@ -19,6 +18,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.transforms import ScaledTranslation
+from msgspec import Struct
 
 from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
@@ -250,8 +250,7 @@ def tick_labels(values: Sequence[float]) -> list[str]:
     return [f"{value:.{decimals}f}".replace("-", MINUS) if value else "0" for value in values]
 
 
-@dataclass(frozen=True, slots=True)
-class SweepAxis:
+class SweepAxis(Struct, frozen=True):
     """The axis along a sweep from `low` to `high`: d, or the inclination where that varies and d is held."""
 
     sweep: Sweep

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache, cached_property
 from html import escape
 from io import BytesIO
@@ -17,6 +16,7 @@ from zlib import crc32
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from msgspec import Struct
 
 from vireport.figures.vector import drawing
 
@@ -206,8 +206,7 @@ def literal(text: str) -> str:
     return "".join(shown).replace("$", "\\$")
 
 
-@dataclass(frozen=True, eq=False)
-class Picture:
+class Picture(Struct, frozen=True, eq=False, dict=True):
     """A figure with its words.
 
     Attributes

@@ -6,7 +6,6 @@ Only motions are drawn: what is not admissible is neither a line nor a point her
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
 from itertools import chain, cycle
 from textwrap import fill
 
@@ -14,6 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.design import DesignPoint
 from vireport.disturbances import Destination, OutcomeRange
@@ -130,8 +131,7 @@ BOLD = 1.05
 EVERYTHING = (-np.inf, np.inf)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Drawing:
+class Drawing(Struct, frozen=True, eq=False):
     """A study with what is drawn of it along its sweep; `branches` names those of figure 4, by their number."""
 
     study: Study
@@ -242,8 +242,7 @@ def _head(figure: Task, study: Study) -> list[tuple[str, str]]:
     return [(conditions(study), Color.BLACK)] + ([(capital(OUTSIDE), Color.WARNING)] if note else [])
 
 
-@dataclass(frozen=True, slots=True)
-class _Row:
+class _Row(Struct, frozen=True):
     """One quantity along the sweep.
 
     Attributes

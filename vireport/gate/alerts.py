@@ -7,11 +7,12 @@ its cause in the results, as numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from msgspec import Struct
 
+from vireport.base import plain
 from vireport.design import (
     input_error,
     mass_elasticity,
@@ -73,8 +74,7 @@ MOST_MOTIONS = 3
 """Other motions that are named."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Alert:
+class Alert(Struct, frozen=True, eq=False):
     """An alert that results raise; the cause has its numbers."""
 
     code: AlertCode
@@ -85,7 +85,8 @@ class Alert:
 
     def to_dict(self) -> dict[str, str]:
         """The alert as results.json has it."""
-        return asdict(self)
+        data: dict[str, str] = plain(self)
+        return data
 
 
 Cause = Callable[[Evidence], Iterable[Sentence]]

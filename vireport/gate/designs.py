@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.design import HIGHEST_RESTITUTION
@@ -50,8 +51,7 @@ STEPS = 32
 """Steps of a range along which stable motion is looked for, a power of 2. What is narrower is left to a run."""
 
 
-@dataclass(frozen=True, eq=False)
-class Designs:
+class Designs(Struct, frozen=True, eq=False, dict=True):
     """Designs that differ from a scenario in some inputs, as arrays, and their stable 1:1 motions.
 
     Attributes
@@ -174,7 +174,7 @@ def extreme(values: Floats, cell: Ints, count: int, of: np.ufunc) -> Floats:
 
 def _of_rows(record: Any, rows: Ints) -> Any:
     """A device or membrane with some elements of its arrays."""
-    parts = {part.name: getattr(record, part.name) for part in fields(record)}
+    parts = {name: getattr(record, name) for name in record.__struct_fields__}
     picked = {name: x[rows] for name, x in parts.items() if isinstance(x, np.ndarray)}
     picked |= {name: _of_rows(x, rows) for name, x in parts.items() if isinstance(x, (Dielectric, Restitutions))}
     return replace(record, **picked)
@@ -182,10 +182,10 @@ def _of_rows(record: Any, rows: Ints) -> Any:
 
 def _of_each(membrane: Membrane, of_cell: Callable[[Any], Any]) -> Membrane:
     """A membrane whose numbers are arrays, one for each motion."""
-    parts = {part.name: getattr(membrane, part.name) for part in fields(Membrane)}
+    parts = {name: getattr(membrane, name) for name in Membrane.__struct_fields__}
     dielectric: Dielectric | None = parts.pop("dielectric")
     if dielectric is not None:
-        dielectric = Dielectric(*(of_cell(getattr(dielectric, part.name)) for part in fields(Dielectric)))
+        dielectric = Dielectric(*(of_cell(getattr(dielectric, name)) for name in Dielectric.__struct_fields__))
     return Membrane(**{name: of_cell(x) for name, x in parts.items()}, dielectric=dielectric)
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -55,8 +56,7 @@ class Question(StrEnum):
     SIMULATED = "Does the simulation agree?"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Limit:
+class Limit(Struct, frozen=True, eq=False):
     """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions.
 
     `usual` where the scenario does not give it.
@@ -84,8 +84,7 @@ class Limit:
         return self.kind is LimitKind.AT_LEAST
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Judgement:
+class Judgement(Struct, frozen=True, eq=False):
     """What a requirement comes to.
 
     Attributes
@@ -117,8 +116,7 @@ class Judgement:
         return "".join(self.remark)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Criterion:
+class Criterion(Struct, frozen=True, eq=False):
     """A line of the acceptance table.
 
     `key` is the first where two belong together; `question` whose answer in the verdict it is held beside; `line` that
@@ -181,8 +179,7 @@ def unmet(criteria: Sequence[Criterion]) -> str:
     return f"{count} {'is' if len(failed) == 1 else 'are'} not met: {names}"
 
 
-@dataclass(frozen=True, eq=False)
-class Evidence:
+class Evidence(Struct, frozen=True, eq=False, dict=True):
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
     `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
 from functools import reduce
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -39,8 +39,7 @@ FOLLOWED_ERROR = 1e-9
 grows with less than its tenth power."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Impacts:
+class Impacts(Struct, frozen=True, eq=False):
     """What the impacts of motions come to, in SI units, in any kind of number (see `physics.numbers`).
 
     Attributes
@@ -128,7 +127,7 @@ def at_design(results: Evidence) -> Impacts:
         return Rounded(values[motions.stable], bounds[name][motions.stable])
 
     def all_known(record: Any) -> Any:
-        names = [part.name for part in fields(record)]
+        names = record.__struct_fields__
         return type(record)(*(known(getattr(record, name), name) for name in names))
 
     frequency = {Parameter.FREQUENCY: Rounded(device.frequency_hz)}

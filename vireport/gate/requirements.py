@@ -12,13 +12,14 @@ which surely fail; what is open then is judged one by one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError, share_interval
@@ -72,8 +73,7 @@ DISAGREEMENT = "the simulation does not agree with the solution"
 """Why nothing is met where the cross-check fails."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OfMotions:
+class OfMotions(Struct, frozen=True, eq=False):
     """A number of each stable motion at the design point, of which the worst counts; exact for arrays of designs.
 
     Attributes
@@ -106,8 +106,7 @@ class OfMotions:
         return np.asarray(_slack(designs.worst(self.of(designs.impacts, ARRAYS), limit.is_least), limit))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OfShaker:
+class OfShaker(Struct, frozen=True, eq=False):
     """What the shaker must do: a number that grows with the force and falls with mass and frequency, if it changes.
 
     Of a free capsule it hangs on the ball's mass, the length and the inclination as well, and need not be monotonic.
@@ -142,8 +141,7 @@ def _slack(value: Any, limit: Limit) -> Any:
     return ratio - 1 if limit.is_least else 1 - ratio
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OfMargin:
+class OfMargin(Struct, frozen=True, eq=False):
     """Distance of the nearest end of the stable motion, of some kinds, in whichever input; without one it is met.
 
     A pitchfork at which another motion takes over ends it as well.
@@ -167,8 +165,7 @@ class OfMargin:
         return held_against(100 * relative, limit, remark, 100 * bound)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OfRun:
+class OfRun(Struct, frozen=True, eq=False):
     """What is known of one design only, by a run.
 
     Attributes
@@ -183,8 +180,7 @@ class OfRun:
     may_meet: Callable[[Designs, Limit], Mask] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Requirement:
+class Requirement(Struct, frozen=True, eq=False, dict=True):
     """A row of the table of what can be required.
 
     Attributes

@@ -7,7 +7,6 @@ reader who stops after the verdict must not have been misled.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from enum import Enum, StrEnum
 from math import ceil, log10
 from operator import itemgetter
@@ -15,6 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
@@ -86,8 +87,7 @@ class Conclusion(Enum):
         return self.value[1]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fact(Generic[Numbers]):
+class Fact(Struct, Generic[Numbers], frozen=True, eq=False):
     """The answer to a question as data; the status is neutral where there is nothing to judge."""
 
     question: Question
@@ -95,8 +95,7 @@ class Fact(Generic[Numbers]):
     data: Numbers
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StableMotions:
+class StableMotions(Struct, frozen=True, eq=False):
     """The stable motions at the design point or, where there is none, somewhere in the sweep.
 
     Attributes
@@ -121,8 +120,7 @@ class StableMotions:
     beside: tuple[Word, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NearestEnd:
+class NearestEnd(Struct, frozen=True, eq=False):
     """The nearest end of the stable motions at the design point.
 
     Attributes
@@ -157,8 +155,7 @@ class NearestEnd:
         return bool(self.unresolved) or (self.compliant is not None and self.compliant.compliant is None)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StableVoltages:
+class StableVoltages(Struct, frozen=True, eq=False):
     """What the stable 1:1 motions generate at the design point, or where they have no voltage there, over the sweep.
 
     Attributes
@@ -206,8 +203,7 @@ class StableVoltages:
         return Status.GOOD if self.within else Status.CAUTION
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WordedFact:
+class WordedFact(Struct, frozen=True, eq=False):
     """A question and its answer in words."""
 
     question: str
@@ -216,8 +212,7 @@ class WordedFact:
     status: Status
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WordedVerdict:
+class WordedVerdict(Struct, frozen=True, eq=False):
     """A verdict in words: a few, one or two sentences of plain text, and the answers to questions."""
 
     status: Status
@@ -226,8 +221,7 @@ class WordedVerdict:
     facts: tuple[WordedFact, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class Verdict:
+class Verdict(Struct, frozen=True, eq=False):
     """The answers and criteria that a study comes to.
 
     An answer is None where its question does not arise.
@@ -419,7 +413,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
         simulated=_simulated(evidence.crosscheck),
     )
     held = {name: _held(fact, criteria) for name, fact in verdict.answers.items()}
-    return replace(verdict, conclusion=_conclusion(verdict), **held)  # type: ignore[arg-type]
+    return replace(verdict, conclusion=_conclusion(verdict), **held)
 
 
 def _judged(question: Question, criteria: tuple[Criterion, ...]) -> list[Criterion]:

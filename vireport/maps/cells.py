@@ -6,10 +6,10 @@ A plan is all that a process needs to compute any part of a map; no cell is stor
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -44,8 +44,7 @@ ROUNDS = 8
 """Rounds of the permutation of a Latin hypercube; four suffice for large halves, small ones need more."""
 
 
-@dataclass(frozen=True, slots=True)
-class MapPlan:
+class MapPlan(Struct, frozen=True):
     """All that determines the cells of a map and their results.
 
     Attributes

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
+from msgspec.structs import replace
 
 from vireport.maps.cells import (
     Floats,
@@ -191,7 +191,7 @@ def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, column
     at = np.flatnonzero(np.isfinite(bottom))
     unit = np.broadcast_to(unit, len(bottom))[at]
     if ball_mass_kg is not None:
-        membrane = replace(membrane, ball_mass_kg=ball_mass_kg[at])  # type: ignore[arg-type]
+        membrane = replace(membrane, ball_mass_kg=ball_mass_kg[at])
     generated = voltages(unit * bottom[at], unit * top[at], membrane)
     whole = {name: np.full(len(bottom), np.nan) for name in ("u_ave_v", "deflection_m")}
     whole["u_ave_v"][at], whole["deflection_m"][at] = generated.average_v, generated.deflection_m

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import write_whole
@@ -77,8 +77,7 @@ OTHER_NAMES = {name.value: f"{name.quantity} {name.symbol} [–]" for name in RE
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Raster:
+class Raster(Struct, frozen=True, eq=False):
     """Cells of a map as they are drawn.
 
     Attributes

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from vireport.chart import Plane, chart
 from vireport.maps.cells import Floats, MapPlan, axis_ends
@@ -13,8 +12,7 @@ from vireport.physics import RESTITUTIONS
 from vireport.scenario import DesignInput, Parameter
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DrawnLocus:
+class DrawnLocus(Struct, frozen=True, eq=False):
     """A curve in the plane of a map's two axes, (n, 2), and what happens on it."""
 
     event: Event

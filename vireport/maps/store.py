@@ -18,7 +18,6 @@ import stat
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import asdict, dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -27,8 +26,10 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from filelock import FileLock, Timeout
+from msgspec import Struct
+from msgspec.structs import replace
 
-from vireport.base import UsageError, __version__, writable, write_whole
+from vireport.base import UsageError, __version__, plain, writable, write_whole
 from vireport.maps.cells import MapPlan
 from vireport.maps.evaluation import evaluate, schema_of
 
@@ -61,8 +62,7 @@ StabilityCounts = Counter[str | None]
 """Cells by the type of their motion; None where there is no motion."""
 
 
-@dataclass(frozen=True, slots=True)
-class Identity:
+class Identity(Struct, frozen=True):
     """The map, versions and chunk that a file belongs to.
 
     Attributes
@@ -86,7 +86,7 @@ class Identity:
 
     def metadata(self) -> dict[bytes, bytes]:
         """Return the identity as metadata of a Parquet file."""
-        return {IDENTITY: json.dumps(asdict(self)).encode()}
+        return {IDENTITY: json.dumps(plain(self)).encode()}
 
 
 def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None) -> Identity:
@@ -102,8 +102,7 @@ class RejectedFileError(Exception):
         super().__init__(reason)
 
 
-@dataclass(frozen=True, slots=True)
-class Store:
+class Store(Struct, frozen=True):
     """The folder in which a map is computed and kept.
 
     Attributes
@@ -119,7 +118,7 @@ class Store:
     folder: Path
     plan: MapPlan
     map_sha256: str
-    text: str = field(repr=False)
+    text: str
 
     @property
     def result(self) -> Path:

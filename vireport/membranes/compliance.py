@@ -9,13 +9,14 @@ rigid and compliant; some of them have limits up to which the rigid model is goo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
 from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, plain
 from vireport.checks import Floats
 from vireport.compliant import MULTIPLIER, CompliantModel, Finder, Rigid, compliant_model, descend, rigid_motion
 from vireport.design import Solution
@@ -56,8 +57,7 @@ MARGIN_LIMITS = 0.1, 0.5
 """Shift of the critical point over the design point's distance from it."""
 
 
-@dataclass(frozen=True, slots=True)
-class StiffnessRung:
+class StiffnessRung(Struct, frozen=True):
     """The compliant model at `factor` times K: the motion, the critical value, and the reason where one is lost."""
 
     factor: float
@@ -66,8 +66,7 @@ class StiffnessRung:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class Convergence:
+class Convergence(Struct, frozen=True):
     """How one quantity approaches its rigid value.
 
     Attributes
@@ -106,8 +105,7 @@ class Grade(IntEnum):
         return self is Grade.INSUFFICIENT
 
 
-@dataclass(frozen=True, slots=True)
-class ModelCriterion:
+class ModelCriterion(Struct, frozen=True):
     """Whether the rigid model is good enough: a relative shift, and sizes up to which it is good, or fair to use."""
 
     name: str
@@ -133,8 +131,7 @@ class Unit(StrEnum):
     VOLTAGE = "V"
 
 
-@dataclass(frozen=True, slots=True)
-class Compared:
+class Compared(Struct, frozen=True):
     """A quantity of the motion with rigid and with the scenario's own membranes.
 
     Attributes
@@ -166,8 +163,7 @@ class Compared:
         return _shift(self.compliant, self.rigid, self.unit is Unit.PHASE)
 
 
-@dataclass(frozen=True, slots=True)
-class Volts:
+class Volts(Struct, frozen=True):
     """U_ave [V] by the rigid velocities, by those of the compliant motion, and by its deflections."""
 
     rigid: float
@@ -175,8 +171,7 @@ class Volts:
     by_deflection: float
 
 
-@dataclass(frozen=True, slots=True)
-class Compliance:
+class Compliance(Struct, frozen=True):
     """What compliant membranes change, and how solvers cope.
 
     Attributes
@@ -438,14 +433,14 @@ def compliance_data(comparison: Compliance) -> dict[str, Any]:
     return {
         "nothing": comparison.reason or None,
         "grade": comparison.grade,
-        "rigid": None if comparison.rigid is None else asdict(comparison.rigid),
+        "rigid": None if comparison.rigid is None else plain(comparison.rigid),
         "varied": comparison.varied,
         "design_value": comparison.design_value,
         "order": comparison.order,
-        "rungs": [asdict(rung) for rung in comparison.rungs],
-        "convergence": [asdict(convergence) for convergence in comparison.convergence],
-        "volts": None if comparison.volts is None else asdict(comparison.volts),
-        "runs": [asdict(run) for run in comparison.runs],
+        "rungs": [plain(rung) for rung in comparison.rungs],
+        "convergence": [plain(convergence) for convergence in comparison.convergence],
+        "volts": None if comparison.volts is None else plain(comparison.volts),
+        "runs": [plain(run) for run in comparison.runs],
         "error_bounds": [None if rung.orbit is None else rung.orbit.error_bound for rung in comparison.rungs],
-        "criteria": [{**asdict(criterion), "grade": criterion.grade} for criterion in comparison.criteria],
+        "criteria": [{**plain(criterion), "grade": criterion.grade} for criterion in comparison.criteria],
     }

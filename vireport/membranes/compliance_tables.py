@@ -6,9 +6,10 @@ Verdict, captions, heads and notes are those of ``words/compliant.j2``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, cast
+
+from msgspec import Struct
 
 from vireport.membranes.compliance import (
     Compared,
@@ -120,8 +121,7 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
     yield Table(say("times_caption"), columns, work, say("times_note"))
 
 
-@dataclass(frozen=True, slots=True)
-class Findings:
+class Findings(Struct, frozen=True):
     """What the runs say of explicit and implicit methods.
 
     Attributes

@@ -7,12 +7,12 @@ is. What solvers make of the equation as it stands is in `stiff_solvers`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from math import cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.base import NumericalError
 from vireport.checks import Floats, find_root
@@ -50,8 +50,7 @@ DIFFERENCE = 2e-3
 1e-10 there."""
 
 
-@dataclass(frozen=True, slots=True)
-class LongContact:
+class LongContact(Struct, frozen=True):
     """One contact of a motion, dimensionless.
 
     Attributes
@@ -83,8 +82,7 @@ class LongContact:
         return -self.leaving / self.velocity
 
 
-@dataclass(frozen=True, slots=True)
-class Lap:
+class Lap(Struct, frozen=True):
     """One period from a touch of the bottom to the next, by way of the top: its contacts, times and final velocity."""
 
     bottom: LongContact
@@ -94,8 +92,7 @@ class Lap:
     velocity: float
 
 
-@dataclass(frozen=True, slots=True)
-class CompliantOrbit:
+class CompliantOrbit(Struct, frozen=True):
     """A periodic motion with one contact on each membrane.
 
     Attributes

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
 from math import cos, hypot, inf, isfinite, pi, sin
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.checks import Floats, timed_in_turns
 from vireport.compliant import CompliantModel
@@ -62,8 +63,7 @@ class RunOutcome(StrEnum):
     BUDGET = f"more than {MOST_EVALUATIONS} evaluations"
 
 
-@dataclass(frozen=True, slots=True)
-class SolverRun:
+class SolverRun(Struct, frozen=True):
     """One solver with one setting on one membrane.
 
     Attributes
@@ -92,8 +92,7 @@ class SolverRun:
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
-class Period:
+class Period(Struct, frozen=True):
     """The equation over one period of a motion, from the middle of the flight down to the bottom membrane.
 
     Attributes
@@ -112,8 +111,7 @@ class Period:
     damping: tuple[float, float]
 
 
-@dataclass(slots=True)
-class Seen:
+class Seen(Struct):
     """What a solver has asked for: evaluations, and whether either membrane was pressed in one of them."""
 
     evaluations: int = 0

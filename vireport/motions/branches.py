@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.motions.events import Event
 from vireport.motions.families import Family, Mark
@@ -21,8 +22,7 @@ ENDS = Event.GRAZING, Event.ZERO_VELOCITY, Event.STOP
 """What motions do not go on beyond, though the closed form does."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Branch:
+class Branch(Struct, frozen=True, eq=False):
     """A family of 1:1 motions, with what the closed form says of each of them.
 
     Attributes

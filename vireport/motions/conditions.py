@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from math import prod
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
@@ -28,8 +28,7 @@ Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
 """(velocities, times and what varies; d, gbar and r there; kind of number) -> what is zero."""
 
 
-@dataclass(frozen=True, slots=True)
-class Condition:
+class Condition(Struct, frozen=True):
     """What holds where an event occurs.
 
     Attributes

@@ -11,11 +11,11 @@ grid. Between two points of a strand the curve is found on the normal of the cho
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -74,8 +74,7 @@ EXTREMUM_STEPS = 40
 """Newton steps to an extremum of the level, of which six are usual."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Surface:
+class Surface(Struct, frozen=True, eq=False):
     """How far above its level a place of the plane is, and its derivatives; of a force with harmonics."""
 
     level: Level
@@ -100,8 +99,7 @@ class Surface:
         return value.real, value.imag / STEP, np.real(level_slope(polynomial, phi))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Contour:
+class Contour(Struct, frozen=True, eq=False):
     """One smooth piece of a level curve, by points on it.
 
     Attributes

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions.branches import Branch
@@ -29,8 +29,7 @@ SAME_ENDS = 1e-6
 """Difference of d, q and impact velocity up to which two branches are mirror images: both end within rounding."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BifurcationDiagram:
+class BifurcationDiagram(Struct, frozen=True, eq=False):
     """Every 1:1 motion along a sweep.
 
     Attributes
@@ -164,8 +163,7 @@ def _near_admissible(branch: Branch, row: int) -> bool:
     return bool(branch.motions.admissible[max(row - 1, 0) : row + 2].any())
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TableRow:
+class TableRow(Struct, frozen=True, eq=False):
     """One row of Table 1.
 
     Attributes

@@ -19,10 +19,10 @@ At a design point, where both groups are given, the exact motion is the one ther
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions.one_to_one import Motions
@@ -257,8 +257,7 @@ def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: An
     return np.where((near < NEAR)[:, None], bounds, np.inf)
 
 
-@dataclass(frozen=True, slots=True)
-class _Fixed:
+class _Fixed(Struct, frozen=True):
     """A device of which nothing varies."""
 
     groups: Groups[Any]

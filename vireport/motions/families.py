@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
 from math import isfinite, pi
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions.error_bounds import distance_bounds, family_bounds
@@ -32,8 +32,7 @@ MOST_SHOWN = 150
 1 there are over a thousand, which took ten times as long to draw and to set, and made a page of 44 MB."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mark:
+class Mark(Struct, frozen=True, eq=False):
     """What happens at a row of a family, and the motion there where it is singled out."""
 
     row: int
@@ -41,8 +40,7 @@ class Mark:
     point: Point | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(Struct, frozen=True):
     """Rows `first` to `last` (inclusive) of a family, between which nothing happens."""
 
     first: int
@@ -56,8 +54,7 @@ class Segment:
         return self.admissible and self.stability.attracts
 
 
-@dataclass(frozen=True, eq=False)
-class Family:
+class Family(Struct, frozen=True, eq=False, dict=True):
     """Connected motions of one word, ordered along their curve.
 
     Attributes
@@ -240,8 +237,7 @@ class Claim(StrEnum):
     """Those are found that join others, or that a simulation found."""
 
 
-@dataclass(frozen=True, slots=True)
-class Completeness:
+class Completeness(Struct, frozen=True):
     """How completely the families of a word are found.
 
     Attributes
@@ -260,8 +256,7 @@ class Completeness:
     undecided: float | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Atlas:
+class Atlas(Struct, frozen=True, eq=False):
     """The families of motions along a sweep, and where they meet.
 
     Attributes

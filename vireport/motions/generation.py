@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import nan
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions.families import Family
@@ -16,8 +16,7 @@ from vireport.scenario import Parameter
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Generation:
+class Generation(Struct, frozen=True, eq=False):
     """What the motions of a family generate.
 
     Attributes
@@ -56,8 +55,7 @@ def impact_rate(family: Family) -> Floats:
     return np.asarray(len(family.word) / family.word.periods * frequency)
 
 
-@dataclass(frozen=True, slots=True)
-class Rung:
+class Rung(Struct, frozen=True):
     """What the stable motions of one sequence of impacts generate at most.
 
     Attributes

@@ -8,11 +8,11 @@ for 0 < w < pi, lower for pi < w < 2 pi. Where the force has harmonics there are
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -80,8 +80,7 @@ TRACED, MEETING, GRAZING, VALIDITY = slice(0, 4), 3, 4, slice(5, None)
 """Columns that concern the trace; those of meetings and of grazing; those that are positive on what may be a motion."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Strand:
+class Strand(Struct, frozen=True, eq=False):
     """One smooth piece of the level curve.
 
     Attributes
@@ -242,8 +241,7 @@ def evaluate(
     return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n, friction=level.friction)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LevelCurve:
+class LevelCurve(Struct, frozen=True, eq=False):
     """A level curve ready to be evaluated.
 
     Attributes
@@ -335,8 +333,7 @@ def curve_of(sweep: Sweep) -> LevelCurve:
     return LevelCurve(sweep, level, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Samples:
+class Samples(Struct, frozen=True, eq=False):
     """Parameters along the strands, in order, and what was evaluated there.
 
     Attributes
@@ -388,9 +385,8 @@ def sample(curve: LevelCurve) -> Samples:
         halves = np.zeros(len(samples.w), dtype=bool)
         halves[index] = coarse
         active = np.concatenate([halves, coarse])[order][:-1]
-        samples = Samples(
-            *(np.concatenate([getattr(samples, f.name), getattr(middle, f.name)])[order] for f in fields(Samples))
-        )
+        both = [(getattr(samples, name), getattr(middle, name)) for name in Samples.__struct_fields__]
+        samples = Samples(*(np.concatenate(pair)[order] for pair in both))
     return samples
 
 

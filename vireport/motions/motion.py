@@ -5,12 +5,13 @@ A motion is known by its impacts. Times are in t_c, half a forcing period, with 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf, pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.physics import Word
@@ -40,8 +41,7 @@ class Symmetry(StrEnum):
     ASYMMETRIC = "asymmetric"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class Motion(Struct, frozen=True, eq=False):
     """A periodic motion (dimensionless).
 
     Attributes

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions.orbits import Orbits
@@ -26,8 +27,7 @@ from vireport.scenario import Parameter
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motions:
+class Motions(Struct, frozen=True, eq=False):
     """Motions with one bottom and one top impact, as arrays of equal length (dimensionless but for `sweep_value`).
 
     Attributes
@@ -88,7 +88,7 @@ class Motions:
 
     def select(self, index: Any) -> Motions:
         """The motions picked by an index or mask, or in another order."""
-        names = (field.name for field in fields(self) if field.name != "restitution")
+        names = (name for name in self.__struct_fields__ if name != "restitution")
         return replace(self, **{name: getattr(self, name)[index] for name in names})
 
     @property

@@ -24,14 +24,15 @@ Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.physics import ARRAYS, Flight, Harmonic, Restitutions, Wave, by_wall, flight, wave
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Coefficients:
+class Coefficients(Struct, frozen=True, eq=False):
     """The surface above one value of q: each quantity is `*_sine` sin(phi) + `*_cosine` cos(phi).
 
     Attributes
@@ -123,8 +124,7 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Friction:
+class Friction(Struct, frozen=True, eq=False):
     """The friction f of a ball along a sweep, by the groups: `constant` + `by_gbar` gbar + `by_d` d; numbers or arrays.
 
     Along a sweep of length or frequency it is constant, along one of the force it goes with gbar, and with d where the
@@ -145,8 +145,7 @@ class Friction:
         return self.constant + self.by_gbar * gbar + self.by_d * d
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rubbing:
+class Rubbing(Struct, frozen=True, eq=False):
     """What each unit of friction adds above one value of q: to gbar, the velocity at the bottom impact and d."""
 
     gbar: Any
@@ -191,8 +190,7 @@ def turned(sine: Any, cosine: Any, harmonic: Harmonic) -> tuple[Any, Any]:
     return harmonic.cosine * sine + harmonic.sine * cosine, harmonic.cosine * cosine - harmonic.sine * sine
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Orbits:
+class Orbits(Struct, frozen=True, eq=False):
     """Periodic motions with one bottom and one top impact, as numbers or arrays of one shape (dimensionless).
 
     Attributes
@@ -259,7 +257,7 @@ class Orbits:
         )
 
 
-ORBIT_NUMBERS = tuple(field.name for field in fields(Orbits) if field.name not in ("harmonics", "friction"))
+ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name not in ("harmonics", "friction"))
 """What `Orbits` hold numbers of."""
 
 

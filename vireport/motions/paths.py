@@ -6,9 +6,8 @@ is bracketed and then found on the curve itself.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan, copysign, inf, isfinite, nan, pi, sqrt
 from operator import itemgetter
@@ -16,6 +15,8 @@ from sys import float_info
 from typing import Any, Self
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -90,8 +91,7 @@ CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than comes to it and goes back."""
 
 
-@dataclass(frozen=True, eq=False)
-class PathPoint:
+class PathPoint(Struct, frozen=True, eq=False, dict=True):
     """A motion on a path, or a guess at one.
 
     Attributes
@@ -123,8 +123,7 @@ class PathPoint:
         return float(min(self.path.margins(self.x)))
 
 
-@dataclass(frozen=True, eq=False)
-class Arc:
+class Arc(Struct, frozen=True, eq=False, dict=True):
     """A step of a path, as the cubic that goes through the motions at both ends in the direction of the path."""
 
     start: PathPoint
@@ -167,13 +166,12 @@ class Arc:
         return _zero(lambda size: value(self.at(size)), self.length, last > 0, -first / slope, slope, ON_CUBIC)
 
 
-class Path(ABC):
+class Path(Struct, frozen=True, eq=False):
     """Motions with one condition fewer than they have unknowns: a curve, which is followed from event to event.
 
     The unknowns are velocities and times of the impacts and what varies of the device.
     """
 
-    __slots__ = ()
     word: Word
     first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
 
@@ -378,8 +376,7 @@ def _within_rank(matrix: Floats, right: Floats) -> Floats:
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=RANK)[0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trail:
+class Trail(Struct, frozen=True, eq=False):
     """Points along a curve, and what happens at some of them: the last one ends it."""
 
     points: list[PathPoint]
@@ -453,8 +450,7 @@ def _closes(trail: Trail, new: PathPoint) -> bool:
     return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
 
 
-@dataclass(frozen=True, eq=False)
-class Curve(Path):
+class Curve(Path, frozen=True, eq=False, dict=True):
     """The motions of one word as a curve, between two values of what varies.
 
     Attributes
@@ -470,7 +466,6 @@ class Curve(Path):
         What is looked for that motions pass through.
     """
 
-    word: Word
     model: Variation
     low: float
     high: float

@@ -8,12 +8,12 @@ are the velocities and times of the N impacts and the coordinate of the sweep, s
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from math import cos, inf, pi, sin
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
@@ -49,8 +49,7 @@ class Variation(Varied, Protocol):
         """Whether motions have mirror images, whatever varies: no gravity along the capsule, and equal ends."""
 
 
-@dataclass(frozen=True, slots=True)
-class Model:
+class Model(Struct, frozen=True):
     """What a sweep leaves as it is: a line in the plane of d and gbar, restitution and the harmonics of the force.
 
     It gives the groups at what varies, which follows the velocities and times among the unknowns.

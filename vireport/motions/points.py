@@ -7,13 +7,13 @@ point of the ball comes to touch a membrane and a family ends, is the touch as a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import lru_cache
 from math import atan2, cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.base import NumericalError
 from vireport.motions.conditions import Condition, Equation, stopped
@@ -44,8 +44,7 @@ DETAILS = {
 """What happens to a 1:1 motion at an event, by the impact that has no velocity."""
 
 
-@dataclass(frozen=True, slots=True)
-class OneToOne:
+class OneToOne(Struct, frozen=True):
     """A 1:1 motion in the variables of the closed form.
 
     Attributes
@@ -68,8 +67,7 @@ class OneToOne:
     bounds: dict[str, float]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Point:
+class Point(Struct, frozen=True, eq=False):
     """A motion at which something happens, to the last digit of a double.
 
     Attributes
@@ -102,7 +100,7 @@ class Point:
     one_to_one: OneToOne | None = None
     label: str = ""
     families: tuple[int, ...] = ()
-    mirror: Point | None = field(default=None, repr=False)
+    mirror: Point | None = None
 
     @property
     def closed(self) -> OneToOne:

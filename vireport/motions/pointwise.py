@@ -10,13 +10,14 @@ points. A change of sign between two samples is a zero; two or three zeros betwe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import pi
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
@@ -76,8 +77,7 @@ AT_SYMMETRY = 1e-13
 """|u| below which a zero that is left after the symmetric family was divided out is a pitchfork, a symmetric motion."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PointwiseMotions:
+class PointwiseMotions(Struct, frozen=True, eq=False):
     """Motions of many design points, ordered by design point and then by q; arrays of one length.
 
     Attributes
@@ -367,8 +367,7 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     return PointwiseMotions(motions.cell, orbit, return_trace(orbit, r), gap)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Forms:
+class Forms(Struct, frozen=True, eq=False):
     """The functions of u in sin(phi) = (gbar sine_gbar + d sine_d)/delta, and likewise for the cosine; arrays."""
 
     sine_gbar: Any
@@ -470,8 +469,7 @@ def _tables(r: Any, n: int, scale: int) -> tuple[Floats, Floats]:
     return terms.real.copy(), terms.imag / STEP
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Points:
+class Points(Struct, frozen=True, eq=False):
     """Design points (arrays d, gbar, r) that share a grid of u, and tables where they have one restitution.
 
     `divided` says whether the symmetric family is divided out, see `forms`.
@@ -514,8 +512,7 @@ class Points:
         return f.real, f.imag / STEP
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Brackets:
+class Brackets(Struct, frozen=True, eq=False):
     """Intervals of u of the design points `which`, with the values and slopes of G at their ends; arrays."""
 
     which: Ints
@@ -528,7 +525,7 @@ class Brackets:
 
     def select(self, index: Mask) -> Brackets:
         """The brackets picked by an index or mask."""
-        return Brackets(*(getattr(self, field.name)[index] for field in fields(Brackets)))
+        return Brackets(*(getattr(self, name)[index] for name in Brackets.__struct_fields__))
 
     def halves(self, u: Floats, value: Floats, slope: Floats) -> list[Brackets]:
         """The parts below and above a u with that value and slope."""
@@ -546,7 +543,7 @@ class Brackets:
 
 
 def _joined(parts: list[Brackets]) -> Brackets:
-    return Brackets(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Brackets)))
+    return Brackets(*(np.concatenate([getattr(part, name) for part in parts]) for name in Brackets.__struct_fields__))
 
 
 def _zeros(points: Points) -> tuple[Ints, Floats, Floats]:

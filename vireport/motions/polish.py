@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -133,8 +133,7 @@ def _inverse(matrix: Floats) -> Floats:
     raise NumericalError("a critical point is degenerate: its conditions do not depend on the motion")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solved:
+class Solved(Struct, frozen=True, eq=False):
     """A motion in decimals.
 
     Attributes

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
+
+from msgspec import Struct
 
 from vireport.base import UsageError
 from vireport.motions.orbits import Coefficients, Friction, Orbits, Rubbing, coefficients, of_order, rubbing, turned
@@ -43,8 +44,7 @@ class Held(Enum):
     """Held in a sweep over the inclination."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Level:
+class Level(Struct, frozen=True, eq=False):
     """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions.
 
     With friction it says how this goes with the groups along the sweep.
@@ -95,8 +95,7 @@ def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
     return k.d_sine, k.d_cosine, zero + level.value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rubbed:
+class _Rubbed(Struct, frozen=True, eq=False):
     """What friction changes in a level above each q.
 
     Notes
@@ -186,8 +185,7 @@ def level_residual(level: Level, orbit: Orbits) -> Any:
     return orbit.d - level.value
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
+class Sweep(Struct, frozen=True):
     """One parameter of a device that varies.
 
     Attributes

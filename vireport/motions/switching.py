@@ -7,10 +7,11 @@ are one of the doubled word; at a pitchfork the symmetric motion meets two that 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 from itertools import chain, combinations
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import UsageError
@@ -31,8 +32,7 @@ MOST = 16
 """Impacts and periods of a motion: there are 4116 words of sixteen impacts, and about twice as many of one more."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(Struct, frozen=True):
     """Impacts of a motion and forcing periods that it takes, at most."""
 
     impacts: int

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from math import pi, remainder
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -85,8 +85,7 @@ BRACKET_ROUNDING = 1e-12
 """Relative rounding of what is known of an event that was only bracketed."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class Piece(Struct, frozen=True, eq=False):
     """A connected run of possible motions inside the sweep, with the events on it.
 
     Attributes
@@ -127,8 +126,7 @@ def _pieces(curve: LevelCurve, samples: Samples) -> list[Piece]:
     return _with_inner_events(curve, _with_dips(curve, pieces))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Run:
+class Run(Struct, frozen=True, eq=False):
     """Valid samples of a strand, and the invalid parameter on either side (None where the strand ends)."""
 
     strand: int

@@ -9,12 +9,12 @@ motion is followed ten times as fast.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from math import acos, cos, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions.motion import Motion
@@ -39,8 +39,7 @@ SETTLED = 1e-8
 """Newton step [t_c] at which a turning point of one motion is found, which is followed and solved for afterwards."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Turns:
+class Turns(Struct, frozen=True, eq=False):
     """Turning points of one flight of each of some motions, some of them.
 
     Attributes

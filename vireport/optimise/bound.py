@@ -11,11 +11,11 @@ and the picture is drawn anew of what they meet.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.gate import DISPLACED, RINGS, OfShaker, generated, impacts_of
@@ -70,8 +70,7 @@ ROUNDING = 1e-9
 """Share by which ranges of d and gbar, and values against limits, are widened."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PixelPicture:
+class PixelPicture(Struct, frozen=True, eq=False):
     """A picture of where stable motions may be, in pixels of (log d, gbar).
 
     Attributes

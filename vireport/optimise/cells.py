@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from itertools import product
 from operator import itemgetter
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.design import devices_off, factor_of
@@ -27,8 +28,7 @@ AT_FOLD = 2.5
 search that takes the power for linear nears the fold from inside; beyond it there is no motion to return by."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CellValues:
+class CellValues(Struct, frozen=True, eq=False):
     """What is known of designs, arrays with a row for each.
 
     Attributes

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from math import inf
 from typing import cast
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError, ScenarioError
@@ -31,8 +32,7 @@ APART = 4.0
 """Spacings up to which cells are near a design, and starts are not apart."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JudgedDesign:
+class JudgedDesign(Struct, frozen=True, eq=False):
     """A design, with its results as a run has them, and its objective."""
 
     t: Floats
@@ -64,8 +64,7 @@ class JudgedDesign:
         return max((-cast(float, line.outcome.margin) / line.limit.value for line in missed), default=0.0)
 
 
-@dataclass(slots=True, eq=False)
-class Judged:
+class Judged(Struct, eq=False):
     """What is known of the designs that were judged by runs.
 
     Attributes
@@ -94,8 +93,7 @@ class Judged:
             self.nearest = point
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DesignGrid:
+class DesignGrid(Struct, frozen=True, eq=False):
     """The cells of a search: designs t (cells, inputs) on a regular grid, ends included; and what was judged of it."""
 
     problem: Problem

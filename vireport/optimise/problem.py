@@ -6,12 +6,13 @@ A design is a point t of the unit cube, 0 and 1 in each coordinate being the end
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, cast
 
 import numpy as np
 import yaml
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import UsageError
@@ -58,8 +59,7 @@ SPARED = "sweep", "simulation", "motions", "accuracy"
 """Blocks that designs go without where no requirement needs them."""
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
+class Problem(Struct, frozen=True):
     """A search for the best design.
 
     Attributes

@@ -5,10 +5,10 @@ All derivatives are exact, of the closed form.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -44,8 +44,7 @@ OUTSIDE = -1.0
 """Stands for the slack of a design that has no stable motion, or whose margins are not resolved."""
 
 
-@dataclass(frozen=True, slots=True)
-class Linearised:
+class Linearised(Struct, frozen=True):
     """Objective and constraints of a design with their gradients; constraints are met from 0 on, margins first."""
 
     value: float
@@ -54,8 +53,7 @@ class Linearised:
     slopes: Floats
 
 
-@dataclass(slots=True, eq=False)
-class LocalSearch:
+class LocalSearch(Struct, eq=False):
     """A local search: the problem, and the best design that it has met.
 
     Attributes

@@ -7,10 +7,11 @@ refinement find, then every cell that could be better, the best first, until one
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from itertools import chain, islice
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import Progress
@@ -41,8 +42,7 @@ MOST_JUDGED, MOST_COSTLY = 1000, 60
 minutes. A number, not a time, so that the same search has the same result everywhere."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SearchEvidence:
+class SearchEvidence(Struct, frozen=True, eq=False):
     """What a search says of all designs.
 
     Attributes
@@ -98,8 +98,7 @@ class SearchEvidence:
         return self.candidates_judged == self.candidates
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SearchResult:
+class SearchResult(Struct, frozen=True, eq=False):
     """The outcome of a search for the best design.
 
     Attributes

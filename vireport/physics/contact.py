@@ -16,11 +16,11 @@ forcing and gravity, which act during a contact too, are in `compliant.model`, n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from math import asinh, exp, expm1, factorial, inf, log1p, pi
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -45,8 +45,7 @@ STEP = 0.04
 """Step of the double-exponential rule, at which it is converged to rounding for every h and r allowed."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Law:
+class Law(Struct, frozen=True, eq=False):
     """What a contact of exponent h and restitution r is, in dimensionless numbers.
 
     Attributes
@@ -64,8 +63,7 @@ class Law:
     depth_ratio: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Contact:
+class Contact(Struct, frozen=True, eq=False):
     """Contacts at several impact velocities, arrays of one shape in the units of the arguments.
 
     Attributes

@@ -6,11 +6,12 @@ No other module mixes the two kinds of quantity. The formulae serve every kind o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin
 from typing import Any, Generic
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from typing_extensions import TypeVar
 
@@ -43,8 +44,7 @@ STANDARD_GRAVITY = 9.80665
 """g_n [m/s^2], by which accelerations are counted in g whatever the scenario's own gravity is."""
 
 
-@dataclass(frozen=True, slots=True)
-class Shaker:
+class Shaker(Struct, frozen=True):
     """What must drive the capsule: the motion of a mass M under a force of amplitude F; numbers or arrays.
 
     A free capsule recoils as well, see `Device.shaker`. Where the force has harmonics, what is an amplitude of a sine
@@ -73,8 +73,7 @@ class Shaker:
         return self.acceleration_m_s2 / STANDARD_GRAVITY
 
 
-@dataclass(frozen=True, slots=True)
-class Device(Generic[Quantity]):
+class Device(Struct, Generic[Quantity], frozen=True):
     """The harvester and its excitation in SI units: one device, or arrays of many.
 
     What drives the capsule, and what each membrane does at an impact, is known of a device by its `groups` alone.
@@ -175,6 +174,16 @@ class Device(Generic[Quantity]):
         if self.harmonics:
             allowed = "allowed: a sine, without excitation.harmonics"
             raise UsageError(f"of a force with harmonics {what} is not known ({allowed})")
+        return self.frictionless(what)
+
+    def frictionless(self, what: str) -> Device[Quantity]:
+        """The device, for what knows a ball without friction.
+
+        Raises
+        ------
+        UsageError
+            If it has friction.
+        """
         if self.friction:
             raise UsageError(f"of a ball with friction {what} is not known (allowed: none, without device.friction)")
         return self

@@ -5,11 +5,12 @@ SI units throughout. Takes plain arrays, so that analytic motions and simulated 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.physics.device import Device
@@ -26,8 +27,7 @@ INSIDE = 1e-12
 """Share by which what just fits into a membrane's geometry is moved inside, beyond the rounding of (5.5)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Dielectric:
+class Dielectric(Struct, frozen=True):
     """What a membrane is made of, electrically.
 
     Attributes
@@ -45,8 +45,7 @@ class Dielectric:
     breakdown_field_v_m: float
 
 
-@dataclass(frozen=True, slots=True)
-class Membrane:
+class Membrane(Struct, frozen=True):
     """A dielectric membrane and the ball that strikes it.
 
     Attributes
@@ -168,8 +167,7 @@ def generated_voltage(speed: Floats, membrane: Membrane) -> Floats:
     return np.asarray(membrane.bias_voltage_v * stretch * (2 + stretch))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Voltages:
+class Voltages(Struct, frozen=True, eq=False):
     """What the impacts of motions generate, arrays of one length.
 
     Attributes
@@ -203,8 +201,7 @@ def voltages(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> Vol
     return Voltages(bottom, top, (bottom + top) / 2, deflection(faster, membrane))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Conversion:
+class Conversion(Struct, frozen=True, eq=False):
     """Electrical energy that motions with one impact on each membrane convert, numbers or arrays of one shape.
 
     Attributes
@@ -232,8 +229,7 @@ def flat_capacitance(membrane: Membrane, dielectric: Dielectric) -> Any:
     return VACUUM_PERMITTIVITY * dielectric.relative_permittivity * flat / dielectric.thickness_m
 
 
-@dataclass(frozen=True, slots=True)
-class ElectricalCycle:
+class ElectricalCycle(Struct, frozen=True):
     """What a membrane goes through at an impact, in the plane of charge and voltage: a triangle from the origin.
 
     Charged at its largest area up to the bias, then isolated until it is flat, then discharged.
@@ -357,8 +353,7 @@ def conversion_of_word(
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fitting:
+class Fitting(Struct, frozen=True, eq=False):
     """What brings the largest deflection to the membrane's active radius, each alone; None beyond a scenario's range.
 
     Attributes

@@ -11,9 +11,10 @@ has harmonics, its `Wave` has what stands in their places: the force and the pat
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from math import pi
 from typing import Any
+
+from msgspec import Struct
 
 
 def acceleration(cosine: Any, gbar: Any) -> Any:
@@ -81,8 +82,7 @@ def reflect(velocity_before: Any, restitution: Any) -> Any:
     return -restitution * velocity_before
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
+class Flight(Struct, frozen=True, eq=False):
     """A flight from one impact to the next, as numbers or arrays of one shape (dimensionless).
 
     Attributes
@@ -132,5 +132,5 @@ class Flight:
         return self.sine * cosine + self.cosine * sine, self.cosine * cosine - self.sine * sine
 
 
-FLIGHT_NUMBERS = tuple(field.name for field in fields(Flight) if field.name != "direction")
+FLIGHT_NUMBERS = tuple(name for name in Flight.__struct_fields__ if name != "direction")
 """What a `Flight` holds numbers of."""

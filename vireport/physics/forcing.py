@@ -8,11 +8,11 @@ and, but for its sign, cos x again; harmonics add to each.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import atan2, cos, degrees, hypot, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.physics.numbers import DecimalOps
 
@@ -21,8 +21,7 @@ NEAR_CIRCLE = 1e-3
 flight into pieces; two roots that rounding moves off the circle together are where a force touches zero."""
 
 
-@dataclass(frozen=True, slots=True)
-class Harmonic:
+class Harmonic(Struct, frozen=True):
     """What a harmonic adds to the force cos x: `cosine` cos(order x) + `sine` sin(order x), x the forcing phase.
 
     The two are shares of the force's amplitude, numbers of any kind or arrays. Where they were made of a size [%] and a

@@ -6,11 +6,11 @@ With n they are all of the dynamics, Eqs. (2.8)-(2.12).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from math import prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.physics import flight
 from vireport.physics.forcing import Harmonic, Wave, wave
@@ -18,8 +18,7 @@ from vireport.physics.forcing import Harmonic, Wave, wave
 Number = TypeVar("Number")
 
 
-@dataclass(frozen=True, slots=True)
-class Restitutions:
+class Restitutions(Struct, frozen=True):
     """The restitution coefficients of two membranes that are not alike, as numbers of any kind or arrays.
 
     Membranes that are alike have one number in its place: terms that vanish with the difference are then left out, for

@@ -5,11 +5,10 @@ A word is what the literature calls an impact sequence: BT is a 1:1 motion, BBT 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(Struct, frozen=True):
     """The impacts of one period of a motion.
 
     Attributes

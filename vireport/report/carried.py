@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
+
+from msgspec import Struct
 
 from vireport.base import UsageError
 from vireport.text import visible
@@ -17,8 +18,7 @@ LARGEST = 1 << 25
 much memory."""
 
 
-@dataclass(frozen=True, slots=True)
-class Carried:
+class Carried(Struct, frozen=True):
     """What a report was made of, and the results in it.
 
     Attributes

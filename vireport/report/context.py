@@ -6,13 +6,13 @@ Numbers are made here and texts in the templates; docs/templates.md lists the na
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.checks import (
     PAPER,
@@ -76,8 +76,7 @@ NOTHING = 1e-30
 """Below this, a number is what 45-digit arithmetic leaves of an exact zero."""
 
 
-@dataclass(frozen=True, slots=True)
-class InputRow:
+class InputRow(Struct, frozen=True):
     """A value of a scenario for the table of inputs.
 
     Attributes
@@ -100,8 +99,7 @@ class InputRow:
     path: str
 
 
-@dataclass(frozen=True, slots=True)
-class CriticalState:
+class CriticalState(Struct, frozen=True):
     """The motion at a critical point, or its mirror image: phases in rad, velocities before the impacts in y_c."""
 
     critical: Point
@@ -114,8 +112,7 @@ class CriticalState:
     velocity_top: float
 
 
-@dataclass(frozen=True, slots=True)
-class RangeEnd:
+class RangeEnd(Struct, frozen=True):
     """An end of a stable range: what ends it, and the room that the design point has, over its value.
 
     The value is None where the range is not known to end, the room also where the design value is zero.
@@ -126,8 +123,7 @@ class RangeEnd:
     room: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class StableRange:
+class StableRange(Struct, frozen=True):
     """A stable range of an input around the design point, and its value there."""
 
     parameter: ScalarInput
@@ -136,8 +132,7 @@ class StableRange:
     end: RangeEnd
 
 
-@dataclass(frozen=True, eq=False)
-class Report:
+class Report(Struct, frozen=True, eq=False, dict=True):
     """The object `report` of the templates of `vireport run`.
 
     Attributes
@@ -161,8 +156,8 @@ class Report:
     search: tuple[str | Table, ...] = ()
     templates: Path | None = None
     template: str = "report.typ.j2"
-    decimals: int = field(default=DIGITS, init=False)
-    paper_title: str = field(default=PAPER, init=False)
+    decimals: ClassVar[int] = DIGITS
+    paper_title: ClassVar[str] = PAPER
 
     @property
     def source_url(self) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.design import Solution
 from vireport.motions import Point
@@ -19,8 +20,7 @@ PUBLISHED_MASS_RATIO = 0.2
 """m/M in published code for this device."""
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Struct, frozen=True):
     """A stable motion with its voltages.
 
     Attributes
@@ -52,8 +52,7 @@ class Place:
     deflection_m: float
 
 
-@dataclass(frozen=True, slots=True)
-class MassEffect:
+class MassEffect(Struct, frozen=True):
     """Voltage and deflection with another ball mass.
 
     Attributes

@@ -7,10 +7,10 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import Enum, StrEnum
 from typing import Annotated, Any, NamedTuple, Self
 
+from msgspec import Struct
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic.fields import FieldInfo
 
@@ -377,8 +377,7 @@ class Need(StrEnum):
     JITTER = "disturbances.jitter_m_s", "a spread of phases needs", "disturbances.jitter_restitution"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Demand:
+class Demand(Struct, frozen=True, eq=False):
     """What the keys of a requirement say without being judged: the first half of its row in `gate.requirements`.
 
     Keys that carry the same object are one requirement: the two ends of a range, or lists that are joined.

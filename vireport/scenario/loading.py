@@ -9,13 +9,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, replace
 from functools import reduce
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
+from msgspec import Struct
+from msgspec.structs import replace
 from pydantic import ValidationError
 
 from vireport.base import Mistake, ScenarioError, UsageError
@@ -52,8 +53,7 @@ Overrides = str | Sequence[str] | Mapping[str, object]
 FileModel = TypeVar("FileModel", bound=Scenario)
 
 
-@dataclass(frozen=True, slots=True)
-class Loaded:
+class Loaded(Struct, frozen=True):
     """A scenario with where it came from.
 
     Attributes
@@ -91,8 +91,7 @@ class Loaded:
         return _sha256("\0".join([self.document.text, *self.overrides]))
 
 
-@dataclass(frozen=True, slots=True)
-class LoadedMap:
+class LoadedMap(Struct, frozen=True):
     """A map file as understood.
 
     Attributes

@@ -50,12 +50,12 @@ RESTITUTION_ALLOWED = "either restitution, of both membranes, or restitution_bot
 
 HARMONICS = "excitation.harmonics"
 
-SINE_ONLY = "motions", "accuracy", "disturbances", "tolerances", "design", "map"
+SINE_ONLY = "accuracy", "disturbances", "tolerances", "design", "map"
 """Blocks that ask for what is not known of a force with harmonics."""
 
 FRICTION = "device.friction"
 
-FRICTIONLESS_ONLY = SINE_ONLY
+FRICTIONLESS_ONLY = "motions", *SINE_ONLY
 """Blocks that ask for what is not known of a ball with friction."""
 
 FRICTIONLESS_REQUIREMENTS = "reached_from_rest", "word", "words", "inclination_from_deg", "inclination_to_deg"

@@ -6,10 +6,10 @@ Motions of any word: the 1:1 motions, those of families that were followed, and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import inf
 
 import numpy as np
+from msgspec import Struct
 
 from vireport.base import NumericalError
 from vireport.design import Solution, mirrored
@@ -29,8 +29,7 @@ SEED = 20240229
 """Of these, in every run the same."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AttractingMotion:
+class AttractingMotion(Struct, frozen=True, eq=False):
     """A stable motion, and what leads to it and out of it.
 
     Attributes
@@ -57,8 +56,7 @@ class AttractingMotion:
     unknown: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AttractingMotions:
+class AttractingMotions(Struct, frozen=True, eq=False):
     """All stable motions known at a design point.
 
     Attributes

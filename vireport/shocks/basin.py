@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError, share_interval
@@ -24,8 +24,7 @@ IMPACTS, SEED = 4000, 20240607
 """Random impacts, of which a share of one half is known to within 1.6 %, and their seed."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Basins:
+class Basins(Struct, frozen=True, eq=False):
     """Basins of attraction on the section of impacts on the bottom membrane.
 
     Attributes

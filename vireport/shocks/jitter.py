@@ -6,13 +6,13 @@ with the square of the kicks and faster than the spread itself towards a critica
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from itertools import product
 from math import ceil, hypot, inf, log2, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions import Motion
@@ -52,8 +52,7 @@ class Unsettled(StrEnum):
     IMPOSSIBLE = "the restitution would leave the range from 0 to 1"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Jitter:
+class Jitter(Struct, frozen=True, eq=False):
     """Stationary spread of a motion's impacts about it (dimensionless unless said otherwise).
 
     Attributes
@@ -119,8 +118,7 @@ class Jitter:
         return np.asarray(gained @ (weights / weights.sum()))
 
 
-@dataclass(frozen=True, slots=True)
-class NoJitter:
+class NoJitter(Struct, frozen=True):
     """The refusal of a figure that would be wrong.
 
     Attributes

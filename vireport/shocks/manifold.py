@@ -8,11 +8,11 @@ others by a straight line are on it after a few impacts.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from math import ceil, log, pi
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions import Motion
@@ -36,8 +36,7 @@ BREAK = 4.0
 """Gap between two points of one line, in spacings, from which they are not joined."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class Piece(Struct, frozen=True, eq=False):
     """A continuous part of the manifold: flights that end on one membrane and begin on one, as arrays (n,).
 
     Attributes

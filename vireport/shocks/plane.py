@@ -6,9 +6,9 @@ Coloured by quadtree: only cells whose corners differ, and those beside them, ar
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.atlas import motion_of_cycle
@@ -38,8 +38,7 @@ Starts = Callable[[Floats, Floats], Floats]
 """From two coordinates, arrays (n,), to rows of `check_start`, (n, 4)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OutcomePlane:
+class OutcomePlane(Struct, frozen=True, eq=False):
     """Where starts on a regular grid end.
 
     Attributes

@@ -7,11 +7,12 @@ are known after a few impacts, and no start is followed until it has settled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import ceil, log, pi
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -54,8 +55,7 @@ class Elsewhere(IntEnum):
     DRIFTS = -3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Core:
+class Core(Struct, frozen=True, eq=False):
     """A neighbourhood of the impacts of a stable motion from which the map leads ever nearer to them.
 
     Attributes

@@ -8,12 +8,13 @@ second way gives it to the last digit.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, pi
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -111,8 +112,7 @@ QUICK = Effort(5, 1, 2, 2, 8, 0, 1e-4)
 """What the interpreter does in about as long. It can miss narrow bands of jumps that lead out, and all of them."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LeastShock:
+class LeastShock(Struct, frozen=True, eq=False):
     """The smallest jump of the relative velocity that leads out of the basin of a motion (dimensionless).
 
     Attributes

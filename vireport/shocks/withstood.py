@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution
@@ -42,8 +43,7 @@ class ImpactSpread(NamedTuple):
     mean_voltage_v: float | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Withstood:
+class Withstood(Struct, frozen=True, eq=False):
     """What the stable 1:1 motions at the design point withstand; what was not computed is None.
 
     Attributes

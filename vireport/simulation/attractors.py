@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from enum import StrEnum
 from math import ceil, inf, log, nan
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from vireport.physics import Groups, word_name
@@ -83,8 +83,7 @@ def motion_name(outcome: Outcome, word: str, period: int) -> str:
     return word_name(word, period)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Attractor:
+class Attractor(Struct, frozen=True, eq=False):
     """The motion or state that a start leads to.
 
     Parameters
@@ -129,8 +128,7 @@ class Attractor:
         return motion_name(self.outcome, self.word, self.period)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Diagram:
+class Diagram(Struct, frozen=True, eq=False):
     """Bifurcation diagram found by simulation alone: one entry per impact that is drawn.
 
     Parameters

@@ -5,10 +5,10 @@ Turns the tail of a trajectory into a cycle with its word, its residual and its 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import exp, inf, log, nan, pi, sqrt
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.physics import Groups, flight, wrapped
@@ -52,8 +52,7 @@ ON_IT = 1e-11
 MOVED = 1e-7
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cycle:
+class Cycle(Struct, frozen=True, eq=False):
     """One period of a periodic motion, as simulated.
 
     Parameters

@@ -7,13 +7,13 @@ the compiler only when the first impact is asked for.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from math import isfinite
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import install_command
@@ -40,8 +40,7 @@ INTERPRETED_IMPACT, LONG = 3e-5, 5.0
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Impact:
+class Impact(Struct, frozen=True):
     """A starting state at an impact.
 
     Parameters
@@ -59,8 +58,7 @@ class Impact:
     phase: float
 
 
-@dataclass(frozen=True, slots=True)
-class InFlight:
+class InFlight(Struct, frozen=True):
     """Start strictly between the membranes.
 
     Parameters

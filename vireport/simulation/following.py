@@ -7,11 +7,12 @@ each between two values as close as was asked for. What is met depends on the di
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from itertools import count
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.physics import Groups
@@ -61,8 +62,7 @@ class Conditions(NamedTuple):
     velocity_unit: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stage:
+class Stage(Struct, frozen=True, eq=False):
     """The motion at one value.
 
     Attributes
@@ -99,8 +99,7 @@ class Stage:
         return min(max(_aside(self.impacts, image), _aside(image, self.impacts)) for image in others)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Jump:
+class Jump(Struct, frozen=True, eq=False):
     """A discontinuous change, somewhere between the values of two stages: from the motion of one to the other's."""
 
     before: Stage
@@ -112,8 +111,7 @@ class Jump:
         return (self.before.value + self.after.value) / 2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class Course(Struct, frozen=True, eq=False):
     """What is met on the way: the motions at the values asked for, in their order, and the jumps between them."""
 
     stages: tuple[Stage, ...]
@@ -153,8 +151,7 @@ def course(
     return Course(tuple(stages), tuple(jumps))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Track:
+class _Track(Struct, frozen=True, eq=False):
     at: Callable[[float], Conditions]
     patience: int
     resolution: float

@@ -7,11 +7,11 @@ between. They are found anew, by the search's own steps.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import pi
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.physics import ARRAYS, Groups, Wave, flight
@@ -83,8 +83,7 @@ def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Arra
     return time, position, velocity
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Moved:
+class _Moved(Struct, frozen=True, eq=False):
     """How a state moves with (phase, velocity) of the impact before: rows of position, velocity and phase."""
 
     rows: Array

@@ -7,12 +7,12 @@ analytic solution and nothing else, so that where both agree the agreement is ev
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.physics import Groups, Harmonic, flight, wave
@@ -83,8 +83,7 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
     return time, position, velocity
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Portrait:
+class Portrait(Struct, frozen=True, eq=False):
     """A simulated motion in full.
 
     Attributes

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from enum import StrEnum
 from itertools import groupby
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vireport.motions import Atlas, Family, Point
 from vireport.physics import Word
@@ -32,8 +33,7 @@ class FoundBy(StrEnum):
     FAMILIES = "families"
 
 
-@dataclass(frozen=True, slots=True)
-class Coexisting:
+class Coexisting(Struct, frozen=True):
     """A kind of motion, and the ranges of the parameter in which it was found, or is stable by its family.
 
     Attributes

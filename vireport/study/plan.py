@@ -7,10 +7,11 @@ more member of `Task` and one more row of `STEPS`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from enum import StrEnum
 from importlib.util import find_spec
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from vireport.base import UsageError, install_command
 from vireport.scenario import Direction, MotionsBlock, Parameter, Scenario
@@ -98,8 +99,7 @@ ALL_FORMATS = (*FORMATS, Task.SVG, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
 """What `--format` can ask for; the last three are for systems that run jobs."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class Step(Struct, frozen=True, eq=False):
     """One thing that a run could do.
 
     Attributes
@@ -118,8 +118,7 @@ class Step:
     why: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class Plan(Struct, frozen=True, eq=False):
     """The steps of a run, in their order."""
 
     steps: tuple[Step, ...]

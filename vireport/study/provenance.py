@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from vireport.base import UsageError, __version__
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vireport.base import UsageError, __version__, plain
 
 if TYPE_CHECKING:
     from vireport.scenario import Loaded
@@ -29,8 +31,7 @@ PAGES, DRAWINGS = ("jinja2", "typst"), ("matplotlib",)
 """Further ones that a report and its figures are made with."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Provenance:
+class Provenance(Struct, frozen=True, eq=False):
     """What made the results, of what.
 
     Attributes
@@ -61,7 +62,7 @@ class Provenance:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as results.json has it."""
-        return {**asdict(self), "libraries": dict(self.libraries)}
+        return {**plain(self), "libraries": dict(self.libraries)}
 
     @property
     def epoch(self) -> int:

@@ -10,7 +10,6 @@ import csv
 import io
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, fields
 from math import isfinite
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from vireport.base import plain
 from vireport.design import (
     DesignPoint,
     Distortion,
@@ -180,12 +180,12 @@ def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]
 
 
 def _voltages(voltages: Voltages | None) -> dict[str, list[Any]]:
-    return {} if voltages is None else _columns(voltages, [field.name for field in fields(voltages)])
+    return {} if voltages is None else _columns(voltages, voltages.__struct_fields__)
 
 
 def _conversion(conversion: Conversion | None) -> dict[str, list[float | None]]:
     """What motions convert; null beyond the range of doubles."""
-    columns = {} if conversion is None else asdict(conversion)
+    columns = {} if conversion is None else plain(conversion)
     return {name: [x if isfinite(x) else None for x in column.tolist()] for name, column in columns.items()}
 
 
@@ -652,7 +652,7 @@ def simulation_data(
         "phase_difference_rad": check.phase_difference,
         "error_bounds": {"velocity_difference": DIFFERENCE, "phase_difference_rad": DIFFERENCE},
         "tolerance": check.tolerance,
-        "misses": [asdict(miss) for miss in check.misses],
+        "misses": [plain(miss) for miss in check.misses],
         "basin": None
         if share is None
         else {

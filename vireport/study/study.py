@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
-from vireport.base import Progress, UsageError
+from vireport.base import Progress, UsageError, plain
 from vireport.design import Effect, Shift, Shifts, Solution, Unmoved, shift_to, shifts, solution_of
 from vireport.gate import (
     LONG_CONTACT,
@@ -77,8 +78,7 @@ if TYPE_CHECKING:
     from vireport.study.coexistence import Coexisting
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Study:
+class Study(Struct, frozen=True, eq=False, dict=True):
     """The results of one scenario; what its plan leaves out is None or empty.
 
     Attributes
@@ -206,7 +206,7 @@ class Study:
             **_accuracy_data(self.work, self.compliance),
             "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
             "effects": self.effects and effects_data(self.effects),
-            "certificates": None if self.certificates is None else [asdict(proof) for proof in self.certificates],
+            "certificates": None if self.certificates is None else [plain(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
             "disturbances": self.disturbances

@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from textwrap import fill
 from typing import Any, NamedTuple
+
+from msgspec import Struct
 
 from vireport.base import UsageError
 from vireport.text.terms import TERMS
@@ -77,8 +78,7 @@ class _Phrases(tuple[str, ...]):
         return between.join(self)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Explanation:
+class Explanation(Struct, frozen=True, eq=False):
     """What an alert is known by, why it matters, what to do, and the patterns of the sentences on its cause."""
 
     code: AlertCode

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 from textwrap import fill, wrap
 from typing import ClassVar, Literal
+
+from msgspec import Struct
 
 from vireport.text.foreign import visible
 from vireport.text.formatting import NO_BREAK, tied
@@ -25,8 +26,7 @@ _LINKS = re.compile(r"@(?=\w)|#(?=\d)|:(?=//)|\bwww(?=\.)|\bmailto(?=:)", re.IGN
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Column:
+class Column(Struct, frozen=True, eq=False):
     """A column of a table.
 
     Attributes
@@ -43,8 +43,7 @@ class Column:
     width: int | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class Table(Struct, frozen=True, eq=False):
     """A table with a head.
 
     Attributes
