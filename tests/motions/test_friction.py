@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from msgspec.structs import replace
 
 from vireport.base import NumericalError, UsageError
 from vireport.design import solution_of

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import pytest
 from conftest import EXAMPLES
+from msgspec.structs import replace
 
 from vireport.atlas import atlas
 from vireport.base import ScenarioError, UsageError

@@ -15,13 +15,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import NumericalError
+from vireport.design.distortion import with_friction
 from vireport.design.distortion import with_harmonic as followed_with
 from vireport.design.lines import LINES, Ending, Followed, Line, along, endings, mirrored, reach, stable_ones, value_at
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.motions import Event
-from vireport.physics import FLOATS, Device, Groups, Harmonic, with_harmonic
+from vireport.physics import FLOATS, Device, Groups, Harmonic, by_wall, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -45,7 +46,8 @@ class Effect(Struct, frozen=True):
     ----------
     left_out : LeftOut
     size : float
-        Relative change of a restitution, share of a harmonic in the force; 0 of what is there or not.
+        Relative change of a restitution, share of a harmonic in the force, coefficient of friction; 0 of what is there
+        or not.
     """
 
     left_out: LeftOut
@@ -64,6 +66,7 @@ class Unmoved(StrEnum):
 
     NOT_STABLE = "no stable motion is found with it"
     ENDLESS = "stable motion does not end in this direction with it"
+    STOPS = "with it the ball stops between two impacts, where its motion is not followed"
     NO_MOTION = "no 1:1 motion is stable at the design point"
     NO_END = "no end of the stable motion is known"
 
@@ -88,7 +91,7 @@ class Shift(Struct, frozen=True):
         Why there is no end.
     least : float or None
         The least margin in any input over its design value, 0 without stable motion and infinite without an end; None
-        where that was not asked for.
+        where that was not asked for, or is not known. Where a ball with friction stops counts as an end.
     """
 
     effect: Effect
@@ -107,8 +110,13 @@ class Shift(Struct, frozen=True):
         return endless if self.left is None else self.left
 
     @property
+    def known(self) -> bool:
+        """Whether it is known if the design point has stable motion with the effect."""
+        return self.absence is not Unmoved.STOPS
+
+    @property
     def stable(self) -> bool:
-        """Whether the design point has stable motion with the effect."""
+        """Whether the design point has stable motion with the effect, as far as that is known."""
         return self.room > 0
 
 
@@ -132,7 +140,8 @@ class Shifts(Struct, frozen=True, eq=False):
     @property
     def worst(self) -> Shift | None:
         """The one that leaves the least margin."""
-        return min(self.rows, key=lambda shift: shift.room, default=None)
+        known = (shift for shift in self.rows if shift.known)
+        return min(known, key=lambda shift: shift.room, default=None)
 
 
 def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Sequence[Device]]:
@@ -166,11 +175,18 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
     return [replace(device, harmonics=with_harmonic(device.harmonics, each)) for each in more]
 
 
+def _of_friction(device: Device, size: float, _: Margin) -> Sequence[Device]:
+    """More friction of the ball; none of one that does not bounce, and upright there is none."""
+    rubbed = replace(device, friction=device.friction + size)
+    return [rubbed] if rubbed.rubs and min(by_wall(device.restitution)) > 0 else ()
+
+
 CHANGES: Mapping[LeftOut, Callable[[Device, float, Margin], Sequence[Device]]] = {
     LeftOut.RESTITUTION_BOTTOM: _of_restitution(DesignInput.RESTITUTION_BOTTOM),
     LeftOut.RESTITUTION_TOP: _of_restitution(DesignInput.RESTITUTION_TOP),
     LeftOut.CAPSULE: _of_capsule,
     LeftOut.SECOND_HARMONIC: _of_harmonic,
+    LeftOut.FRICTION: _of_friction,
 }
 """The devices that an effect of a size makes of a device with a nearest end, of which the worst counts; none where it
 does not apply."""
@@ -180,6 +196,7 @@ USUAL = (
     Effect(LeftOut.RESTITUTION_TOP, -UNSURE),
     Effect(LeftOut.CAPSULE),
     Effect(LeftOut.SECOND_HARMONIC, 0.02),
+    Effect(LeftOut.FRICTION, 0.05),
 )
 """What every design is held against."""
 
@@ -208,33 +225,42 @@ def shifts(
     end = next((margin for margin in design.endings() if margin.relative is not None), None)
     if end is None:
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
-    rows = []
+    rows, origin = [], _Origin(device, stable_ones(device, design.motions))
     for effect in effects:
         changed = CHANGES[effect.left_out](device, effect.size, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
         found = [
-            _followed(other, device.harmonics, end, effect)
+            _followed(other, origin, end, effect)
             if _groups(other) != _groups(device)
             else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
             for other in changed
         ]
         if found:
             shift = min(found, key=lambda shift: shift.room)
-            least = _least_with(device, design, effect) if in_any_input else None
-            rows.append(replace(shift, least=least))
+            least = _least_with(origin, design, effect) if in_any_input else None
+            # Up to where the ball stops motion is known to be stable; nothing is where it stops at the design point.
+            rows.append(replace(shift, least=least if shift.known or least else None))
     return Shifts(end, tuple(rows))
 
 
-def _least_with(device: Device, design: DesignPoint, effect: Effect) -> float:
+class _Origin(Struct, frozen=True, eq=False):
+    """A device that effects change, and its stable motions at the design point."""
+
+    device: Device
+    stable: Sequence[Followed]
+
+
+def _least_with(origin: _Origin, design: DesignPoint, effect: Effect) -> float:
     """The least margin in any input with an effect; of a harmonic, at the phases that are worst for each end."""
-    changed = (other for end in design.limits() for other in CHANGES[effect.left_out](device, effect.size, end))
+    changes = CHANGES[effect.left_out]
+    changed = (other for end in design.limits() for other in changes(origin.device, effect.size, end))
     differing = {tuple(np.round(_groups(other).numbers, SAME_DEVICE)): other for other in changed}
-    return min(_least_margin(other, device.harmonics) for other in differing.values())
+    return min(_least_margin(other, origin) for other in differing.values())
 
 
-def _least_margin(device: Device, force: Sequence[Harmonic]) -> float:
+def _least_margin(device: Device, origin: _Origin) -> float:
     """The least margin of a device in any input, over its design value; 0 without motion, infinite without an end."""
-    followed, shares = _followed_to(device, force), [inf]
+    followed, shares = _followed_to(device, origin), [inf]
     if not followed:
         return 0.0
     for end in endings(device, followed, LINES, (-1.0, 1.0)):
@@ -256,8 +282,8 @@ def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float
     return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
 
 
-def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect) -> Shift:
-    """Where the stable motions of a device end, those of the design at `end`; `force` are harmonics of the design."""
+def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> Shift:
+    """Where the stable motions of a changed device end, those of the design itself at `end`."""
     varied, own = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
     here: Sequence[_End] | None = None
@@ -266,13 +292,17 @@ def _followed(device: Device, force: Sequence[Harmonic], end: Margin, effect: Ef
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
-        ends = _ends(at, force, varied, way)
+        ends = _ends(at, origin, varied, way)
         here = ends if not retreat else here
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
             return shift_to(effect, end, same.value, same.event, own)
+        if ends and ends[0].event is Event.STOP:
+            # It may go on beyond, as it does without friction: where it ends then is not known.
+            return Shift(effect, absence=Unmoved.STOPS)
     # The motion that ended there is gone, or ends otherwise: gravity and one membrane alone make a fold of a pitchfork.
     if here is None:
-        return Shift(effect, absence=Unmoved.NOT_STABLE)
+        stops = effect.left_out is LeftOut.FRICTION
+        return Shift(effect, absence=Unmoved.STOPS if stops else Unmoved.NOT_STABLE)
     if not here:
         return Shift(effect, absence=Unmoved.ENDLESS)
     return shift_to(effect, end, here[0].value, here[0].event, own)
@@ -301,9 +331,9 @@ class _End(Struct, frozen=True):
         return self.event is end.event and abs(self.speed - speed) <= ALIKE * speed
 
 
-def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float) -> Sequence[_End] | None:
+def _ends(device: Device, origin: _Origin, varied: DesignInput, way: float) -> Sequence[_End] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion."""
-    followed = _followed_to(device, force)
+    followed = _followed_to(device, origin)
     if not followed:
         return None
     line, found = next(line for line in Line if varied in line.value), []
@@ -314,13 +344,19 @@ def _ends(device: Device, force: Sequence[Harmonic], varied: DesignInput, way: f
     return sorted(found, key=lambda end: way * end.value)
 
 
-def _followed_to(device: Device, force: Sequence[Harmonic]) -> list[Followed]:
-    """The stable motions of a device; `force` are harmonics of the design."""
-    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found.
-    sine = device if force else replace(device, harmonics=())
-    followed = stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
+def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
+    """The stable motions of a changed device."""
+    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found, and those of a
+    # ball without friction to one with it.
+    design = origin.device
+    force = device.harmonics if design.harmonics else ()
+    plain = replace(device, harmonics=force, friction=design.friction)
+    same = plain == design
+    followed = origin.stable if same else stable_ones(plain, motions_at(plain, Parameter.LENGTH)[0])
+    if device.friction != plain.friction:
+        followed = with_friction(plain, followed, device.friction)
     for harmonic in device.harmonics if not force else ():
-        followed = followed_with(sine, followed, harmonic)
+        followed = followed_with(replace(plain, friction=device.friction), followed, harmonic)
     return followed
 
 

@@ -869,10 +869,11 @@ class LeftOut(StrEnum):
     RESTITUTION_TOP = "restitution_top"
     CAPSULE = "capsule"
     SECOND_HARMONIC = "second_harmonic"
+    FRICTION = "friction"
     STIFFNESS = "membrane_stiffness"
 
 
-SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC
+SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC, LeftOut.FRICTION
 """What is left out to a size; the others are there or not."""
 
 EFFECTS = *SIZED, LeftOut.CAPSULE
@@ -886,8 +887,8 @@ class EffectBlock(Block):
         REQUIRED,
         "Effect",
         "",
-        "What is left out: the restitution of one membrane is another, the capsule moves in the other way, or the "
-        "force has a second harmonic, at its worst phase.",
+        "What is left out: the restitution of one membrane is another, the capsule moves in the other way, the force "
+        "has a second harmonic, at its worst phase, or the ball friction.",
         example="restitution_bottom",
         strict=False,
     )
@@ -895,7 +896,8 @@ class EffectBlock(Block):
         None,
         "Per cent",
         "%",
-        "By how much the restitution changes, or the harmonic over the force; of the capsule there is no size.",
+        "By how much the restitution changes, or the harmonic over the force, or the coefficient of friction grows; of "
+        "the capsule there is no size.",
         example=-5.0,
         ge=-LARGEST_EFFECT,
         le=LARGEST_EFFECT,
@@ -993,8 +995,8 @@ class Scenario(Block):
         "Effects",
         "",
         "What the model leaves out, of which the report says how far it would move the nearest end of stable motion. "
-        "Left out, the usual ones: either restitution 5 % less, the other motion of the capsule, and a second harmonic "
-        "of 2 %.",
+        "Left out, the usual ones: either restitution 5 % less, the other motion of the capsule, a second harmonic of "
+        "2 %, and 5 % of friction.",
         example=[{"effect": "restitution_bottom", "percent": -5.0}],
         strict=False,
         min_length=1,

@@ -383,6 +383,9 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
         elif effect is LeftOut.SECOND_HARMONIC:
             if size < 0:
                 yield _rule(f"{here}.percent", f"got {size:g}, of a harmonic at its worst phase (above 0)")
+        elif effect is LeftOut.FRICTION:
+            if size < 0:
+                yield _rule(f"{here}.percent", f"got {size:g}, of friction that is added (above 0)")
         else:
             own = tree.number("device.restitution")
             value = tree.number(f"device.{effect}") if own is None else own
