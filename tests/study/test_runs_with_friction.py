@@ -15,6 +15,7 @@ from vireport.checks import measure
 from vireport.checks.certificates import certify
 from vireport.cli.app import app
 from vireport.comparison.quantities import ComparedScenario
+from vireport.compliant import own_stiffness
 from vireport.design import region_of
 from vireport.disturbances import disturbances_of
 from vireport.figures.device import shown_motion
@@ -136,6 +137,7 @@ def test_what_is_called_from_python_refuses_as_well(rubbed, example) -> None:
         lambda: withstood_by(solution, True, 0.0, 0.0, None),
         lambda: compliance(solution, (1.0,)),
         lambda: measure(solution, 1),
+        lambda: own_stiffness(solution),
         lambda: plane_of(rubbed.scenario, "length_m,inclination_deg"),
         lambda: disturbances_of(solution, asked),
     )
