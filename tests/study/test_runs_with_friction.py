@@ -20,7 +20,7 @@ from vireport.design import region_of
 from vireport.disturbances import disturbances_of
 from vireport.figures.device import shown_motion
 from vireport.membranes import compliance
-from vireport.motions import Limits
+from vireport.motions import Event, Limits
 from vireport.physics import Device
 from vireport.report import Report, render_html
 from vireport.scenario import DesignInput, Parameter, load, load_any
@@ -74,6 +74,18 @@ def test_the_report_shows_friction_and_says_what_is_claimed(rubbed) -> None:
     page = render_html(Report(rubbed, {}, provenance_of(rubbed.loaded, "test"))).decode()
     assert "Dimensionless friction" in page
     assert "a motion is followed no farther" in page
+
+
+def test_a_report_says_of_an_end_at_a_stop_that_the_motion_may_go_on() -> None:
+    over = {
+        "device.friction": 0.3,
+        "device.length_m": 0.34,
+        "sweep": {"parameter": "length_m", "from": 0.3, "to": 0.5},
+    }
+    study = analyse(load(EXAMPLES / "horizontal.yaml", over), (Task.JSON, Task.HTML))
+    assert study.solution.design.endings()[0].event is Event.STOP
+    page = render_html(Report(study, {}, provenance_of(study.loaded, "test"))).decode()
+    assert "which may go on, is followed no farther" in page
 
 
 @pytest.mark.parametrize(
