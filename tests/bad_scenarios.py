@@ -790,7 +790,33 @@ HARMONICS = (
     ),
 )
 
+
+def friction(name: str, value: str, more: str, *expected: tuple[int, str, str]) -> Bad:
+    """Build the case of friction behind the length, with more at the end of the file."""
+    return bad(name, good_but(7, f"  length_m: 0.7\n  friction: {value}") + more, *expected)
+
+
+_RUBS = "it knows a ball without friction, and device.friction is given (leave one of them out)"
+
+FRICTION = (
+    friction(
+        "friction below 0", "-0.1", "", (8, "device.friction", "got -0.1, which is too small (a number from 0 to 2")
+    ),
+    friction("friction as text", "little", "", (8, "device.friction", "got 'little', which is text")),
+    friction(
+        "friction and what does not know it",
+        "0.1",
+        "motions: {}\nrequirements: {reached_from_rest: true, word: BT, "
+        "inclination_from_deg: 20, inclination_to_deg: 30}\n",
+        (21, "motions", _RUBS),
+        (22, "requirements.reached_from_rest", _RUBS),
+        (22, "requirements.word", _RUBS),
+        (22, "requirements.inclination_from_deg", _RUBS),
+        (22, "requirements.inclination_to_deg", _RUBS),
+    ),
+)
+
 BAD_SCENARIOS = (
     *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *RESTITUTIONS, *LEFT_OUT, *UNKNOWN),
-    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *HARMONICS, *STRUCTURE, *SYNTAX, *SEVERAL),
+    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *HARMONICS, *FRICTION, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

@@ -12,7 +12,7 @@ from scipy.optimize import fsolve
 
 from vireport import analyse, load
 from vireport.design import Effect, Shift, Unmoved, design_point, shifts
-from vireport.design.effects import _ends, _least_margin
+from vireport.design.effects import _ends, _least_margin, _Origin
 from vireport.design.lines import Line, along, stable_ones
 from vireport.design.speed_law import falling, with_law
 from vireport.motions import Event, Sweep, solve
@@ -33,6 +33,10 @@ def of(device: Device, *effects: Effect) -> dict[LeftOut, Shift]:
     return {shift.effect.left_out: shift for shift in found.rows}
 
 
+def origin(device: Device) -> _Origin:
+    return _Origin(device, stable_ones(device, design_point(device, None).motions))
+
+
 def doubling(device: Device) -> float:
     points = solve(Sweep(device, Parameter.FREQUENCY, 1.5, 2.4)).critical_points
     return next(point.sweep_value for point in points if point.event is Event.PERIOD_DOUBLING)
@@ -47,6 +51,7 @@ def test_the_papers_device_has_the_shifts_that_were_derived_apart_from_this() ->
         LeftOut.CAPSULE: (1.55, 3.2),
         LeftOut.SECOND_HARMONIC: (2.6, 2.2),
         LeftOut.RESTITUTION_SPEED: (1.8, 3.0),
+        LeftOut.FRICTION: (0.7, 4.0),
     }
     assert list(found) == list(expected)
     for left_out, (moved, left) in expected.items():
@@ -65,6 +70,7 @@ def test_the_ends_are_those_of_the_changed_devices() -> None:
         LeftOut.RESTITUTION_BOTTOM: replace(PAPER, restitution=Restitutions(0.475, 0.5)),
         LeftOut.RESTITUTION_TOP: replace(PAPER, restitution=Restitutions(0.5, 0.475)),
         LeftOut.CAPSULE: FREE,
+        LeftOut.FRICTION: replace(PAPER, friction=0.05),
     }
     for left_out, device in changed.items():
         after, shift = doubling(device), found[left_out]
@@ -205,7 +211,7 @@ def test_an_end_at_a_large_restitution_is_where_the_simulation_has_it() -> None:
 def test_an_end_that_is_not_followed_is_not_called_none() -> None:
     """Both restitutions come to the largest one, at which the law bends, and motions are followed no farther."""
     law = falling(PAPER, design_point(PAPER, None).motions, -0.1)
-    assert [end.event for end in _ends(law, (), DesignInput.RESTITUTION, 1.0)] == [Event.LOST]
+    assert [end.event for end in _ends(law, origin(PAPER), DesignInput.RESTITUTION, 1.0)] == [Event.LOST]
     shift = Shift(Effect(LeftOut.RESTITUTION_SPEED, -0.1), absence=Unmoved.NOT_FOLLOWED)
     assert shift.stable
     assert shift.room > 1
@@ -251,7 +257,7 @@ def test_a_harmonic_is_taken_at_phases_of_which_none_is_much_worse() -> None:
     def least(phase: float) -> float:
         """At a phase of its own: for each input the nearest end that a ray of another order of steps finds."""
         sized = Harmonic(2, 0.02 * cos(phase), -0.02 * sin(phase))
-        return _least_margin(replace(PAPER, harmonics=(sized,)), ())
+        return _least_margin(replace(PAPER, harmonics=(sized,)), origin(PAPER))
 
     asked = (Effect(LeftOut.SECOND_HARMONIC, 0.02),)
     (shift,) = shifts(PAPER, design_point(PAPER, None), asked, in_any_input=True).rows
@@ -263,7 +269,7 @@ def test_without_gravity_the_worse_of_two_phases_counts() -> None:
     """The opposite ones are mirror images of them."""
     level = replace(PAPER, inclination_deg=0.0, length_m=0.3)
     turned = (Harmonic(2, 0.02, 0.0), Harmonic(2, 0.0, 0.02), Harmonic(2, -0.02, 0.0), Harmonic(2, 0.0, -0.02))
-    least = [_least_margin(replace(level, harmonics=(own,)), ()) for own in turned]
+    least = [_least_margin(replace(level, harmonics=(own,)), origin(level)) for own in turned]
     assert least[:2] == pytest.approx(least[2:], rel=1e-9)
     assert of(level)[LeftOut.SECOND_HARMONIC].left == pytest.approx(min(least), rel=1e-9)
     assert min(least) < 0.9 * max(least)
@@ -295,6 +301,7 @@ def test_a_run_has_them_and_says_why_not(example) -> None:
         "capsule",
         "second_harmonic",
         "restitution_exponent",
+        "friction",
         "membrane_stiffness",
     ]
     own = analyse(load(example("inclined")), ("json",)).own_stiffness
@@ -305,3 +312,31 @@ def test_a_run_has_them_and_says_why_not(example) -> None:
     none = analyse(short, ("json",)).to_dict()["effects"]
     assert (none["rows"], none["reason"]) == ([], "no 1:1 motion is stable at the design point")
     assert analyse(load(example("inclined")), ()).effects is None
+
+
+def test_friction_of_three_sizes_moves_the_end_as_derived_apart_from_this() -> None:
+    effects = tuple(Effect(LeftOut.FRICTION, size) for size in (0.02, 0.05, 0.1))
+    rows = shifts(PAPER, design_point(PAPER, None), effects).rows
+    for row, moved, left in zip(rows, (0.3, 0.7, 1.4), (4.5, 4.0, 3.4), strict=True):
+        assert 100 * row.relative == pytest.approx(moved, abs=0.05)
+        assert 100 * row.left == pytest.approx(left, abs=0.06)
+        assert row.event is Event.PERIOD_DOUBLING
+    rubbed = replace(PAPER, friction=0.05)
+    more = shifts(rubbed, design_point(rubbed, None), effects[1:2]).rows[0]
+    assert more.value == pytest.approx(rows[2].value, rel=1e-9)  # 0.05 and 0.05 more are 0.1
+
+
+def test_where_friction_stops_the_ball_on_its_way_the_end_is_not_known() -> None:
+    """Level, the ball turns long before it grazes: with the least friction it stops there, and may go on."""
+    level = replace(PAPER, inclination_deg=0.0, length_m=0.5554)
+    found = shifts(level, design_point(level, None), (Effect(LeftOut.FRICTION, 0.02), Effect(LeftOut.CAPSULE)), True)
+    rubbed, free = found.rows
+    assert not rubbed.known
+    assert rubbed.value is None
+    assert rubbed.least == pytest.approx(0.155, abs=1e-3)  # up to where it stops motion is known to be stable
+    assert found.worst is free
+
+
+def test_friction_does_not_apply_where_there_is_none() -> None:
+    assert LeftOut.FRICTION not in of(replace(PAPER, inclination_deg=90.0, amplitude_n=6.0))
+    assert LeftOut.FRICTION not in of(replace(PAPER, restitution=0.0))

@@ -198,7 +198,8 @@ def test_a_value_that_can_be_meant_is_not_asked_about(overrides: list[str], exam
 def known(**results: object) -> SimpleNamespace:
     """A solution of which nothing is known but what is given."""
     nothing = {"diagram": None, "stable_ranges": (), "branches": (), "design": None, "membrane": None, "sweep": None}
-    nothing |= {"critical_points": (), "horizontal": False, "within_membrane": True, "device": SimpleNamespace()}
+    nothing |= {"critical_points": (), "horizontal": False, "within_membrane": True}
+    nothing |= {"device": SimpleNamespace(rubs=False)}
     return SimpleNamespace(**nothing | results)
 
 
@@ -295,6 +296,11 @@ SAID = [
         "VR002",
         {"solution": known(branches=stretches(Stability.UNSTABLE_NODE, Stability.STABLE_FOCUS))},
         ["2 stretches of", "by up to 0.02 of", "some with eigenvalues that would call them stable", f"They are {LEFT}"],
+    ),
+    (
+        "VR002",
+        {"solution": known(branches=stretches(*[Stability.STABLE_NODE] * 2), device=SimpleNamespace(rubs=True))},
+        ["In 2 of the stretches", "would turn back between two impacts"],
     ),
     ("VR003", {"solution": known(design=design(0))}, ["At s = 0.7 m, there is no solution."]),
     ("VR003", {"solution": known(design=design(1))}, ["the one solution is not admissible and stable."]),

@@ -115,7 +115,7 @@ def test_what_recoils_is_the_mass_ratio_alone() -> None:
     """A capsule that is prescribed does not know the ball's mass; a free one has gbar (1 + mu), in 40 digits."""
     heavier = {"ball_mass_kg": 0.05}
     assert replace(PAPER, **heavier).groups(Parameter.LENGTH, 0.7) == PAPER.groups(Parameter.LENGTH, 0.7)
-    d, gbar, r, _ = FREE.groups(Parameter.LENGTH, 0.7)
+    d, gbar, r, *_ = FREE.groups(Parameter.LENGTH, 0.7)
     prescribed = PAPER.groups(Parameter.LENGTH, 0.7)
     assert (d, r) == (prescribed.d, prescribed.restitution)
     assert gbar == pytest.approx(prescribed.gbar * (1 + 0.0041 / 0.1245), rel=1e-15)

@@ -208,6 +208,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
             "capsule_mass_kg": 0.1,
             "ball_mass_kg": None,
             "capsule": "prescribed",
+            "friction": 0.0,
             "restitution": 0.5,
             "restitution_bottom": None,
             "restitution_top": None,

@@ -172,7 +172,7 @@ FIXED, FREE = thing(recoils=False, harmonics=()), thing(recoils=True, harmonics=
 
 def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
     """A shift of the nearest end by something that the model leaves out."""
-    given = {"left": 0.01, "stable": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
+    given = {"left": 0.01, "stable": True, "known": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
     given = {"absence": None} | given
     effect = thing(left_out=LeftOut[left_out], size=given["size"], speed_m_s=given["speed_m_s"])
     return thing(effect=effect, **given)
@@ -1072,6 +1072,18 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("effects", "effect", (shift("RESTITUTION_TOP"), FIXED), "restitution at the top −5 %"),
     ("effects", "effect", (shift("CAPSULE"), FIXED), "capsule free instead of prescribed"),
     ("effects", "effect", (shift("CAPSULE"), FREE), "capsule prescribed instead of free"),
+    (
+        "effects",
+        "effect",
+        (shift("FRICTION", size=0.05), thing(recoils=False, harmonics=(), friction=0.0)),
+        "friction of 0.05 between ball and capsule",
+    ),
+    (
+        "effects",
+        "effect",
+        (shift("FRICTION", size=0.05), thing(recoils=False, harmonics=(), friction=0.1)),
+        "more friction of 0.05 between ball and capsule",
+    ),
     ("effects", "effect", (shift("SECOND_HARMONIC", size=0.02), FREE), "a second harmonic of 2 % in the force"),
     (
         "effects",
@@ -1096,6 +1108,12 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("effects", "left", (shift(left=None),), "no end"),
     ("effects", "left", (shift(left=None, absence=Unmoved.NOT_FOLLOWED),), "not followed to its end"),
     ("effects", "left", (shift(left=None, stable=False),), "no stable motion"),
+    (
+        "effects",
+        "left",
+        (shift("FRICTION", left=None, stable=False, known=False),),
+        "not known: the ball stops on its way",
+    ),
     (
         "effects",
         "answer",

@@ -96,9 +96,10 @@ def atlas(
         How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
+    device = sweep.device.frictionless("the families of all impact sequences")
     search = _Search(
         solve(sweep),
-        Model(sweep.level, sweep.device.restitution, sweep.device.harmonics),
+        Model(sweep.level, device.restitution, device.harmonics),
         low,
         high,
         limits,

@@ -93,7 +93,7 @@ class MotionCount(Struct, frozen=True):
     @property
     def stays(self) -> bool:
         """Whether the ball is on a membrane for a part of it, or for ever."""
-        return self.outcome in (Outcome.STICKING, Outcome.REST)
+        return self.outcome in (Outcome.STICKING, Outcome.REST, Outcome.HELD)
 
 
 class CrossCheck(Struct, frozen=True, eq=False):

@@ -83,7 +83,8 @@ def reproduce(solution: Solution) -> Reproduction | None:
     needed = _periods_to_die_out(float(motions.trace[row]), float(motions.discriminant[row]), lap_decay(r))
     periods = min(needed, MOST_PERIODS)
     velocity, phase = float(motions.velocity_bottom[row]), float(motions.phi_bottom[row])
-    model = check_model(Groups(motions.d[row], motions.gbar[row], r, solution.device.harmonics))[0]
+    harmonics, friction = solution.device.harmonics, solution.device.groups(design.parameter, design.value).friction
+    model = check_model(Groups(motions.d[row], motions.gbar[row], r, harmonics, friction))[0]
     rows, _ = follow_one(model, (BOTTOM, 0.0, velocity * (1 + ASIDE), phase), 2 * periods, compiled=False)
     return Reproduction(
         value=design.value,

@@ -60,7 +60,7 @@ def compliant_model(
 ) -> CompliantModel:
     """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
     at = device.at(parameter, float(value))
-    d, gbar, restitution, harmonics = device.groups(parameter, float(value)).as_floats()
+    d, gbar, restitution, harmonics, _ = device.groups(parameter, float(value)).as_floats()
     speed = float(device.velocity_unit(parameter, float(value)))
     length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
     # Force K delta^h over the mass m of the relative motion, in units of F/M: x_c^h K M/(m F).

@@ -23,7 +23,7 @@ from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, re
 from vireport.motions import Curve, Event, Motion, Motions, in_decimals, touching, turns
 from vireport.physics import FLOATS, Device, Groups, Harmonic
 from vireport.physics import with_harmonic as added
-from vireport.scenario import LARGEST_HARMONIC
+from vireport.scenario import LARGEST_HARMONIC, Parameter
 
 Floats = NDArray[np.float64]
 
@@ -115,8 +115,9 @@ class Ray(Struct, frozen=True, eq=False):
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the share, shape (6, 1) where the force was a sine."""
-        others = len(self.at((0.0,)).numbers) - 2
-        return np.array([*[[0.0]] * others, [self.cosine], [self.sine]])
+        rubbing = [] if self.origin.friction is None else [[0.0]]
+        others = len(self.at((0.0,)).numbers) - 2 - len(rubbing)
+        return np.array([*[[0.0]] * others, [self.cosine], [self.sine], *rubbing])
 
 
 class _End(Struct, frozen=True, eq=False):
@@ -187,6 +188,63 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
     left = []
     for motion, u in stable:
         curve = Curve(motion.word, Ray.of(device, harmonic.order, phase, FLOATS), -LARGEST, share, 1.0)
+        *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
+        if event is Event.SWEEP_END:
+            asymmetry = float(x[3] - x[2]) / (2 * device.period_ratio) - 0.5
+            left.append(Followed(curve.motion(x), 0.0 if symmetric else asymmetry))
+    return left
+
+
+class Rubbed(Struct, frozen=True, eq=False):
+    """A device whose ball has friction that grows from what it has, see `motions.Curve`.
+
+    Attributes
+    ----------
+    origin : Groups
+        Of the device, with its friction.
+    grown : float
+        What is added to friction at 1.
+    """
+
+    origin: Groups[float]
+    grown: float
+
+    @property
+    def horizontal(self) -> bool:
+        """Whether motions have mirror images."""
+        return bool(self.origin.gbar == 0) and self.origin.symmetric
+
+    def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """The groups where so much is added."""
+        return self.origin._replace(friction=self.origin.friction + varied[0] * self.grown)
+
+    def slopes(self, varied: Sequence[Any]) -> Floats:
+        """The derivatives of `Groups.numbers`, of which friction is the last."""
+        others = len(self.origin.numbers) - 1
+        return np.array([*[[0.0]] * others, [self.grown]])
+
+
+def with_friction(device: Device, stable: Sequence[Followed], friction: float) -> list[Followed]:
+    """Those stable motions of a device that are left where its ball has another coefficient of friction.
+
+    Parameters
+    ----------
+    device : Device
+        All inputs given.
+    stable : sequence of Followed
+        Of the device.
+    friction : float
+    """
+    own, more = (
+        given.groups(Parameter.LENGTH, given.length_m).as_floats()
+        for given in (device, replace(device, friction=friction))
+    )
+    origin = own if own.friction is not None else own._replace(friction=0.0)
+    model, flat, left = Rubbed(origin, more.friction - origin.friction), mirrored(device), []
+    for motion, u in stable:
+        curve = Curve(motion.word, model, -1.0, 1.0, 1.0)
+        if min(curve.margins(curve.vector(replace(motion, coordinate=0.0)))) <= 0:
+            continue  # it stops on its way with the least of friction
         *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
         if event is Event.SWEEP_END:
             asymmetry = float(x[3] - x[2]) / (2 * device.period_ratio) - 0.5
@@ -268,7 +326,7 @@ class _Border(Struct, frozen=True, eq=False):
             motion = touching(motion, turns(motion, groups))
             rests = motion.rests
         grown = len(groups.harmonics) - 1
-        cosine, sine = normal_of(motion, groups, event, rests, ())[4:].reshape(-1, 2)[grown]
+        cosine, sine = normal_of(motion, groups, event, rests, ())[4 + 2 * grown : 6 + 2 * grown]
         # Of a harmonic p cos(jx + psi) cosine and sine are p cos(psi) and -p sin(psi). The normal may point to either
         # side: its angle to the ray is the smaller one.
         return (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0

@@ -15,6 +15,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import NumericalError
+from vireport.design.distortion import with_friction
 from vireport.design.distortion import with_harmonic as followed_with
 from vireport.design.lines import (
     LINES,
@@ -34,7 +35,7 @@ from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.design.speed_law import constant, falling, with_law
 from vireport.motions import Event
-from vireport.physics import FLOATS, Device, Groups, Harmonic, SpeedLaw, with_harmonic
+from vireport.physics import FLOATS, Device, Groups, Harmonic, SpeedLaw, by_wall, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -59,7 +60,7 @@ class Effect(Struct, frozen=True):
     left_out : LeftOut
     size : float
         Relative change of a restitution, share of a harmonic in the force, exponent of a restitution that falls with
-        speed; 0 of what is there or not.
+        speed, coefficient of friction; 0 of what is there or not.
     speed_m_s : float or None
         Of the impact at which such a restitution is as given; None for the mean of the design's own motion.
     """
@@ -83,6 +84,7 @@ class Unmoved(StrEnum):
     NOT_STABLE = "no stable motion is found with it"
     ENDLESS = "stable motion does not end in this direction with it"
     NOT_FOLLOWED = "stable motion is not followed to its end with it"
+    STOPS = "with it the ball stops between two impacts, where its motion is not followed"
     NO_MOTION = "no 1:1 motion is stable at the design point"
     NO_END = "no end of the stable motion is known"
 
@@ -107,7 +109,7 @@ class Shift(Struct, frozen=True):
         Why there is no end.
     least : float or None
         The least margin in any input over its design value, 0 without stable motion and infinite without an end; None
-        where that was not asked for.
+        where that was not asked for, or is not known. Where a ball with friction stops counts as an end.
     """
 
     effect: Effect
@@ -126,8 +128,13 @@ class Shift(Struct, frozen=True):
         return endless if self.left is None else self.left
 
     @property
+    def known(self) -> bool:
+        """Whether it is known if the design point has stable motion with the effect."""
+        return self.absence is not Unmoved.STOPS
+
+    @property
     def stable(self) -> bool:
-        """Whether the design point has stable motion with the effect."""
+        """Whether the design point has stable motion with the effect, as far as that is known."""
         return self.room > 0
 
 
@@ -151,7 +158,8 @@ class Shifts(Struct, frozen=True, eq=False):
     @property
     def worst(self) -> Shift | None:
         """The one that leaves the least margin."""
-        return min(self.rows, key=lambda shift: shift.room, default=None)
+        known = (shift for shift in self.rows if shift.known)
+        return min(known, key=lambda shift: shift.room, default=None)
 
 
 def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Sequence[Device]]:
@@ -185,11 +193,18 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
     return [replace(device, harmonics=with_harmonic(device.harmonics, each)) for each in more]
 
 
+def _of_friction(device: Device, size: float, _: Margin) -> Sequence[Device]:
+    """More friction of the ball; none of one that does not bounce, and upright there is none."""
+    rubbed = replace(device, friction=device.friction + size)
+    return [rubbed] if rubbed.rubs and min(by_wall(device.restitution)) > 0 else ()
+
+
 CHANGES: Mapping[LeftOut, Callable[[Device, float, Margin], Sequence[Device]]] = {
     LeftOut.RESTITUTION_BOTTOM: _of_restitution(DesignInput.RESTITUTION_BOTTOM),
     LeftOut.RESTITUTION_TOP: _of_restitution(DesignInput.RESTITUTION_TOP),
     LeftOut.CAPSULE: _of_capsule,
     LeftOut.SECOND_HARMONIC: _of_harmonic,
+    LeftOut.FRICTION: _of_friction,
 }
 """The devices that an effect of a size makes of a device with a nearest end, of which the worst counts; none where it
 does not apply."""
@@ -199,6 +214,7 @@ USUAL = (
     Effect(LeftOut.RESTITUTION_TOP, -UNSURE),
     Effect(LeftOut.CAPSULE),
     Effect(LeftOut.SECOND_HARMONIC, 0.02),
+    Effect(LeftOut.FRICTION, 0.05),
     Effect(LeftOut.RESTITUTION_SPEED, -0.1),
 )
 """What every design is held against."""
@@ -228,24 +244,29 @@ def shifts(
     end = next((margin for margin in design.endings() if margin.relative is not None), None)
     if end is None:
         return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
-    rows = []
+    rows, origin = [], _Origin(device, stable_ones(device, design.motions))
     for effect in effects:
-        # Without the law of its restitution a device is the design itself: half of the time is to find its motions.
-        of_design = effect.left_out is LeftOut.RESTITUTION_SPEED
-        known = stable_ones(device, design.motions) if of_design else ()
         changed = _changed(device, design, effect, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
         found = [
-            _followed(other, device.harmonics, end, effect, known)
+            _followed(other, origin, end, effect)
             if _groups(other) != _groups(device)
             else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
             for other in changed
         ]
         if found:
             shift = min(found, key=lambda shift: shift.room)
-            least = _least_with(device, design, effect) if in_any_input else None
-            rows.append(replace(shift, least=least))
+            least = _least_with(origin, design, effect) if in_any_input else None
+            # Up to where the ball stops motion is known to be stable; nothing is where it stops at the design point.
+            rows.append(replace(shift, least=least if shift.known or least else None))
     return Shifts(end, tuple(rows))
+
+
+class _Origin(Struct, frozen=True, eq=False):
+    """A device that effects change, and its stable motions at the design point."""
+
+    device: Device
+    stable: Sequence[Followed]
 
 
 def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -> Sequence[Device]:
@@ -256,16 +277,16 @@ def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -
     return CHANGES[effect.left_out](device, effect.size, end)
 
 
-def _least_with(device: Device, design: DesignPoint, effect: Effect) -> float:
+def _least_with(origin: _Origin, design: DesignPoint, effect: Effect) -> float:
     """The least margin in any input with an effect; of a harmonic, at the phases that are worst for each end."""
-    changed = (other for end in design.limits() for other in _changed(device, design, effect, end))
+    changed = (other for end in design.limits() for other in _changed(origin.device, design, effect, end))
     differing = {tuple(np.round(_groups(other).numbers, SAME_DEVICE)): other for other in changed}
-    return min(_least_margin(other, device.harmonics) for other in differing.values())
+    return min(_least_margin(other, origin) for other in differing.values())
 
 
-def _least_margin(device: Device, force: Sequence[Harmonic]) -> float:
+def _least_margin(device: Device, origin: _Origin) -> float:
     """The least margin of a device in any input, over its design value; 0 without motion, infinite without an end."""
-    followed, shares = _followed_to(device, force), [inf]
+    followed, shares = _followed_to(device, origin), [inf]
     if not followed:
         return 0.0
     for end in endings(device, followed, LINES, (-1.0, 1.0)):
@@ -288,13 +309,8 @@ def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float
     return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
 
 
-def _followed(
-    device: Device, force: Sequence[Harmonic], end: Margin, effect: Effect, known: Sequence[Followed]
-) -> Shift:
-    """Where the stable motions of a device end, those of the design at `end`.
-
-    `force` are harmonics of the design, and `known` the stable motions of the device, but for its law of restitution.
-    """
+def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> Shift:
+    """Where the stable motions of a changed device end, those of the design itself at `end`."""
     varied, own = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
     here: Sequence[_End] | None = None
@@ -303,13 +319,17 @@ def _followed(
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
-        ends = _ends(at, force, varied, way, () if retreat else known)
+        ends = _ends(at, origin, varied, way)
         here = ends if not retreat else here
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
             return shift_to(effect, end, same.value, same.event, own)
+        if ends and ends[0].event is Event.STOP:
+            # It may go on beyond, as it does without friction: where it ends then is not known.
+            return Shift(effect, absence=Unmoved.STOPS)
     # The motion that ended there is gone, or ends otherwise: gravity and one membrane alone make a fold of a pitchfork.
     if here is None:
-        return Shift(effect, absence=Unmoved.NOT_STABLE)
+        stops = effect.left_out is LeftOut.FRICTION
+        return Shift(effect, absence=Unmoved.STOPS if stops else Unmoved.NOT_STABLE)
     if not here:
         return Shift(effect, absence=Unmoved.ENDLESS)
     if here[0].event is Event.LOST:
@@ -340,14 +360,12 @@ class _End(Struct, frozen=True):
         return self.event is end.event and abs(self.speed - speed) <= ALIKE * speed
 
 
-def _ends(
-    device: Device, force: Sequence[Harmonic], varied: DesignInput, way: float, known: Sequence[Followed] = ()
-) -> Sequence[_End] | None:
+def _ends(device: Device, origin: _Origin, varied: DesignInput, way: float) -> Sequence[_End] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion.
 
     Where one of them is followed no farther is one of them, with the event `LOST`.
     """
-    followed = _followed_to(device, force, known)
+    followed = _followed_to(device, origin)
     if not followed:
         return None
     line, found = line_of(varied, device), []
@@ -358,18 +376,19 @@ def _ends(
     return sorted(found, key=lambda end: way * end.value)
 
 
-def _followed_to(device: Device, force: Sequence[Harmonic], known: Sequence[Followed] = ()) -> list[Followed]:
-    """The stable motions of a device; `force` are harmonics of the design.
-
-    `known` are those of the device but for its law of restitution, where they are known.
-    """
-    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found.
-    own = device if force else replace(device, harmonics=())
-    falls = isinstance(device.restitution, SpeedLaw)
-    sine = constant(own) if falls else own
-    followed = list(known) or stable_ones(sine, motions_at(sine, Parameter.LENGTH)[0])
-    for harmonic in device.harmonics if not force else ():
-        followed = followed_with(sine, followed, harmonic)
+def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
+    """The stable motions of a changed device."""
+    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found, and those of a
+    # ball without friction, and of restitutions that do not fall with speed, to one with it and to those that do.
+    design, falls = origin.device, isinstance(device.restitution, SpeedLaw)
+    own, force = constant(device) if falls else device, device.harmonics if design.harmonics else ()
+    plain = replace(own, harmonics=force, friction=design.friction)
+    same = plain == design
+    followed = origin.stable if same else stable_ones(plain, motions_at(plain, Parameter.LENGTH)[0])
+    if own.friction != plain.friction:
+        followed = with_friction(plain, followed, own.friction)
+    for harmonic in own.harmonics if not force else ():
+        followed = followed_with(replace(plain, friction=own.friction), followed, harmonic)
     return with_law(device, followed) if falls else followed
 
 

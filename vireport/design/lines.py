@@ -100,12 +100,15 @@ class AlongLine(Struct, frozen=True, eq=False):
         Functions of the kind of number.
     capsule_share
         M over the mass that gravity acts on, `Device.supported_kg`.
+    rubbed : tuple
+        The coefficient of friction, and gbar upright.
     """
 
     line: Line
     origin: Groups[Any]
     ops: Any
     capsule_share: Any
+    rubbed: tuple[Any, Any] = (0, 0)
 
     @property
     def horizontal(self) -> bool:
@@ -114,29 +117,60 @@ class AlongLine(Struct, frozen=True, eq=False):
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
-        (position,), (d, gbar, r, harmonics) = varied, self.origin
+        (position,), (d, gbar, r, harmonics, _) = varied, self.origin
+        friction = self._friction(position)
         match self.line:
             case Line.LENGTHS:
-                return Groups(d * self.ops.exp(position), gbar, r, harmonics)
+                return Groups(d * self.ops.exp(position), gbar, r, harmonics, friction)
             case Line.FREQUENCIES:
-                return Groups(d * self.ops.exp(position), gbar, _counted(r, self.ops.exp(position / 2)), harmonics)
+                counted = _counted(r, self.ops.exp(position / 2))
+                return Groups(d * self.ops.exp(position), gbar, counted, harmonics, friction)
             case Line.FORCES:
                 grown = self.ops.exp(position)
-                return Groups(d * grown, gbar * grown, _counted(r, grown), harmonics)
+                return Groups(d * grown, gbar * grown, _counted(r, grown), harmonics, friction)
             case Line.MASSES:
                 grown = self.ops.exp(position)
                 weighed = gbar * (1 + self.capsule_share * (grown - 1))
-                return Groups(d * grown, weighed, _counted(r, grown), harmonics)
+                return Groups(d * grown, weighed, _counted(r, grown), harmonics, friction)
             case Line.GRAVITY:
-                return Groups(d, gbar + position, r, harmonics)
+                return Groups(d, gbar + position, r, harmonics, friction)
         if isinstance(r, SpeedLaw):
-            return Groups(d, gbar, r.moved(*(position if moves else 0 for moves in self._moves)), harmonics)
+            moved = r.moved(*(position if moves else 0 for moves in self._moves))
+            return Groups(d, gbar, moved, harmonics, friction)
         if self.line is Line.RESTITUTION:
-            return Groups(d, gbar, each(r, lambda own: own + position), harmonics)
+            return Groups(d, gbar, each(r, lambda own: own + position), harmonics, friction)
         bottom, top = by_wall(r)
         if self.line is Line.RESTITUTION_BOTTOM:
-            return Groups(d, gbar, Restitutions(bottom + position, top), harmonics)
-        return Groups(d, gbar, Restitutions(bottom, top + position), harmonics)
+            return Groups(d, gbar, Restitutions(bottom + position, top), harmonics, friction)
+        return Groups(d, gbar, Restitutions(bottom, top + position), harmonics, friction)
+
+    def _friction(self, position: Any) -> Any:
+        """Friction at a position: with the force and the mass it goes as gbar does, with the inclination as cosine."""
+        own = self.origin.friction
+        if own is None:
+            return None
+        match self.line:
+            case Line.FORCES:
+                return own * self.ops.exp(position)
+            case Line.MASSES:
+                return own * (1 + self.capsule_share * (self.ops.exp(position) - 1))
+            case Line.GRAVITY:
+                gbar = self.origin.gbar + position
+                return self.rubbed[0] * self.ops.sqrt(self.rubbed[1] * self.rubbed[1] - gbar * gbar)
+        return own
+
+    def _friction_slope(self, position: Any) -> Any:
+        """The derivative of that by the position."""
+        own = self._friction(position)
+        match self.line:
+            case Line.FORCES:
+                return own
+            case Line.MASSES:
+                return self.capsule_share * self.origin.friction * self.ops.exp(position)
+            case Line.GRAVITY:
+                # Upright friction is none, and falls there with an infinite slope: which Newton's steps are spared.
+                return -(self.rubbed[0] ** 2) * (self.origin.gbar + position) / own if own else 0.0
+        return 0.0
 
     @property
     def _moves(self) -> tuple[bool, bool]:
@@ -146,13 +180,15 @@ class AlongLine(Struct, frozen=True, eq=False):
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics.
 
-        Of a law of restitution the last two are zero and that of its speed.
+        Of a law of restitution two more are zero and that of its speed; of friction the last is its own.
         """
-        d, gbar, r, harmonics = self.at(varied)
+        d, gbar, r, harmonics, friction = self.at(varied)
         slopes = [0.0] * (4 + 2 * len(harmonics))
         if isinstance(r, SpeedLaw):
             share = {Line.FREQUENCIES: 0.5, Line.FORCES: 1.0, Line.MASSES: 1.0}.get(self.line, 0.0)
             slopes += [0.0, share * r.speed]
+        if friction is not None:
+            slopes.append(self._friction_slope(varied[0]))
         match self.line:
             case Line.LENGTHS | Line.FREQUENCIES:
                 slopes[0] = d
@@ -187,7 +223,14 @@ def along(line: Line, device: Device, ops: Any) -> AlongLine:
     """A line through a device, all of whose inputs are given, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
-    return AlongLine(line, groups.as_floats() if ops is FLOATS else groups, ops, share)
+    rubbed = (ops.exact(device.friction), _upright(device, ops)) if device.rubs else (0, 0)
+    return AlongLine(line, groups.as_floats() if ops is FLOATS else groups, ops, share, rubbed)
+
+
+def _upright(device: Device, ops: Any) -> Any:
+    """The gbar of a device that is upright, in a kind of number."""
+    (_, gbar, *_) = replace(device, inclination_deg=90.0).groups(Parameter.LENGTH, device.length_m, ops)
+    return gbar
 
 
 def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:

@@ -31,6 +31,7 @@ from vireport.motions import (
     one_to_one,
     point_of,
     solve_one_to_one,
+    stopped,
 )
 from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Word, carried, force_rate, wave
 from vireport.scenario import DesignInput
@@ -335,6 +336,8 @@ def normal_of(
     motion = motion.without_impacts(rests[1:] if len(motion.word) > 2 else ())
     x = np.concatenate([motion.velocity, motion.time, groups.numbers])
     condition = Condition(event, rests[:1])
+    if event is Event.STOP:
+        condition = stopped(motion.word, x.tolist(), groups)
     if event is Event.GRAZING and not rests:
         pressed = np.abs(groups.pull(groups.wave(np.pi * motion.time, ARRAYS).force))
         condition = Condition(event, held=int(np.argmin(pressed)))
@@ -362,7 +365,8 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
     and the determinant r^2: an asymmetric change is kept where a multiplier is -1, (1+r) v = n a. As in `normal_of`, a
     combination of the three has no derivative by v and by the phase. It has one by the restitution of both membranes,
     which stands for those of each; the border has a cusp in gbar, in the difference of both restitutions and in even
-    harmonics, which part what is one motion.
+    harmonics, which part what is one motion. With friction f, 2 S = pi [(1-r) v + n f], and the multiplier is -1 where
+    (1+r) v = n [a + f (1-r)/(1+r)].
     """
     r, velocity, phase = float(groups.restitution), float(motion.velocity[0]), pi * float(motion.time[0])
     n = motion.word.periods
@@ -376,6 +380,9 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
         of_cosine = -2 * impulse * s / own.order - n * force * c + 2 * c / (pi * own.order) ** 2
         of_sine = 2 * impulse * c / own.order - n * force * s + 2 * s / (pi * own.order) ** 2
         normal += [float(of_cosine), float(of_sine)] if own.order % 2 else [nan, nan]
+    if groups.friction is not None:
+        normal[2] += float(2 * force * n * groups.friction / (1 + r) ** 2)
+        normal.append(float(n * (pi * impulse - force * (1 - r) / (1 + r))))
     return np.array(normal)
 
 
@@ -389,11 +396,16 @@ def _derivatives(
     """Derivatives of the value of an input at which motion ends, with respect to the others and by harmonics."""
     at = device.with_values({varied: point.sweep_value})
     slopes = {name: float(normal[:4] @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
+    harmonics = normal[4:]
+    if at.rubs:
+        *_, by_friction = normal
+        harmonics = normal[4:-1]
+        slopes = {name: slope + float(by_friction) * at.friction_slope(name) for name, slope in slopes.items()}
     own = slopes.pop(varied)
     # Where inputs overlap, the other moves the value itself as well.
     derivatives = {name: (-slope / own if own else inf) + carried(varied, name) for name, slope in slopes.items()}
     by_harmonics = {}
-    for harmonic, parts in zip(differentiated(device.harmonics), normal[4:].reshape(-1, 2), strict=True):
+    for harmonic, parts in zip(differentiated(device.harmonics), harmonics.reshape(-1, 2), strict=True):
         cosine, sine = (float(-part / own) if own else inf for part in parts)
         by_harmonics[harmonic.order] = (cosine, sine) if np.isfinite([cosine, sine]).all() else None
     return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}, by_harmonics

@@ -19,6 +19,7 @@ from vireport.motions import (
     BifurcationDiagram,
     Branch,
     Event,
+    Friction,
     Motions,
     Point,
     Sweep,
@@ -231,7 +232,8 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
     sweep = around_length(device)
     n, level = device.period_ratio, sweep.level
     groups = device.groups(Parameter.LENGTH, device.length_m)
-    d, gbar, r, harmonics = groups
+    d, gbar, r, harmonics, rubbed = groups
+    friction = None if rubbed is None else Friction(rubbed)
     guesses = find_motions(groups._replace(d=np.array([d]), gbar=np.array([gbar])), n)
     rows = []
     for k, gap in enumerate(guesses.wall_gap):
@@ -244,11 +246,11 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
                 place = float(orbit.u[0]), float(np.mod(orbit.phi[0], 2 * np.pi))
                 rows.append((symmetric, *place, DOUBLE_ROOT, DOUBLE_ROOT))
             continue  # else a solution that passes through a membrane, where the equations degenerate
-        exact = orbits(u, phi, r, n, harmonics=harmonics)
+        exact = orbits(u, phi, r, n, harmonics=harmonics, friction=friction)
         if exact.velocity_bottom > 0 > exact.velocity_top:
             rows.append((symmetric, u, phi, float(np.spacing(abs(u))), float(np.spacing(phi))))
     at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
-    motions = motions_of(sweep, level, orbits(at_u, at_phi, r, n, harmonics=harmonics))
+    motions = motions_of(sweep, level, orbits(at_u, at_phi, r, n, harmonics=harmonics, friction=friction))
     motions.sweep_value[:] = getattr(device, parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)

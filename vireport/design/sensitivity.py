@@ -9,11 +9,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.motions import UNSTABLE, Motions, classify, find_motions, lap_decay, orbits
+from vireport.motions import UNSTABLE, Friction, Motions, classify, find_motions, lap_decay, orbits
 from vireport.physics import (
     SMALLEST_RESTITUTION,
     Device,
-    Groups,
     Membrane,
     by_wall,
     contacts,
@@ -73,14 +72,15 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     highest = (1 + largest) / 2 - (largest - r)
     changed = np.array([max(r * (1 - UNSURE), r - least), min(r * (1 + UNSURE), highest)])
     moved = device.with_values({DesignInput.RESTITUTION: changed}).restitution
-    d, gbar = (np.full(2, group) for group in device.groups(Parameter.LENGTH, device.length_m)[:2])
-    others = find_motions(Groups(d, gbar, moved, device.harmonics), device.period_ratio)
+    own = device.groups(Parameter.LENGTH, device.length_m)
+    known = own._replace(d=np.full(2, own.d), gbar=np.full(2, own.gbar), restitution=moved, harmonics=device.harmonics)
+    others = find_motions(known, device.period_ratio)
     elasticity = 0.0
     for k, other in enumerate(changed):
-        own = others.cell == k
+        here = others.cell == k
         decay = lap_decay(each(moved, itemgetter(k)))
-        stable = classify(others.trace[own], float(decay)) != UNSTABLE
-        velocities = others.orbit.velocity_bottom[own][stable & others.admissible[own]]
+        stable = classify(others.trace[here], float(decay)) != UNSTABLE
+        velocities = others.orbit.velocity_bottom[here][stable & others.admissible[here]]
         if velocities.size < rows.size:
             return RestitutionEffect(float(other), 0.0)
         for before in motions.velocity_bottom[rows]:
@@ -96,13 +96,14 @@ def input_error(device: Device, motions: Motions) -> Floats:
     By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
     """
     r, n, u, phi = device.restitution, device.period_ratio, motions.u, motions.phi_bottom
-    harmonics = device.harmonics
+    harmonics, rubbed = device.harmonics, device.groups(Parameter.LENGTH, device.length_m).friction
+    friction = None if rubbed is None else Friction(rubbed)
     largest = max(by_wall(r))
     step = SMALL * (1 - largest) / (1 + largest)
 
     def slopes(du: float, dphi: float) -> tuple[Floats, Floats]:
         places = (u + du, phi + dphi), (u - du, phi - dphi)
-        ahead, behind = (orbits(*place, r, n, harmonics=harmonics) for place in places)
+        ahead, behind = (orbits(*place, r, n, harmonics=harmonics, friction=friction) for place in places)
         return (ahead.d - behind.d) / (2 * step), (ahead.gbar - behind.gbar) / (2 * step)
 
     (d_u, gbar_u), (d_phi, gbar_phi) = slopes(step, 0.0), slopes(0.0, step)

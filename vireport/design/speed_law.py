@@ -47,8 +47,10 @@ class Falling(Struct, frozen=True, eq=False):
         return self.origin._replace(restitution=replace(law, exponent=-varied[0]))
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives of `Groups.numbers` by minus the exponent, the last but one of them, shape (6, 1)."""
-        return np.array([[0.0]] * (len(self.origin.numbers) - 2) + [[-1.0], [0.0]])
+        """The derivatives of `Groups.numbers` by minus the exponent: (6, 1), of harmonics and friction zeros more."""
+        slopes = np.zeros((len(self.origin.numbers), 1))
+        slopes[-2 if self.origin.friction is None else -3] = -1.0
+        return slopes
 
 
 def constant(device: Device) -> Device:

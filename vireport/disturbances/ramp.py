@@ -58,7 +58,7 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
 
 def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: float, compiled: bool) -> State:
     """State after a time [t_c] with a constant amplitude, over that at the end of the ramp."""
-    d, gbar, r, harmonics = groups
+    d, gbar, r, harmonics, _ = groups
     model = check_model(Groups(d / amplitude, gbar / amplitude, r, harmonics))[0]
     wall, position, velocity, phase = state
     start = wall, position / amplitude, velocity / amplitude, phase

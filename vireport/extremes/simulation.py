@@ -92,7 +92,7 @@ Rows = tuple[Any, Any]
 
 def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     """Every case of the simulation."""
-    d, gbar, r, _ = harvester.groups
+    d, gbar, r, *_ = harvester.groups
     slight, bouncing = min(gbar, 0.5), min(max(r, 0.1), 0.9)
 
     def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], CaseFinding]) -> Case:
@@ -156,7 +156,7 @@ def _followed(model: Groups[float], start: Start, impacts: int) -> Rows:
 
 def _thrown(model: Groups[float]) -> Impact:
     """An impact on the bottom at which the forcing throws the ball upwards."""
-    d, gbar, r, _ = model
+    d, gbar, r, *_ = model
     velocity, phase = 0.7, 0.2
     if r * velocity < SLOWEST_REBOUND or gbar >= 1:
         phase = PULLING

@@ -119,12 +119,18 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
         parameters.append(f"m = {scaled(device.ball_mass_kg, 3)} g, capsule free")
     parameters += [text for name, text in _restitutions(device) if name not in varied]
     parameters += harmonics_of(device)
+    parameters += friction_of(device)
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
 
 
 def restitutions_of(device: Device) -> list[str]:
     """The restitution of both membranes, or of each, as text."""
     return [text for _, text in _restitutions(device)]
+
+
+def friction_of(device: Device) -> list[str]:
+    """The friction of the ball as text, if there is any."""
+    return [f"friction {device.friction:.4g}"] if device.friction else []
 
 
 def harmonics_of(device: Device) -> list[str]:

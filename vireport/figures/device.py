@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
-from vireport.figures.captions import INPUT_DIGITS, harmonics_of, held, pictured, restitutions_of
+from vireport.figures.captions import INPUT_DIGITS, friction_of, harmonics_of, held, pictured, restitutions_of
 from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
@@ -108,10 +108,13 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         return None
     row = int(np.argmax(motions.admissible * (1 + motions.stable)))  # the first of those that rank highest
     device = study.solution.device
-    return motions.words[row], False, path(motions, row, device.period_ratio, device.harmonics)
+    friction = device.groups(design.parameter, design.value).friction
+    return motions.words[row], False, path(motions, row, device.period_ratio, device.harmonics, friction)
 
 
-def path(motions: Motions, row: int, period_ratio: int, harmonics: Sequence[Harmonic] = ()) -> DrawnCurve:
+def path(
+    motions: Motions, row: int, period_ratio: int, harmonics: Sequence[Harmonic] = (), friction: float | None = None
+) -> DrawnCurve:
     """Times after a bottom impact [forcing periods] and the distance of the ball from the bottom membrane, over s.
 
     The distance is 1/2 - Z/d: 0 at the bottom membrane and 1 at the top one.
@@ -119,11 +122,13 @@ def path(motions: Motions, row: int, period_ratio: int, harmonics: Sequence[Harm
     d, gbar, q = (float(x[row]) for x in (motions.d, motions.gbar, motions.q))
     impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
     times, distances, start = [], [], 0.0
-    for (phi, velocity, share), wall, r in zip(impacts, (d / 2, -d / 2), by_wall(motions.restitution), strict=True):
+    gravities = (gbar, gbar) if friction is None else (gbar + friction, gbar - friction)
+    walls = zip((d / 2, -d / 2), by_wall(motions.restitution), gravities, strict=True)
+    for (phi, velocity, share), (wall, r, gravity) in zip(impacts, walls, strict=True):
         elapsed = np.linspace(0.0, 2 * period_ratio * share, SAMPLES)
         phase, after = float(phi[row]), flight.reflect(float(velocity[row]), r)
         begun, then = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, np.pi * elapsed + phase))
-        z = wall + flight.displacement(elapsed, after, begun.impulse, begun.path, then.path, gbar)
+        z = wall + flight.displacement(elapsed, after, begun.impulse, begun.path, then.path, gravity)
         times.append(start + elapsed / 2)
         distances.append(0.5 - z / d)
         start += period_ratio * share
@@ -134,7 +139,14 @@ def _masses(study: Study) -> list[str]:
     device, membrane = study.solution.device, study.solution.membrane
     ball = [f"m = {scaled(membrane.ball_mass_kg, 3)} g"] if membrane is not None else []
     free = ["capsule free"] if device.recoils else []
-    return [f"M = {exact(device.capsule_mass_kg)} kg", *ball, *free, *restitutions_of(device), *harmonics_of(device)]
+    return [
+        f"M = {exact(device.capsule_mass_kg)} kg",
+        *ball,
+        *free,
+        *restitutions_of(device),
+        *harmonics_of(device),
+        *friction_of(device),
+    ]
 
 
 def _value(study: Study, parameter: Parameter) -> str:

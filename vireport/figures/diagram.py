@@ -43,7 +43,7 @@ from vireport.study import Study, Task
 if TYPE_CHECKING:
     from vireport.simulation import Diagram
 
-WITHOUT_IMPACTS = Outcome.REST, Outcome.FREE
+WITHOUT_IMPACTS = Outcome.REST, Outcome.HELD, Outcome.FREE
 """Ways to end of which a diagram shows nothing."""
 
 HEIGHT = 3.5

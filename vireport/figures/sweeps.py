@@ -77,6 +77,7 @@ MARKERS: dict[Event, Look] = {
     Event.FOLD: {"marker": "d", "markersize": 6.5},
     Event.PITCHFORK: {"marker": "D"},
     Event.GRAZING: {"marker": "^", "markersize": 6.0},
+    Event.STOP: {"marker": "v", "markersize": 6.0},
 }
 CIRCLE: Look = MARK | {
     "marker": "o", "markersize": 4.5, "markerfacecolor": "none", "markeredgewidth": 0.8, "zorder": 3.5,

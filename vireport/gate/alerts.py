@@ -104,6 +104,9 @@ def _inadmissible(results: Evidence) -> Iterator[Sentence]:
     discarded = [(part, branch) for branch in branches for part in branch.family.segments if not part.admissible]
     if not discarded:
         return
+    if results.solution.device.rubs:
+        yield Sentence("turns", {"count": len(discarded)})
+        return
     depth = -min(float(branch.motions.wall_gap[part.first : part.last + 1].min()) for part, branch in discarded)
     stable = "_stable" if any(part.stability.attracts for part, _ in discarded) else ""
     count = len(discarded)

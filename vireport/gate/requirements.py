@@ -387,6 +387,9 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
     shifts = results.effects
     if shifts is None or shifts.end is None:
         raise NumericalError(NOT_STABLE if shifts is None or shifts.absence is None else str(shifts.absence))
+    for shift in shifts.rows:
+        if not shift.known and shift.least is None:
+            raise NumericalError(f"{shift.effect.left_out}: {shift.absence}")
     known = [(shift.least, shift.effect) for shift in shifts.rows if shift.least is not None]
     if not known:
         raise NumericalError("none of the effects applies to the device")

@@ -1,7 +1,7 @@
 """Periodic motions of any word: what they are, what happens to them, and those with two impacts in closed form."""
 
 from vireport.motions.branches import Branch, admissible_families
-from vireport.motions.conditions import Condition
+from vireport.motions.conditions import Condition, stopped
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
 from vireport.motions.error_bounds import NO_BOUND, one_to_one_bounds, point_bounds, rounded_up, undecided
 from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
@@ -10,7 +10,7 @@ from vireport.motions.generation import Rung, generation, impact_rate, ladder
 from vireport.motions.level_curve import sample
 from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmetry
 from vireport.motions.one_to_one import Motions, impact_velocities, motions_of
-from vireport.motions.orbits import Orbits, coefficients, orbits
+from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.paths import RANK, STEEPEST, Arc, Curve, Path, PathPoint, Trail, completed, follow
 from vireport.motions.periodicity import Model, Varied, linearised, residuals, trace, weighted_trace
 from vireport.motions.points import (
@@ -71,6 +71,7 @@ __all__ = [
     "Curve",
     "Event",
     "Family",
+    "Friction",
     "Held",
     "Jacobian",
     "Level",
@@ -137,6 +138,7 @@ __all__ = [
     "settable",
     "solve",
     "solve_one_to_one",
+    "stopped",
     "table",
     "touches",
     "touching",

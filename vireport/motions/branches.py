@@ -18,7 +18,7 @@ from vireport.motions.points import model_of
 from vireport.motions.sweep import Sweep
 from vireport.physics import FLOATS, Voltages, Word
 
-ENDS = Event.GRAZING, Event.ZERO_VELOCITY
+ENDS = Event.GRAZING, Event.ZERO_VELOCITY, Event.STOP
 """What motions do not go on beyond, though the closed form does."""
 
 

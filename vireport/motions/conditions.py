@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from decimal import Decimal
 from math import prod
 from typing import Any
 
@@ -12,12 +13,16 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.periodicity import weighted_trace
-from vireport.physics import ARRAYS, Groups, Word
+from vireport.motions.turning import slow_places
+from vireport.physics import ARRAYS, Groups, Word, flight, force_rate
 
 Floats = NDArray[np.float64]
 
 IMAGINARY = 1e-30
 """Imaginary step of derivatives, whose square is lost in rounding: they are exact to the last digit."""
+
+TIME_STEPS = 3
+"""Newton steps to the time at which the ball is slowest: from doubles each doubles the digits."""
 
 Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
 """(velocities, times and what varies; d, gbar and r there; kind of number) -> what is zero."""
@@ -37,12 +42,15 @@ class Condition(Struct, frozen=True):
     held : int or None
         Without restitution, a ball grazes in the very moment of an impact in which the membrane begins to hold it: this
         impact.
+    stops : int or None
+        The impact that begins the flight in which a ball with friction comes to a stop.
     """
 
     event: Event
     rests: tuple[int, ...] = ()
     sign: int = 1
     held: int | None = None
+    stops: int | None = None
 
     def excess(self, trace: Any, decay: Any) -> Any:
         """How far a trace is above that at the event; `decay` as in `TRACE_LEVELS`."""
@@ -68,6 +76,8 @@ class Condition(Struct, frozen=True):
         -----
         The trace enters times the velocities of all impacts that have one: so it has no pole where one vanishes.
         """
+        if self.stops is not None:
+            return _least_speed(word, x, groups, ops, self.stops)
         if self.held is not None:
             return groups.pull(groups.wave(ops.pi * x[len(word) + self.held], ops).force)
         if self.event in (Event.GRAZING, Event.ZERO_VELOCITY):
@@ -107,3 +117,36 @@ class Condition(Struct, frozen=True):
         gradient = np.append(slopes[:own], slopes[own:] @ gradients)
         length = float(np.linalg.norm(gradient)) or 1.0
         return float(np.real(values[0])) / length, gradient / length
+
+
+def stopped(word: Word, x: Sequence[float], groups: Groups[float]) -> Condition:
+    """The condition that a ball with friction comes to a stop in the flight of a motion that is slowest."""
+    count = len(word)
+    slow = min(slow_places(word, x[:count], x[count : 2 * count], groups), key=lambda place: place.speed)
+    return Condition(Event.STOP, stops=slow.after)
+
+
+def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, after: int) -> Any:
+    """The least speed onward in a flight, in any kind of number.
+
+    The time is known in doubles. Newton's steps to the zero of Z'' give it in the kind of number wanted, and its
+    derivatives: of which the speed there has none by the time.
+    """
+    count, wall = len(word), word.walls[after]
+    near = [_double(number) for number in x[: 2 * count]]
+    known = groups.each(_double)
+    places = slow_places(word, near[:count], near[count:], known)
+    t = ops.exact(min((place for place in places if place.after == after), key=lambda place: place.speed).time)
+    way = (word.walls[(after + 1) % count] - wall) // 2
+    for _ in range(TIME_STEPS):
+        phase = ops.pi * t
+        pull = groups.pull(groups.wave(phase, ops).force, way)
+        t = t - pull / (ops.pi * force_rate(ops.sin(phase), ops.cos(phase), groups.harmonics))
+    start, velocity = x[count + after], groups.after(wall, x[after])
+    begun, here = groups.wave(ops.pi * start, ops), groups.wave(ops.pi * t, ops)
+    return way * flight.velocity(t - start, velocity, begun.impulse, here.impulse, groups.gravity(way), ops.pi)
+
+
+def _double(number: Any) -> float:
+    """A number of any kind as a double: of an array that is moved by an imaginary step, what it is without."""
+    return float(number) if isinstance(number, Decimal) else float(np.real(np.ravel(number)[0]))

@@ -103,7 +103,8 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), ROUNDED
     harmonics, strength = _known(sweep.device.harmonics), _strength(sweep.device.harmonics)
-    orbit = orbits_above(coefficients(u, r, n, ops), u, Rounded(m.phi_bottom, delta_phi), r, n, ops, harmonics)
+    known, phi = coefficients(u, r, n, ops), Rounded(m.phi_bottom, delta_phi)
+    orbit = orbits_above(known, u, phi, r, n, ops, harmonics, _as_known(sweep.level).friction)
     trace = return_trace(orbit, r)
     top = wrapped(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top)
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
@@ -121,6 +122,8 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
         + strength * (0.3 + period / np.pi) * np.maximum(delta_phi, phase_top)
         + 8 * UNIT * (period * speed + period**2 * m.gbar + strength * (0.3 + period / np.pi))
     )
+    if orbit.friction is not None:
+        turning = turning + period**2 / 2 * orbit.friction.error + 8 * UNIT * period**2 * orbit.friction.value
     at_rest = (m.velocity_bottom == 0) | (m.velocity_top == 0)
     value = np.zeros(len(m)) if given is not None else sweep_value_bounds(sweep, m.sweep_value, orbit.d, orbit.gbar)
     return {
@@ -197,7 +200,8 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
 
 def _as_known(level: Level) -> Level:
     """A level with the error to which the groups that it holds are known; a horizontal one is exact."""
-    return level if level.horizontal else Level(level.held, _of_groups(level.value))
+    friction = None if level.friction is None else level.friction.each(_of_groups)
+    return Level(level.held, level.value if level.horizontal else _of_groups(level.value), friction)
 
 
 def _of_groups(value: Any) -> Rounded:

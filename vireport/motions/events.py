@@ -10,11 +10,11 @@ from typing import Any
 class Event(StrEnum):
     """What happens at a motion of a family, or at a point of a locus.
 
-    The values are those of results.json. A family ends at `GRAZING`, `ZERO_VELOCITY`, `SWEEP_END`, `CLOSED` and
-    `LOST`; at a period doubling or pitchfork only where it turns back there as its own image. `DEGENERATE_GRAZING`,
-    `CUSP` and `DEGENERATE_DOUBLING` are points of loci: where folds and period doublings of the motion with the
-    further impact begin at a grazing point; where two loci of folds end together; where period doublings change from
-    soft to hard, and a locus of folds begins.
+    The values are those of results.json. A family ends at `GRAZING`, `STOP`, `ZERO_VELOCITY`, `SWEEP_END`, `CLOSED`
+    and `LOST`, `STOP` being where a ball with friction comes to a stop between two impacts; at a period doubling or
+    pitchfork only where it turns back there as its own image. `DEGENERATE_GRAZING`, `CUSP` and `DEGENERATE_DOUBLING`
+    are points of loci: where folds and period doublings of the motion with the further impact begin at a grazing point;
+    where two loci of folds end together; where period doublings change from soft to hard, and a locus of folds begins.
     """
 
     PERIOD_DOUBLING = "period_doubling"
@@ -22,6 +22,7 @@ class Event(StrEnum):
     PITCHFORK = "pitchfork"
     NODE_FOCUS = "node_focus"
     GRAZING = "grazing"
+    STOP = "stop_in_flight"
     ZERO_VELOCITY = "zero_velocity"
     SWEEP_END = "sweep_end"
     CLOSED = "closed_curve"
@@ -38,12 +39,15 @@ class Event(StrEnum):
 
     @property
     def letter(self) -> str:
-        """Letter of the labels of its points: the paper's A, B and C, and G for grazing, which it does not treat."""
-        letters = {Event.NODE_FOCUS: "A", Event.PERIOD_DOUBLING: "B", Event.GRAZING: "G"}
+        """Letter of the labels of its points: the paper's A, B and C, and G and S for what it does not treat.
+
+        These are grazing, and where a ball with friction comes to a stop in its flight.
+        """
+        letters = {Event.NODE_FOCUS: "A", Event.PERIOD_DOUBLING: "B", Event.GRAZING: "G", Event.STOP: "S"}
         return letters.get(self, "C")
 
 
-CRITICAL = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.NODE_FOCUS, Event.GRAZING
+CRITICAL = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.NODE_FOCUS, Event.GRAZING, Event.STOP
 """Events of critical points, which have labels."""
 
 TRACE_LEVELS: dict[Event, Callable[[Any], Any]] = {

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
-from vireport.motions.orbits import Orbits, coefficients, orbits, orbits_above
+from vireport.motions.orbits import Orbits, coefficients, orbits, orbits_above, rubbing
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import EDGE, Level, Sweep, level_terms, mirrors
-from vireport.motions.turning import wall_gap
+from vireport.motions.turning import slowest, wall_gap
 from vireport.physics import FINEST_D, SINE, Harmonic, by_wall
 from vireport.scenario import Parameter
 
@@ -190,6 +190,14 @@ def _existence(level: Level, r: Any, n: int) -> list[tuple[float, float]]:
     return [(float(ends[i]), float(ends[i + 1])) for i in range(0, len(ends), 2)]
 
 
+def largest_with_friction(largest: tuple[float, float], friction: float, r: Any, n: int) -> tuple[float, float]:
+    """The largest d and gbar of any motion, by those without friction, of a ball with so much."""
+    u = np.linspace(-EDGE, EDGE, 4096 * n + 1)
+    own = rubbing(coefficients(u, r, n), u, r, n)
+    d, gbar = (1.001 * friction * float(np.abs(part).max()) for part in (own.d, own.gbar))
+    return largest[0] + d, largest[1] + gbar
+
+
 @lru_cache(maxsize=64)
 def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()) -> tuple[float, float]:
     """Largest d and gbar of any motion, with a little room; of a force with harmonics, no less than these."""
@@ -210,7 +218,7 @@ def evaluate(
         from vireport.motions.contour import Surface, places
 
         u, phi = places(strands, which, w, Surface(level, r, n, harmonics))
-        return orbits(u, np.mod(phi, 2 * np.pi), r, n, harmonics=harmonics)
+        return orbits(u, np.mod(phi, 2 * np.pi), r, n, harmonics=harmonics, friction=level.friction)
     sheets = [strand for strand in strands if isinstance(strand, Strand)]  # all of them
     low = np.array([s.low for s in sheets])[which]
     width = np.array([s.high - s.low for s in sheets])[which]
@@ -230,7 +238,7 @@ def evaluate(
     # a sin(phi) + b cos(phi) = (a^2 + b^2)^(1/2) cos(phi - arctan2(a, b)) = c: two phases, one on either sheet.
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
-    return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n)
+    return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n, friction=level.friction)
 
 
 class LevelCurve(Struct, frozen=True, eq=False):
@@ -300,7 +308,9 @@ class LevelCurve(Struct, frozen=True, eq=False):
         values = np.array([*traced, unknown, orbit.velocity_bottom, -orbit.velocity_top, *in_sweep])
         inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
         if inside.any():
-            values[GRAZING, inside] = wall_gap(orbit.select(inside), r)
+            within = orbit.select(inside)
+            # A ball with friction that turns in a flight is on another way before it can graze.
+            values[GRAZING, inside] = wall_gap(within, r) if orbit.friction is None else slowest(within, r)[0]
         return values.T
 
 
@@ -310,6 +320,9 @@ def curve_of(sweep: Sweep) -> LevelCurve:
     ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
     least = min(float(end.d) for end in ends), min(float(end.gbar) for end in ends)
     largest = largest_groups(device.restitution, device.period_ratio, device.harmonics)
+    if device.rubs:
+        most = max(float(end.friction) for end in ends)
+        largest = largest_with_friction(largest, most, device.restitution, device.period_ratio)
     low, high = sweep.coordinate_range
     if any(group > most for group, most in zip(least, largest, strict=True)):
         return LevelCurve(sweep, level, [], (low, high))

@@ -14,13 +14,16 @@ A harmonic of order j in the force has the surface of a sine with j omega, of wh
 the velocity 1/j and d 1/j^2 of its. Surfaces are added, as the equations are linear in the force, and D2 = K(q)/T^2 is
 that of the sine; above each q the sum is a trigonometric polynomial in the phase.
 
+Dry friction, while Z' keeps its sign in each flight, is a known force: gravity is gbar + f up and gbar - f down. The
+equations are linear in f, too: to gbar, velocity and d above each q it adds f times functions of q, see `Friction`.
+
 Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at u
 ~ gbar, where q itself has no digits left. The formulae serve every kind of number, see `vireport.physics.numbers`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from msgspec import Struct
@@ -121,6 +124,55 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
     )
 
 
+class Friction(Struct, frozen=True, eq=False):
+    """The friction f of a ball along a sweep, by the groups: `constant` + `by_gbar` gbar + `by_d` d; numbers or arrays.
+
+    Along a sweep of length or frequency it is constant, along one of the force it goes with gbar, and with d where the
+    capsule is horizontal.
+    """
+
+    constant: Any
+    by_gbar: Any = 0
+    by_d: Any = 0
+
+    def each(self, function: Callable[[Any], Any]) -> Friction:
+        """What a function makes of each number; a coefficient that is not there stays so."""
+        numbers = (self.constant, self.by_gbar, self.by_d)
+        return Friction(*(number if type(number) is int else function(number) for number in numbers))
+
+    def at(self, gbar: Any, d: Any) -> Any:
+        """Friction where the groups are known."""
+        return self.constant + self.by_gbar * gbar + self.by_d * d
+
+
+class Rubbing(Struct, frozen=True, eq=False):
+    """What each unit of friction adds above one value of q: to gbar, the velocity at the bottom impact and d."""
+
+    gbar: Any
+    velocity: Any
+    d: Any
+
+
+def rubbing(k: Coefficients, u: Any, r: Any, n: int) -> Rubbing:
+    """Solve the linear system for friction alone, without a force; `k` is of the same u.
+
+    Notes
+    -----
+    With G for gbar/f gravity is G + 1 for Tu and G - 1 for Td. Both flights and the impacts between them give
+    (1 + r_t) K G = T^2 [(1 + r_b r_t) u + (r_b - r_t) (1/4 - u^2)], of the velocity at the bottom
+    (1 + r_t) K V = Tu Td (Tu - r_t Td), and d = Tu Td/(2T) [2 (1 + r_b) V - T (G + 2 u)].
+    """
+    bottom, top = by_wall(r)
+    period, scale = 2 * n, (1 + top) * k.determinant
+    both = (1 + bottom * top) * u
+    if bottom is not top:
+        both = both + (bottom - top) * (1 - 4 * u * u) / 4
+    gbar = period * period * both / scale
+    flights = k.time_up * k.time_down
+    velocity = flights * (k.time_up - top * k.time_down) / scale
+    return Rubbing(gbar, velocity, flights / (2 * period) * (2 * (1 + bottom) * velocity - period * (gbar + 2 * u)))
+
+
 def of_order(k: Coefficients, order: int) -> Coefficients:
     """The coefficients of sin(order phi) and cos(order phi) of a harmonic, from those of a sine in order n periods."""
     square = order * order
@@ -157,6 +209,8 @@ class Orbits(Struct, frozen=True, eq=False):
         Gravity and length for which this is a motion.
     harmonics : tuple of Harmonic
         Of the force that all of them have, none of a sine.
+    friction : array_like or None
+        f, of each; None of a ball without friction.
     """
 
     u: Any
@@ -172,38 +226,56 @@ class Orbits(Struct, frozen=True, eq=False):
     gbar: Any
     d: Any
     harmonics: tuple[Harmonic, ...] = ()
+    friction: Any = None
 
     def select(self, index: Any) -> Orbits:
         """The motions picked by an index or mask."""
-        return replace(self, **{name: getattr(self, name)[index] for name in ORBIT_NUMBERS})
+        friction = None if self.friction is None else self.friction[index]
+        return replace(self, **{name: getattr(self, name)[index] for name in ORBIT_NUMBERS}, friction=friction)
 
     @property
     def waves(self) -> tuple[Wave, Wave]:
         """The force at the bottom and at the top impact."""
         return wave(self.sin_phi, self.cos_phi, self.harmonics), wave(self.sin_top, self.cos_top, self.harmonics)
 
+    @property
+    def gravities(self) -> tuple[Any, Any]:
+        """What stands for gbar in the flight up from the bottom, and in that back down, see `Groups.gravity`."""
+        if self.friction is None:
+            return self.gbar, self.gbar
+        return self.gbar + self.friction, self.gbar - self.friction
+
     def flights(self, r: Any) -> tuple[Flight, Flight]:
         """The flight from the bottom upward, and the one back down, for the restitution r of `coefficients`."""
         at_bottom, at_top = by_wall(r)
         bottom, top = flight.reflect(self.velocity_bottom, at_bottom), flight.reflect(self.velocity_top, at_top)
         begun, back = self.waves
+        up, down = self.gravities
         return (
-            Flight(-1, bottom, begun.impulse, begun.path, self.time_up, self.gbar, self.d),
-            Flight(1, top, back.impulse, back.path, self.time_down, self.gbar, self.d),
+            Flight(-1, bottom, begun.impulse, begun.path, self.time_up, up, self.d),
+            Flight(1, top, back.impulse, back.path, self.time_down, down, self.d),
         )
 
 
-ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name != "harmonics")
+ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name not in ("harmonics", "friction"))
 """What `Orbits` hold numbers of."""
 
 
-def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS, harmonics: tuple[Harmonic, ...] = ()) -> Orbits:
+def orbits(
+    u: Any,
+    phi: Any,
+    r: Any,
+    n: int,
+    ops: Any = ARRAYS,
+    harmonics: tuple[Harmonic, ...] = (),
+    friction: Friction | None = None,
+) -> Orbits:
     """Evaluate the motion through (q = 1/2 + u, phi): the only one there is, with the gbar and d it belongs to.
 
-    Parameters are those of `coefficients`, the forcing phase `phi` at the bottom impact [rad], and the harmonics of the
-    force, in the kind of number of `ops`.
+    Parameters are those of `coefficients`, the forcing phase `phi` at the bottom impact [rad], the harmonics of the
+    force, and friction, in the kind of number of `ops`.
     """
-    return orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops, harmonics)
+    return orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops, harmonics, friction)
 
 
 def added(
@@ -216,7 +288,14 @@ def added(
 
 
 def orbits_above(
-    c: Coefficients, u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS, harmonics: tuple[Harmonic, ...] = ()
+    c: Coefficients,
+    u: Any,
+    phi: Any,
+    r: Any,
+    n: int,
+    ops: Any = ARRAYS,
+    harmonics: tuple[Harmonic, ...] = (),
+    friction: Friction | None = None,
 ) -> Orbits:
     """Evaluate `orbits` where the sine's coefficients above each u are known. The velocity at the top is (3.8)."""
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
@@ -227,8 +306,15 @@ def orbits_above(
         pairs = (k.gbar_sine, k.gbar_cosine), (k.velocity_sine, k.velocity_cosine), (k.d_sine, k.d_cosine)
         of_gbar, of_velocity, of_d = (a * sine + b * cosine for a, b in (turned(*pair, own) for pair in pairs))
         gbar, velocity, d = gbar + of_gbar, velocity + of_velocity, d + of_d
+    rubbed, gained = None, gbar
+    if friction is not None:
+        unit = rubbing(c, u, r, n)
+        # f = c + a gbar + b d, in which gbar and d have f times those of friction alone.
+        rubbed = friction.at(gbar, d) / (1 - friction.by_gbar * unit.gbar - friction.by_d * unit.d)
+        gbar, velocity, d = gbar + rubbed * unit.gbar, velocity + rubbed * unit.velocity, d + rubbed * unit.d
+        gained = gbar + 2 * u * rubbed
     # Over the period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its own: that is
-    # (3.8).
+    # (3.8). Friction adds f for Tu and takes it for Td.
     bottom, top = by_wall(r)
     taken = velocity if bottom is top else velocity * ((1 + bottom) / (1 + top))
     return Orbits(
@@ -241,8 +327,9 @@ def orbits_above(
         time_up=c.time_up,
         time_down=c.time_down,
         velocity_bottom=velocity,
-        velocity_top=2 * n * gbar / (1 + top) - taken,
+        velocity_top=2 * n * gained / (1 + top) - taken,
         gbar=gbar,
         d=d,
         harmonics=harmonics,
+        friction=rubbed,
     )

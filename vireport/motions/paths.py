@@ -26,7 +26,7 @@ from vireport.motions.motion import AT_ZERO, IMAGE, Motion
 from vireport.motions.periodicity import Model, Variation, linearised, trace
 from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
-from vireport.motions.turning import Turn, turns
+from vireport.motions.turning import Turn, slow_places, turns
 from vireport.physics import Groups, Word
 
 Floats = NDArray[np.float64]
@@ -529,6 +529,11 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         # In the units of the arclength, so that a margin and a step can be compared, see `strain`.
         share = (float(x[-1]) - self.low) / self.width
         rest = (self.high - self.low) / self.width - share
+        if self.groups(x).friction is not None:
+            # Friction moves a ball that stops otherwise: it is on another way before it can come to a wall.
+            row, count = x.tolist(), len(self.word)
+            places = slow_places(self.word, row[:count], row[count : 2 * count], self.groups(x))
+            return [share, rest, *self._speeds(x), *(place.speed for place in places)]
         return [share, rest, *self._speeds(x), *(turn.gap for turn in self.turns(x))]
 
     def _speeds(self, x: Floats) -> list[float]:
@@ -582,6 +587,8 @@ class Curve(Path, frozen=True, eq=False, dict=True):
             if first.margin > -AT_ZERO:
                 touches = min(map(abs, self._speeds(first.x))) < AT_ZERO
                 return Event.ZERO_VELOCITY if touches else Event.SWEEP_END, first
+        if self.groups(arc.end.x).friction is not None:
+            return Event.STOP, self.located(arc, lambda point: point.margin)[1]
         if not self._straight(arc.end.x):
             return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
         # Of many decades, the least of all margins is flat, as small as a velocity, up to where a gap falls: only those

@@ -69,7 +69,8 @@ class Model(Struct, frozen=True):
         if self.level.held is Held.D:
             return Groups(self.level.value, coordinate, self.r, self.harmonics)
         gbar = self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
-        return Groups(coordinate, gbar, self.r, self.harmonics)
+        friction = None if self.level.friction is None else self.level.friction.at(gbar, coordinate)
+        return Groups(coordinate, gbar, self.r, self.harmonics, friction)
 
     def decay(self, walls: Sequence[int]) -> Any:
         """The root of the determinant of a motion's Jacobian, see `Groups.decay`."""
@@ -102,6 +103,8 @@ class Model(Struct, frozen=True):
         r = max(by_wall(self.r))
         most = (1 + r) / (1 - r)
         gbar = self.level.value if self.level.held is Held.GBAR else most
+        if self.level.friction is not None:
+            gbar = gbar + self.level.friction.constant
         farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - r)
         # Harmonics add as much to a speed, or to gbar, as they are of the force.
         pushed = BEYOND * (1 + sum(own.share for own in self.harmonics))
@@ -112,8 +115,11 @@ class Model(Struct, frozen=True):
         return self.groups(varied[0])
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Derivatives of `Groups.numbers` by the coordinate, (4, 1), and zeros below for harmonics."""
-        return np.array([[*self.slope, 0.0, 0.0, *[0.0] * (2 * len(self.harmonics))]]).T
+        """Derivatives of `Groups.numbers` by the coordinate, (4, 1), zeros for harmonics, that of friction."""
+        friction = self.level.friction
+        by_d, by_gbar = self.slope
+        rubbing = [] if friction is None else [friction.by_gbar * by_gbar + friction.by_d * by_d]
+        return np.array([[by_d, by_gbar, 0.0, 0.0, *[0.0] * (2 * len(self.harmonics)), *rubbing]]).T
 
 
 class Leg(NamedTuple):
@@ -149,10 +155,11 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
     """
     count, values = len(word), []
     groups = model.at(x[2 * count :])
-    d, gbar, *_ = groups
+    d = groups.d
     for leg in legs(word, x[count : 2 * count], groups, ops):
         after, t = groups.after(word.walls[leg.start], x[leg.start]), leg.duration
         way = (word.walls[leg.end] - word.walls[leg.start]) // 2
+        gbar = groups.gravity(way)
         speed = flight.velocity(t, after, leg.starts.impulse, leg.ends.impulse, gbar, ops.pi)
         covered = flight.displacement(t, after, leg.starts.impulse, leg.starts.path, leg.ends.path, gbar, ops.pi)
         values += [speed - x[leg.end], covered - way * d]
@@ -163,14 +170,15 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
     """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
     count, row = len(word), x.tolist()
     groups = model.at(row[2 * count :])
-    d, gbar, *_ = groups
+    d = groups.d
     values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
     for leg in legs(word, row[count : 2 * count], groups):
         i, j, t = leg.start, leg.end, leg.duration
         r, slope = groups.rebound(word.walls[i], row[i])
         after = flight.reflect(row[i], r)
-        pull_start, pull_end = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
         way = (word.walls[j] - word.walls[i]) // 2
+        gbar = groups.gravity(way)
+        pull_start, pull_end = groups.pull(leg.starts.force, way), groups.pull(leg.ends.force, way)
         speed = flight.velocity(t, after, leg.starts.impulse, leg.ends.impulse, gbar)
         covered = flight.displacement(t, after, leg.starts.impulse, leg.starts.path, leg.ends.path, gbar)
         values += [speed - row[j], covered - way * d]
@@ -182,7 +190,11 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
             more = [_by_harmonic(own.order, *ends, t) for own in groups.harmonics]
             by_velocity += [slope for own in more for slope in own[0]]
             by_way += [slope for own in more for slope in own[1]]
-        by_groups += [by_velocity + of_law, by_way + [own * t for own in of_law]]
+        by_velocity, by_way = by_velocity + of_law, by_way + [own * t for own in of_law]
+        if groups.friction is not None:
+            by_velocity.append(-way * t)
+            by_way.append(-way * t * t / 2)
+        by_groups += [by_velocity, by_way]
     # with one impact both ends of the flight are the same, and their derivatives are added
     entries = np.asarray(np.bincount(_places(count, len(row)), by_impacts, 2 * count * len(row)), float)
     matrix = entries.reshape(2 * count, len(row))
@@ -237,7 +249,8 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
     flights = []
     for leg in legs(word, x[count : 2 * count], groups, ops):
         r, slope = groups.rebound(word.walls[leg.start], x[leg.start])
-        pulls = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
+        way = (word.walls[leg.end] - word.walls[leg.start]) // 2
+        pulls = groups.pull(leg.starts.force, way), groups.pull(leg.ends.force, way)
         flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r, slope))
     return product_trace(flights)
 
@@ -250,7 +263,8 @@ def weighted_trace(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any =
     count, flights = len(word), []
     for leg in legs(word, x[count : 2 * count], groups, ops):
         (r, slope), speed = groups.rebound(word.walls[leg.start], x[leg.start]), x[leg.end]
-        start, end = groups.pull(leg.starts.force), groups.pull(leg.ends.force)
+        way = (word.walls[leg.end] - word.walls[leg.start]) // 2
+        start, end = groups.pull(leg.starts.force, way), groups.pull(leg.ends.force, way)
         time, velocity = start * leg.duration - r * x[leg.start], slope * leg.duration
         flights.append((time, velocity, time * end - start * speed, velocity * end - slope * speed))
     return product_trace(flights)

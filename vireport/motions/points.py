@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base import NumericalError
-from vireport.motions.conditions import Condition, Equation
+from vireport.motions.conditions import Condition, Equation, stopped
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion, Symmetry
 from vireport.motions.one_to_one import Motions
@@ -37,6 +37,7 @@ DETAILS = {
     (Event.PITCHFORK, None): "lambda = 1, the symmetric motion passes its stability to two asymmetric ones",
     (Event.NODE_FOCUS, None): "Delta = 0, the type changes between node and focus",
     (Event.GRAZING, None): "a turning point of the ball touches a membrane",
+    (Event.STOP, None): "friction stops the ball between two impacts, and the motion is followed no farther",
     (Event.ZERO_VELOCITY, 0): "the impact at the bottom loses its velocity",
     (Event.ZERO_VELOCITY, 1): "the impact at the top loses its velocity",
 }
@@ -297,6 +298,9 @@ def solve_one_to_one(
         If it does not settle.
     """
     touched: tuple[int, ...] = ()
+    if condition.event is Event.STOP and condition.stops is None:
+        groups = grouped(FLOATS).at((motion.coordinate,)).as_floats()
+        condition = stopped(motion.word, [*motion.velocity.tolist(), *motion.time.tolist()], groups)
     if condition.event is Event.GRAZING:
         touch = near_touch(motion, grouped(FLOATS).at((motion.coordinate,)).as_floats())
         if touch.acceleration is not None:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache
 from math import pi
 from operator import itemgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -21,14 +21,17 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
-from vireport.motions.level_curve import evaluate, find_strands, largest_groups
+from vireport.motions.level_curve import TINIEST_FEATURE, Strand, evaluate, find_strands, largest_groups
 from vireport.motions.motion import Motion
-from vireport.motions.orbits import Orbits, coefficients, orbits
+from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.roots import bracketed_root, cubic_root, golden_minimum, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.sweep import Held, Level
 from vireport.motions.turning import flight_turns, wall_gap
 from vireport.physics import Groups, Harmonic, Restitutions, Word, by_wall, each
+
+if TYPE_CHECKING:
+    from vireport.motions.contour import Contour
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -126,10 +129,11 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     n : int
         Forcing periods per motion, the same for all.
     """
-    d, gbar, r, _ = groups
+    d, gbar, r, *_ = groups
     of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
-    if harmonics := groups.same_harmonics:
-        return _evaluated(*_on_levels(groups, of_cells, n), d, gbar, of_cells, n, harmonics)
+    harmonics = groups.same_harmonics
+    if harmonics or groups.friction is not None:
+        return _evaluated(*_on_levels(groups, of_cells, n), d, gbar, of_cells, n, harmonics, groups.friction)
     every = np.arange(len(d))
     kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]
     if isinstance(of_cells, Restitutions):
@@ -157,19 +161,21 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
 
 
 def _on_levels(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats, Floats]:
-    """The motions of a force with harmonics: the design point that each belongs to, u and the phase.
+    """The motions of a force with harmonics or of a ball with friction: the design point of each, u and the phase.
 
-    Design points with one gbar and restitution lie on one level curve, which is followed, see `contour`.
+    Design points with one gbar, restitution and friction lie on one level curve, which is followed, see `contour`.
     """
     d, gbar, *_ = groups
     harmonics = groups.same_harmonics
-    rows = np.column_stack([gbar, *(np.broadcast_to(own, d.shape) for own in by_wall(r))])
+    friction = 0.0 if groups.friction is None else groups.friction
+    rows = np.column_stack([gbar, *(np.broadcast_to(own, d.shape) for own in (*by_wall(r), friction))])
     different, own = np.unique(rows, axis=0, return_inverse=True)
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
-    for k, (held, bottom, top) in enumerate(different.tolist()):
+    for k, (held, bottom, top, rubbed) in enumerate(different.tolist()):
         cells = np.flatnonzero(own.ravel() == k)
         of_both = Restitutions(bottom, top) if isinstance(r, Restitutions) else bottom
-        parts.append(_on_level(Level(Held.GBAR, held), cells, d[cells], of_both, n, harmonics))
+        level = Level(Held.GBAR, held, None if groups.friction is None else Friction(rubbed))
+        parts.append(_on_level(level, cells, d[cells], of_both, n, harmonics))
     which, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
     return which, u, phi
 
@@ -184,7 +190,7 @@ def _on_level(
 
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
     for k, strand in enumerate(strands):
-        w = np.linspace(strand.start, strand.end, 2 * strand.samples - 1)
+        w = _parameters(strand, n) if isinstance(strand, Strand) else np.linspace(*_span(strand))
 
         def lengths(w: Floats, k: int = k) -> Floats:
             return np.asarray(at(np.full(len(w), k), w).d)
@@ -203,6 +209,28 @@ def _on_level(
         parts.append((cells[cell[kept]], found.u[kept], found.phi[kept]))
     which, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
     return which, u, phi
+
+
+def _span(strand: Contour) -> tuple[float, float, int]:
+    """Ends of the parameter of a contour, and how many samples there are."""
+    return strand.start, strand.end, 2 * strand.samples - 1
+
+
+def _parameters(strand: Strand, n: int) -> Floats:
+    """Parameters of a strand at which its length is sampled: on both sheets where u is on an even grid, and a fine one.
+
+    The nearly symmetric motions of a nearly horizontal capsule are at u ~ gbar: there the strand has a point in each
+    part of a decade.
+    """
+    even = np.linspace(strand.start, strand.end, 2 * strand.samples * n - 1)
+    if strand.symmetric:
+        return even
+    decades = 10.0 ** np.arange(TINIEST_FEATURE, -2, 1 / PER_DECADE)
+    u = np.concatenate([np.linspace(-0.5, 0.5, SAMPLES * n + 1), decades, -decades])
+    u = u[(u > strand.low) & (u < strand.high)]
+    once = 2 * np.arcsin(np.sqrt((u - strand.low) / (strand.high - strand.low)))
+    w = np.concatenate([even, once, -once, 2 * np.pi - once])
+    return np.unique(w[(w >= strand.start) & (w <= strand.end)])
 
 
 def _with_extrema(w: Floats, function: Callable[[Floats], Floats], asked: Floats) -> tuple[Floats, Floats]:
@@ -283,11 +311,13 @@ def _evaluated(
     r: Any,
     n: int,
     harmonics: tuple[Harmonic, ...] = (),
+    friction: Any = None,
 ) -> PointwiseMotions:
     """What is known of solutions, in order, those that are none by the sign of a velocity left out."""
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
-    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n, harmonics=harmonics)
+    rubbed = None if friction is None else Friction(np.broadcast_to(friction, d.shape)[cell])
+    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n, harmonics=harmonics, friction=rubbed)
     # G knows squares only: what it finds may strike the membranes from behind.
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
@@ -311,10 +341,10 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
     formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
     """
-    if groups.harmonics:
-        raise ValueError("derivatives are of the closed form of a force that is a sine")
+    if groups.harmonics or groups.friction is not None:
+        raise ValueError("derivatives are of the closed form of a force that is a sine, without friction")
     motions = find_motions(groups.each(np.real), n)
-    d, gbar, r, _ = groups.each(itemgetter(motions.cell))
+    d, gbar, r, *_ = groups.each(itemgetter(motions.cell))
     u, phi, real = motions.orbit.u, motions.orbit.phi, each(r, np.real)
     # Two real derivatives, by u and by phi, and the part of d and gbar that r moves with u and phi held.
     along_u, along_phi, at = (

@@ -97,11 +97,18 @@ def flight_jacobian(
 
 def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
     """Jacobians of the flight from the bottom to the top impact of a motion, and of the flight back."""
-    bottom, top = (orbit.gbar + there.force for there in orbit.waves)
+    at_bottom, at_top = orbit.waves
     r_bottom, r_top = by_wall(r)
+    if orbit.friction is None:
+        bottom, top = orbit.gbar + at_bottom.force, orbit.gbar + at_top.force
+        back, down = top, bottom
+    else:
+        upward, downward = orbit.gravities
+        bottom, top = upward + at_bottom.force, upward + at_top.force
+        back, down = downward + at_top.force, downward + at_bottom.force
     return (
         flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r_bottom),
-        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, top, bottom, r_top),
+        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, back, down, r_top),
     )
 
 

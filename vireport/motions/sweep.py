@@ -8,7 +8,8 @@ from typing import Any
 
 from msgspec import Struct
 
-from vireport.motions.orbits import Coefficients, Orbits, coefficients, of_order, turned
+from vireport.base import UsageError
+from vireport.motions.orbits import Coefficients, Friction, Orbits, Rubbing, coefficients, of_order, rubbing, turned
 from vireport.physics import (
     ARRAYS,
     FINEST_D,
@@ -60,10 +61,14 @@ class Held(Enum):
 
 
 class Level(Struct, frozen=True, eq=False):
-    """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions."""
+    """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions.
+
+    With friction it says how this goes with the groups along the sweep.
+    """
 
     held: Held
     value: Any
+    friction: Friction | None = None
 
     @property
     def horizontal(self) -> bool:
@@ -83,7 +88,11 @@ def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any 
     For a horizontal capsule with membranes that are alike, and odd n, the factor u, whose zeros are the symmetric
     family, is divided out.
     """
-    return _divided_terms(u, r, n, ops) if mirrors(level, r, n) else _terms(level, k)
+    divided = mirrors(level, r, n)
+    a, b, c = _divided_terms(u, r, n, ops) if divided else _terms(level, k)
+    if (rubbed := _Rubbed.of(level, k, u, r, n, ops, divided)) is None:
+        return a, b, c
+    return rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
 
 
 def _divided_terms(u: Any, r: Any, n: int, ops: Any) -> tuple[Any, Any, Any]:
@@ -102,6 +111,45 @@ def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
     return k.d_sine, k.d_cosine, zero + level.value
 
 
+class _Rubbed(Struct, frozen=True, eq=False):
+    """What friction changes in a level above each q.
+
+    Notes
+    -----
+    With G, D of `rubbing` and g, h what gbar and d are without friction, f = c + a gbar + b d has gbar = g + f G and
+    d = h + f D. A sweep over length or frequency holds gbar, of a constant f: g = gbar - f G. One over the force holds
+    d/gbar = L, with f = a gbar: times 1 - a G, which takes the pole of f, it is h - L g + a (D g - G h) = 0. Of a
+    horizontal capsule it holds gbar = 0 with f = b d: times 1 - b D, it is g + b (G h - D g) = 0.
+    """
+
+    level: Level
+    friction: Friction
+    own: Rubbing
+    share: Any
+    """G, divided as g is."""
+
+    @staticmethod
+    def of(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any, divided: bool) -> _Rubbed | None:
+        """That of a level with friction; `k` is that of the sine."""
+        if level.friction is None:
+            return None
+        own = rubbing(k, u, r, n)
+        # T/(pi K), by which and u the terms of a horizontal capsule are divided, takes G to this for one restitution.
+        return _Rubbed(level, level.friction, own, 2 * n * ops.pi * (1 + r * r) / (1 + r) if divided else own.gbar)
+
+    def term(self, a: Any, gbar: Any, d: Any) -> Any:
+        """A coefficient of the sine or the cosine, by those of the level, gbar and d without friction."""
+        if self.level.held is Held.RATIO:
+            return a + self.friction.by_gbar * (self.own.d * gbar - self.own.gbar * d)
+        if type(self.friction.by_d) is int:
+            return a
+        return a + self.friction.by_d * (self.share * d - self.own.d * a)
+
+    def held(self, c: Any) -> Any:
+        """The number that the level is, by that without friction."""
+        return c - self.friction.constant * self.share
+
+
 Polynomial = tuple[list[tuple[int, Any, Any]], Any]
 """A trigonometric polynomial in the phase that is a number: order, coefficients of sine and cosine; and the number."""
 
@@ -114,6 +162,9 @@ def level_polynomial(
     As in `level_terms`, u is divided out where motions have mirror images.
     """
     divided, parts, held = mirrors(level, r, n, harmonics), [], None
+    rubbed = None
+    if level.friction is not None:
+        rubbed = _Rubbed.of(level, coefficients(u, r, n, ops), u, r, n, ops, divided)
     for own in (SINE, *harmonics):
         periods = own.order * n
         if divided:
@@ -121,6 +172,9 @@ def level_polynomial(
             a, b, c = (term / own.order for term in _divided_terms(u, r, periods, ops))
         else:
             a, b, c = _terms(level, of_order(coefficients(u, r, periods, ops), own.order))
+        if rubbed is not None:
+            k = of_order(coefficients(u, r, periods, ops), own.order)
+            a, b, c = rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
         held = c if held is None else held
         parts.append((own.order, *turned(a, b, own)))
     return parts, held
@@ -171,18 +225,23 @@ class Sweep(Struct, frozen=True):
     def level(self) -> Level:
         """What stays the same along the sweep."""
         level = self.level_in(ARRAYS)
-        return Level(level.held, float(level.value))
+        return Level(level.held, float(level.value), None if level.friction is None else level.friction.each(float))
 
     def level_in(self, ops: Any) -> Level:
         """What stays the same along the sweep, in a kind of number."""
         # Of a sweep over the force, both groups are the largest, and best resolved, at its lower end.
         at = min(self.start, self.end) if self.parameter is Parameter.AMPLITUDE else self.start
-        d, gbar, *_ = self.device.groups(self.parameter, at, ops)
+        d, gbar, *_, rubbed = self.device.groups(self.parameter, at, ops)
         if self.parameter is Parameter.INCLINATION:
+            if rubbed is not None:
+                raise UsageError("of a ball with friction motions along a sweep of the inclination are not known")
             return Level(Held.D, d)
         if self.parameter is Parameter.AMPLITUDE and gbar != 0:
-            return Level(Held.RATIO, d / gbar)
-        return Level(Held.GBAR, gbar)
+            return Level(Held.RATIO, d / gbar, None if rubbed is None else Friction(0, rubbed / gbar))
+        friction = None
+        if rubbed is not None:
+            friction = Friction(0, 0, rubbed / d) if self.parameter is Parameter.AMPLITUDE else Friction(rubbed)
+        return Level(Held.GBAR, gbar, friction)
 
     @property
     def coordinate_range(self) -> tuple[float, float]:

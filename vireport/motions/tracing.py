@@ -37,6 +37,7 @@ from vireport.motions.points import (
 from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
+from vireport.physics import ARRAYS
 
 if TYPE_CHECKING:
     from vireport.motions.contour import Contour
@@ -276,7 +277,8 @@ def _branch(curve: LevelCurve, piece: Piece) -> Branch:
             u[row], phi[row] = point.closed.u, point.closed.phi_bottom
     at_symmetry = _symmetric_ends(curve, piece, orbit)
     u[at_symmetry] = 0.0
-    motions = motions_of(curve.sweep, curve.level, orbits(u, phi, curve.r, curve.n, harmonics=curve.harmonics))
+    given = curve.r, curve.n, ARRAYS, curve.harmonics, curve.level.friction
+    motions = motions_of(curve.sweep, curve.level, orbits(u, phi, *given))
     _pin(motions, curve, piece, points, at_symmetry)
     marks = _marks(piece, points, at_symmetry)
     return Branch(family_of(curve.sweep, motions, marks), _symmetry(curve, piece), None, motions)
@@ -323,7 +325,7 @@ def _polish_ends(curve: LevelCurve, piece: Piece, u: Floats, phi: Floats) -> Non
         # farther than the next sample.
         reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
-            orbit = orbits(u[[row]], phi[[row]], curve.r, curve.n, harmonics=curve.harmonics)
+            orbit = orbits(u[[row]], phi[[row]], curve.r, curve.n, ARRAYS, curve.harmonics, curve.level.friction)
             u[row], phi[row] = place_at(curve.sweep, value, orbit, symmetric, max(reach, FARTHEST))
 
 
@@ -331,6 +333,8 @@ def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbi
     """The critical point at a row of a piece, whose motions are `orbit`."""
     symmetric = curve.strands[piece.strand].symmetric
     event = Event.GRAZING if condition.event is Event.ZERO_VELOCITY else condition.event
+    if condition.event is Event.GRAZING and curve.level.friction is not None:
+        event, condition = Event.STOP, Condition(Event.STOP)
     if event is Event.FOLD and symmetric and not _turns(curve, piece, row):
         event = Event.PITCHFORK
     # Without gravity along the capsule an impact loses its velocity together with the other, by momentum (3.8).
@@ -401,7 +405,9 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
         motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
         motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
         motions.phi_top[row] = closed.phi_top
-        if point.event is not Event.GRAZING:
+        if point.event is Event.STOP:
+            motions.wall_gap[row], motions.admissible[row] = 0.0, False
+        elif point.event is not Event.GRAZING:
             motions.stability[row] = NODE if point.event is Event.NODE_FOCUS else UNSTABLE
         elif point.rest is None:
             motions.wall_gap[row], motions.admissible[row] = 0.0, False

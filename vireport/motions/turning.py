@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits
 from vireport.motions.roots import newton_root
-from vireport.physics import Flight, Groups, Harmonic, flight, force_rate, unaccelerated, wave
+from vireport.physics import FLOATS, Flight, Groups, Harmonic, Word, by_wall, flight, force_rate, unaccelerated, wave
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -222,6 +222,30 @@ def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = 
         yield 1, part
 
 
+def slowest(orbit: Orbits, r: Any) -> tuple[Floats, Ints]:
+    """Least speed onward in the flights of 1:1 motions, and the impact (0 or 1) that begins the flight with it.
+
+    Negative where the ball would move back in a flight, as one with friction does not on the way that is solved for:
+    friction would be against that, too. Parameters are those of `wall_gap`.
+    """
+    top = np.arctan2(orbit.sin_top, orbit.cos_top)
+    ends = np.abs(np.stack([orbit.velocity_bottom, orbit.velocity_top]))
+    struck = np.stack(np.broadcast_arrays(*by_wall(r), ends[0])[:2]) * ends
+    speeds = np.minimum(struck, ends[::-1])
+    for i, (way, phase) in enumerate(zip(orbit.flights(r), (orbit.phi, top), strict=True)):
+        if orbit.harmonics:
+            still = _unaccelerated(way.gbar, orbit.harmonics)
+        else:
+            still = -way.direction * np.arccos(np.clip(-way.gbar, -1.0, 1.0))[None]
+        first = np.mod(still - phase, 2 * np.pi) / np.pi
+        laps = 2 * np.arange(_laps(way))
+        each = (first[None] + laps[:, None, None]).reshape(len(laps) * len(first), len(phase))
+        there = way.speed(each, _impulse(phase + np.pi * each, orbit.harmonics))
+        inside = each < way.duration
+        speeds[i] = np.minimum(speeds[i], np.where(inside, there, np.inf).min(axis=0, initial=np.inf))
+    return speeds.min(axis=0), speeds.argmin(axis=0)
+
+
 def wall_gap(orbit: Orbits, r: Any) -> Floats:
     """Smallest distance between the ball and a membrane at the turning points of 1:1 motions [x_c].
 
@@ -236,8 +260,12 @@ def wall_gap(orbit: Orbits, r: Any) -> Floats:
     -------
     ndarray
         Negative where the ball would have to pass through a membrane, zero at grazing, and d where it crosses from
-        wall to wall without ever turning back.
+        wall to wall without ever turning back. Where a ball with friction would turn back, the equations are not those
+        of a motion: then negative, the speed back.
     """
+    if orbit.friction is not None:
+        speed, _ = slowest(orbit, r)
+        return np.where(speed > 0, orbit.d, speed)
     gap = np.array(orbit.d, dtype=float)
     for _, part in flight_turns(orbit, orbit.flights(r), nearest=True):
         np.minimum.at(gap.reshape(-1), part.index, np.minimum(part.covered, part.room))
@@ -319,7 +347,7 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
 
     The distance is negative where the ball would have passed through the membrane.
     """
-    d, gbar, _, harmonics = groups
+    d, gbar, _, harmonics, *_ = groups
     # Z'' is zero at known times of each forcing period, of a sine at `lift` and 2 - `lift`, with the sine `swing` and
     # its opposite.
     if harmonics:
@@ -372,3 +400,42 @@ def _rest(
             return new
         t = new if a < new < b else (a + b) / 2
     return t
+
+
+class Slowest(NamedTuple):
+    """Where a flight is slowest: the impact that it begins with, the time, and the speed onward there."""
+
+    after: int
+    time: float
+    speed: float
+
+
+def slow_places(word: Word, velocity: Sequence[float], time: Sequence[float], groups: Groups[float]) -> list[Slowest]:
+    """Every extremum of Z' in the flights across of one motion, with the speed onward there.
+
+    Parameters
+    ----------
+    word : Word
+        Of flights from one membrane to the other.
+    velocity, time : sequence of float
+        Of its impacts.
+    groups : Groups
+    """
+    found, count = [], len(word)
+    for i, wall in enumerate(word.walls):
+        j = (i + 1) % count
+        start, end = time[i], time[j] + (0 if j > i else 2 * word.periods)
+        way = (word.walls[j] - wall) // 2
+        gravity, after = groups.gravity(way), groups.after(wall, velocity[i])
+        impulse = groups.wave(pi * start, FLOATS).impulse
+        if groups.harmonics:
+            still = unaccelerated(gravity, groups.harmonics)
+        else:
+            still = [-way * acos(-gravity)] if abs(gravity) <= 1 else []
+        for phase in still:
+            first = start + (phase / pi - start) % 2
+            for lap in range(max(int((end - first) // 2) + 1, 0)):
+                t = first + 2 * lap
+                there = groups.wave(pi * t, FLOATS).impulse
+                found.append(Slowest(i, t, way * flight.velocity(t - start, after, impulse, there, gravity)))
+    return found

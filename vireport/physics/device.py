@@ -6,7 +6,7 @@ No other module mixes the two kinds of quantity. The formulae serve every kind o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import cos, pi, radians
+from math import cos, pi, radians, sin
 from typing import Any, Generic
 
 import numpy as np
@@ -94,6 +94,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
         m; None where it is not given, which a free capsule needs.
     harmonics : tuple of Harmonic
         Of the force, none of a sine.
+    friction : float
+        Coefficient mu_f of dry friction between ball and capsule.
 
     Notes
     -----
@@ -106,6 +108,10 @@ class Device(Struct, Generic[Quantity], frozen=True):
     X'+ = X'- - mu (1 + r) Z'-/(1 + mu). So the relative motion is that of a prescribed capsule, with gbar (1 + mu)
     for gbar: `supported_kg` in place of M. The kinetic energy that an impact takes from both, their momentum being
     kept, is that of the relative motion, m/(1 + mu) Z'^2 (1 - r^2)/2: see `Membrane.reduced_mass_kg`.
+
+    The ball's weight across the capsule presses it on the wall: friction is mu_f m g cos(beta) against Z', and as much
+    the other way on a free capsule. It takes mu_f M g cos(beta)/F, with M + m for M on a free one, off Z'' where Z' is
+    positive.
     """
 
     capsule_mass_kg: Quantity
@@ -119,6 +125,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
     capsule: CapsuleMotion = CapsuleMotion.PRESCRIBED
     ball_mass_kg: Any = None
     harmonics: tuple[Harmonic, ...] = ()
+    friction: float = 0.0
 
     @staticmethod
     def of(scenario: Scenario) -> Device:
@@ -138,6 +145,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
                 for own in scenario.excitation.harmonics
                 if own.percent
             ),
+            friction=scenario.device.friction,
         )
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
@@ -156,17 +164,34 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return replace(self, restitution=restitution, **others)
 
     def of_sine(self, what: str) -> Device[Quantity]:
-        """The device, for what knows a force that is a sine alone.
+        """The device, for what knows a force that is a sine alone and a ball without friction.
 
         Raises
         ------
         UsageError
-            If the force has harmonics.
+            If the force has harmonics, or the ball friction.
         """
         if self.harmonics:
             allowed = "allowed: a sine, without excitation.harmonics"
             raise UsageError(f"of a force with harmonics {what} is not known ({allowed})")
+        return self.frictionless(what)
+
+    def frictionless(self, what: str) -> Device[Quantity]:
+        """The device, for what knows a ball without friction.
+
+        Raises
+        ------
+        UsageError
+            If it has friction.
+        """
+        if self.friction:
+            raise UsageError(f"of a ball with friction {what} is not known (allowed: none, without device.friction)")
         return self
+
+    @property
+    def rubs(self) -> bool:
+        """Whether there is friction: upright, nothing presses the ball on the wall."""
+        return bool(self.friction) and not np.all(self.inclination_deg == 90)
 
     @property
     def recoils(self) -> bool:
@@ -233,7 +258,11 @@ class Device(Struct, Generic[Quantity], frozen=True):
         if isinstance(restitution, SpeedLaw):
             # y_c = F/(2 M f), in which velocities are counted: the same speed is more of it on a slower shaker.
             restitution = replace(restitution, speed=2 * restitution.speed * mass * x[Parameter.FREQUENCY] / force)
-        return Groups(d, gbar * (gbar > NO_GRAVITY), restitution, harmonics)
+        friction = None
+        if self.rubs:
+            across = ops.sin_degrees(90 - x[Parameter.INCLINATION])
+            friction = ops.exact(self.friction) * weight * across / force
+        return Groups(d, gbar * (gbar > NO_GRAVITY), restitution, harmonics, friction)
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
         """The value of `parameter` that gives the groups, the other three parameters as they are.
@@ -255,8 +284,24 @@ class Device(Struct, Generic[Quantity], frozen=True):
         mass = ops.exact(self.capsule_mass_kg)
         return mass + ops.exact(self.ball_mass_kg) if self.recoils else mass
 
+    def friction_slope(self, varied: DesignInput) -> float:
+        """Derivative of `Groups.friction` by an input, where all are given."""
+        own = self.friction * self.supported_kg * self.gravity_m_s2 / self.amplitude_n
+        angle, value = radians(self.inclination_deg), float(self.value_of(varied))
+        match varied:
+            case DesignInput.INCLINATION:
+                return float(-own * sin(angle) * pi / 180)
+            case DesignInput.AMPLITUDE:
+                return float(-own * cos(angle) / value)
+            case DesignInput.CAPSULE_MASS:
+                return float(own * cos(angle) / self.supported_kg)
+        return 0.0
+
     def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float, float]:
-        """Derivatives of `Groups.numbers` by an input, where all are given; d and gbar are the device's."""
+        """Derivatives of d, gbar and r of either membrane by an input, where all are given; d, gbar are the device's.
+
+        That of friction is `friction_slope`.
+        """
         value = float(self.value_of(varied))
         match varied:
             case DesignInput.INCLINATION:
@@ -307,6 +352,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
             stroke = (stroke + ratio * x[Parameter.LENGTH]) / (1 + ratio)
             # The rest of the ball's weight that the support carries pushes the free capsule up while the ball flies.
             sine = ARRAYS.sin_degrees(x[Parameter.INCLINATION])
+            if self.rubs:
+                sine = sine + self.friction * ARRAYS.sin_degrees(90 - x[Parameter.INCLINATION])
             acceleration = acceleration + ratio * self.gravity_m_s2 * sine
         return Shaker(acceleration, velocity, stroke, force)
 

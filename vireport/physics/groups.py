@@ -98,12 +98,15 @@ class Groups(NamedTuple, Generic[Number]):
         r of both membranes, or of each where they are not alike; or its law where it falls with speed.
     harmonics : tuple of Harmonic
         Of the force, none of a sine.
+    friction : array_like or None
+        Of the ball on the capsule, mu_f M g cos(beta)/F, against the relative velocity; None of a ball without it.
     """
 
     d: Number
     gbar: Number
     restitution: Any
     harmonics: tuple[Harmonic, ...] = ()
+    friction: Any = None
 
     def as_floats(self) -> Groups[float]:
         """The groups as Python's numbers, in which one motion is evaluated ten times as fast as in NumPy's."""
@@ -112,29 +115,32 @@ class Groups(NamedTuple, Generic[Number]):
     def each(self, function: Callable[[Any], Any]) -> Groups[Any]:
         """What a function makes of each number."""
         harmonics = tuple(own.each(function) for own in self.harmonics)
-        return Groups(function(self.d), function(self.gbar), each(self.restitution, function), harmonics)
+        friction = None if self.friction is None else function(self.friction)
+        return Groups(function(self.d), function(self.gbar), each(self.restitution, function), harmonics, friction)
 
     @property
     def numbers(self) -> tuple[Any, ...]:
         """d, gbar, the restitution at the bottom and at the top, and the cosine and the sine of each harmonic.
 
-        Of a law the restitutions are those that it states, and its exponent and speed are the last two.
+        Of a law the restitutions are those that it states, and its exponent and speed follow; friction is last.
         """
         parts = [part for own in self.harmonics for part in (own.cosine, own.sine)]
         law = self.law
         more = () if law is None else (law.exponent, law.speed)
-        return self.d, self.gbar, *stated(self.restitution), *parts, *more
+        rubbing = () if self.friction is None else (self.friction,)
+        return self.d, self.gbar, *stated(self.restitution), *parts, *more, *rubbing
 
     def with_numbers(self, numbers: Sequence[Any]) -> Groups[Any]:
         """The groups with other `numbers`, whether or not the membranes are alike, and harmonics of the same orders."""
         d, gbar, bottom, top, *parts = numbers
+        friction = None if self.friction is None else parts.pop()
         if self.law is not None:
             *parts, exponent, speed = parts
         pairs = zip(self.harmonics, parts[::2], parts[1::2], strict=True)
         harmonics = tuple(Harmonic(own.order, cosine, sine) for own, cosine, sine in pairs)
         if self.law is not None:
-            return Groups(d, gbar, SpeedLaw(bottom, top, exponent, speed), harmonics)
-        return Groups(d, gbar, Restitutions(bottom, top), harmonics)
+            return Groups(d, gbar, SpeedLaw(bottom, top, exponent, speed), harmonics, friction)
+        return Groups(d, gbar, Restitutions(bottom, top), harmonics, friction)
 
     @property
     def law(self) -> SpeedLaw | None:
@@ -201,9 +207,19 @@ class Groups(NamedTuple, Generic[Number]):
             return determinant ** (Decimal("0.5") if isinstance(determinant, Decimal) else 0.5)
         return prod(map(self.restitution_at, walls))
 
-    def pull(self, force: Any) -> Any:
-        """The relative acceleration where the force over its amplitude is this, of a sine a cosine, Eq. (2.8)."""
-        return flight.acceleration(force, self.gbar)
+    def pull(self, force: Any, way: int = 0) -> Any:
+        """The relative acceleration where the force over its amplitude is this, of a sine a cosine, Eq. (2.8).
+
+        Of a ball with friction, where Z' has the sign `way`: see `gravity`.
+        """
+        return flight.acceleration(force, self.gravity(way))
+
+    def gravity(self, way: int) -> Any:
+        """What stands for gbar in a flight in which Z' has the sign `way`: friction is against the relative velocity.
+
+        Z falls on the way up, from the bottom to the top membrane.
+        """
+        return self.gbar if self.friction is None else self.gbar - way * self.friction
 
     def wave(self, phase: Any, ops: Any) -> Wave:
         """The force at a phase, in the kind of number of `ops`."""

@@ -419,15 +419,16 @@ def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:
 def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, float]:
     """Units in SI, dimensionless groups and what the shaker must do, where one parameter has a value."""
     x = device.at(parameter, value)
-    d, gbar, *_ = device.groups(parameter, value)
+    groups = device.groups(parameter, value)
     frequency, force = x[Parameter.FREQUENCY], x[Parameter.AMPLITUDE]
     shaker = device.shaker(parameter, value)
     return {
         "x_c": force / (4 * device.capsule_mass_kg * frequency**2),
         "y_c": float(device.velocity_unit(parameter, value)),
         "t_c": 1 / (2 * frequency),
-        "d": float(d),
-        "gbar": float(gbar),
+        "d": float(groups.d),
+        "gbar": float(groups.gbar),
+        "friction": 0.0 if groups.friction is None else float(groups.friction),
         "acceleration_m_s2": shaker.acceleration_m_s2,
         "acceleration_g": shaker.acceleration_g,
         "stroke_m": shaker.stroke_m,

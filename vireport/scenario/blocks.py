@@ -156,6 +156,10 @@ class CapsuleMotion(StrEnum):
     FREE = "free"
 
 
+LARGEST_FRICTION = 2.0
+"""Coefficient of dry friction beyond that of any pair of materials that a ball would be let slide with."""
+
+
 class DeviceBlock(Block):
     """The capsule, the ball in it, and the membranes that close it."""
 
@@ -175,6 +179,16 @@ class DeviceBlock(Block):
         "Whether the shaker imposes the capsule's motion (prescribed), or the force drives it and it recoils from the "
         "ball (free).",
         strict=False,
+    )
+    friction: float = _key(
+        0.0,
+        "Friction",
+        "1",
+        "Coefficient of dry friction between the ball and the capsule, on which its weight across the capsule presses "
+        "it.",
+        example=0.05,
+        ge=0.0,
+        le=LARGEST_FRICTION,
     )
     restitution: float | None = _restitution(
         "Restitution",
@@ -865,10 +879,11 @@ class LeftOut(StrEnum):
     CAPSULE = "capsule"
     SECOND_HARMONIC = "second_harmonic"
     RESTITUTION_SPEED = "restitution_exponent"
+    FRICTION = "friction"
     STIFFNESS = "membrane_stiffness"
 
 
-SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC
+SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC, LeftOut.FRICTION
 """What is left out to a size; the others are there or not."""
 
 EFFECTS = *SIZED, LeftOut.CAPSULE, LeftOut.RESTITUTION_SPEED
@@ -883,7 +898,8 @@ class EffectBlock(Block):
         "Effect",
         "",
         "What is left out: the restitution of one membrane is another, the capsule moves in the other way, the force "
-        "has a second harmonic, at its worst phase, or the restitution falls with the speed of the impact.",
+        "has a second harmonic, at its worst phase, the restitution falls with the speed of the impact, or the ball "
+        "has friction.",
         example="restitution_bottom",
         strict=False,
     )
@@ -891,7 +907,8 @@ class EffectBlock(Block):
         None,
         "Per cent",
         "%",
-        "By how much the restitution changes, or the harmonic over the force; of the capsule there is no size.",
+        "By how much the restitution changes, or the harmonic over the force, or the coefficient of friction grows; of "
+        "the capsule there is no size.",
         example=-5.0,
         ge=-LARGEST_EFFECT,
         le=LARGEST_EFFECT,
@@ -1009,7 +1026,7 @@ class Scenario(Block):
         "",
         "What the model leaves out, of which the report says how far it would move the nearest end of stable motion. "
         "Left out, the usual ones: either restitution 5 % less, the other motion of the capsule, a second harmonic of "
-        "2 %, and a restitution that falls with the speed to the power -0.1.",
+        "2 %, a restitution that falls with the speed to the power -0.1, and a coefficient of friction of 0.05.",
         example=[{"effect": "restitution_bottom", "percent": -5.0}],
         strict=False,
         min_length=1,

@@ -53,6 +53,14 @@ HARMONICS = "excitation.harmonics"
 SINE_ONLY = "accuracy", "disturbances", "tolerances", "design", "map"
 """Blocks that ask for what is not known of a force with harmonics."""
 
+FRICTION = "device.friction"
+
+FRICTIONLESS_ONLY = "motions", *SINE_ONLY
+"""Blocks that ask for what is not known of a ball with friction."""
+
+FRICTIONLESS_REQUIREMENTS = "reached_from_rest", "word", "words", "inclination_from_deg", "inclination_to_deg"
+"""Requirements that are judged of a ball without friction."""
+
 NEAREST_RESTITUTIONS = 1e-9
 """Difference of two restitutions below which the motions next to where a pitchfork was are not resolved."""
 
@@ -124,7 +132,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
         if issubclass(model, MapFile)
         else (_required, _sweep, _simulation, _tolerances, _effects, _design)
     )
-    rules = (*own, _harmonics, _restitutions, _masses, _radii, _dielectric, _accuracy, _requirements)
+    rules = (*own, _harmonics, _friction, _restitutions, _masses, _radii, _dielectric, _accuracy, _requirements)
     return [finding for rule in rules for finding in rule(tree)]
 
 
@@ -238,6 +246,25 @@ def _harmonics(tree: _Tree) -> Iterator[Finding]:
             if not tree.absent(path) or path in tree.bare:
                 alone = f"it knows a force that is a sine alone, and {HARMONICS} is given (leave one of them out)"
                 yield _rule(path, alone)
+
+
+def _friction(tree: _Tree) -> Iterator[Finding]:
+    """What does not know friction is not asked for beside it; a ball with friction bounces, at one inclination."""
+    if not (tree.number(FRICTION) or 0.0) > 0:
+        return
+    without = f"it knows a ball without friction, and {FRICTION} is given (leave one of them out)"
+    for path in FRICTIONLESS_ONLY:
+        if not tree.absent(path) or path in tree.bare:
+            yield _rule(path, without)
+    for key in FRICTIONLESS_REQUIREMENTS:
+        if tree.at(f"requirements.{key}") not in (None, False):
+            yield _rule(f"requirements.{key}", without)
+    if tree.at("sweep") is not None and tree.swept is Parameter.INCLINATION:
+        along = "along a sweep of the inclination, with which friction changes, motions are not known"
+        yield _rule("sweep.parameter", f"{along} (another parameter, or no {FRICTION})")
+    for path in ("device.restitution", *(f"device.{name}" for name in RESTITUTIONS)):
+        if tree.number(path) == 0:
+            yield _rule(path, f"got 0: a ball that does not bounce is known without friction only (no {FRICTION})")
 
 
 def _masses(tree: _Tree) -> Iterator[Finding]:
@@ -365,6 +392,9 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
         elif effect is LeftOut.SECOND_HARMONIC:
             if size < 0:
                 yield _rule(f"{here}.percent", f"got {size:g}, of a harmonic at its worst phase (above 0)")
+        elif effect is LeftOut.FRICTION:
+            if size < 0:
+                yield _rule(f"{here}.percent", f"got {size:g}, of friction that is added (above 0)")
         else:
             own = tree.number("device.restitution")
             value = tree.number(f"device.{effect}") if own is None else own

@@ -14,6 +14,8 @@ from vireport.scenario.blocks import CapsuleMotion, Need, Scenario, percent_key
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.rules import (
     DIELECTRIC,
+    FRICTIONLESS_ONLY,
+    FRICTIONLESS_REQUIREMENTS,
     RANGES,
     RESTITUTIONS,
     SINE_ONLY,
@@ -89,6 +91,29 @@ _SINE_ONLY = {
 }
 
 
+# What only knows a ball without friction is not asked for beside it; such a ball bounces, at one inclination.
+_FRICTIONLESS_ONLY = {
+    "if": {
+        "required": ["device"],
+        "properties": {
+            "device": {
+                "type": "object",
+                "required": ["friction"],
+                "properties": {"friction": {"type": "number", "exclusiveMinimum": 0}},
+            }
+        },
+    },
+    "then": {
+        "properties": {
+            **{block: {"type": "null"} for block in FRICTIONLESS_ONLY if block in Scenario.model_fields},
+            "requirements": {"properties": {key: {"enum": [None, False]} for key in FRICTIONLESS_REQUIREMENTS}},
+            "sweep": {"properties": {"parameter": {"not": {"const": Parameter.INCLINATION.value}}}},
+            "device": {"properties": {name: {"not": {"const": 0}} for name in ("restitution", *RESTITUTIONS)}},
+        }
+    },
+}
+
+
 _SOME_TOLERANCE = {
     "properties": {
         "tolerances": {
@@ -117,6 +142,7 @@ def schema() -> dict[str, Any]:
         *map(_limits_of_sweep, Parameter),
         _RESTITUTIONS,
         _SINE_ONLY,
+        _FRICTIONLESS_ONLY,
         *_NEED_BALL,
         _all_or_none("device.membrane", DIELECTRIC),
         _SOME_TOLERANCE,

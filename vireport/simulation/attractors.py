@@ -31,6 +31,7 @@ from vireport.simulation.events import (
 )
 from vireport.simulation.kernel import (
     FLIGHT,
+    HELD,
     PHASE,
     REST,
     RUNNING,
@@ -70,6 +71,7 @@ class Outcome(StrEnum):
     APERIODIC = "chaotic, or not periodic within the budget"
     STICKING = "chatter with sticking, periodic"
     REST = "at rest on the bottom membrane"
+    HELD = "held by friction for ever, off the bottom membrane"
     FREE = "in flight between the membranes for ever, reaching neither"
     UNRESOLVED = "not resolved: flights so long that rounding loses the forcing phase"
 
@@ -292,6 +294,8 @@ def search(
         block *= 2
     if summary[2] == REST:
         return Attractor(Outcome.REST, None, -inf, 0.0, used), rows
+    if summary[2] == HELD:
+        return Attractor(Outcome.HELD, None, -inf, 0.0, used), rows
     return Attractor(Outcome.FREE, None, nan, 0.0, used), rows
 
 

@@ -22,16 +22,39 @@ MATHEMATICS = {
 
 @cache
 def compiled_search() -> Callable[..., None] | None:
-    """Return `kernel.follow_starts` compiled, or None where numba is missing.
+    """Return `kernel.follow_starts` compiled, or None where numba is missing."""
+    return _compiled(kernel.follow_starts)
+
+
+@cache
+def compiled_rubbed_search() -> Callable[..., None] | None:
+    """Return `kernel.follow_rubbed_starts` compiled, or None where numba is missing."""
+    return _compiled(kernel.follow_rubbed_starts)
+
+
+def _compiled(followed: Callable[..., None]) -> Callable[..., None] | None:
+    """A function of the kernel compiled, or None where numba is missing.
 
     The functions that it calls stay those of the interpreter; numba is told to compile them where compiled code calls
     them.
     """
     try:
         from numba import njit
-        from numba.extending import overload, register_jitable
     except ImportError:
         return None
+    _teach()
+    search: Callable[..., None]
+    try:  # the result is kept on disk if there is a place to write to
+        search = njit(cache=True, nogil=True, **OPTIONS)(followed)
+    except RuntimeError:
+        search = njit(nogil=True, **OPTIONS)(followed)
+    return search
+
+
+@cache
+def _teach() -> None:
+    """Tell numba, once, what the functions of the kernel are in compiled code."""
+    from numba.extending import overload, register_jitable
 
     def compiled_as(implementation: Callable[[float], float]) -> Callable[..., Any]:
         return lambda x: implementation
@@ -41,9 +64,3 @@ def compiled_search() -> Callable[..., None] | None:
     for _, function in getmembers(kernel, isfunction):
         if function.__module__ == kernel.__name__ and function not in MATHEMATICS:
             register_jitable(forceinline=True, **OPTIONS)(function)
-    search: Callable[..., None]
-    try:  # the result is kept on disk if there is a place to write to
-        search = njit(cache=True, nogil=True, **OPTIONS)(kernel.follow_starts)
-    except RuntimeError:
-        search = njit(nogil=True, **OPTIONS)(kernel.follow_starts)
-    return search

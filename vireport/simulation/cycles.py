@@ -12,7 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.physics import Groups, flight, wrapped
-from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds
+from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds, rubs
 from vireport.simulation.kernel import (
     FLIGHT,
     PHASE,
@@ -122,6 +122,8 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     array (n, 2, 2)
         Zero after a ball that stuck: it forgets.
     """
+    if rubs(model):
+        return _jacobians_with_friction(model, before)
     gbar = model[1]
     _, slope = rebounds(model, before[:, WALL], before[:, VELOCITY])
     t, speed = after[:, FLIGHT], after[:, VELOCITY]
@@ -149,6 +151,15 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     return result
 
 
+def _jacobians_with_friction(model: Array, before: Array) -> Array:
+    """`jacobians` of a ball with friction, over what it does between impacts."""
+    from vireport.simulation.stops import jacobian
+
+    held = before[:, RIDING] + before[:, SETTLING] > 0
+    nothing = np.zeros((2, 2))
+    return np.array([nothing if rides else jacobian(model, row) for row, rides in zip(before, held, strict=True)])
+
+
 def growth_bound(groups: Groups[float], cycle: Cycle) -> float:
     """Bound the error of a cycle's `growth`: rounding, and what its residual leaves open of its impacts.
 
@@ -162,10 +173,13 @@ def growth_bound(groups: Groups[float], cycle: Cycle) -> float:
     rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
     rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
 
-    determinant = groups.decay(cycle.wall.tolist(), cycle.velocity.tolist()) ** 2
+    walls, velocities = cycle.wall.tolist(), cycle.velocity.tolist()
+    determinant = groups.decay(walls, velocities) ** 2 if groups.friction is None else None
 
     def grown(rows: Array) -> float:
         matrix, scale = product(jacobians(model, np.roll(rows, 1, axis=0), rows))
+        if determinant is None:
+            return float(np.abs(np.linalg.eigvals(matrix)).max()) * exp(min(scale, STEEPEST))
         return abs(multipliers(float(np.trace(matrix)) * exp(min(scale, STEEPEST)), determinant)[0])
 
     base, slopes = grown(rows), 0.0
@@ -249,7 +263,9 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cyc
         return refine(model, lap[: shorter + 1], shorter, compiled)
     if _periods(lap[1:]) == 0:
         return None  # a lap so short that nothing changes in it
-    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), _determinant(model, lap[1:])))
+    # Friction that stops the ball on its way takes from the determinant, which is the product of r^2 otherwise.
+    determinant = float(np.linalg.det(matrix)) if rubs(model) else _determinant(model, lap[1:])
+    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), determinant))
 
 
 def _determinant(model: Array, lap: Array) -> float:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vireport.base import install_command
 from vireport.physics import Groups, Harmonic, SpeedLaw, flight, unaccelerated, wave
 from vireport.simulation import kernel
-from vireport.simulation.compiled import compiled_search
+from vireport.simulation.compiled import compiled_rubbed_search, compiled_search
 from vireport.simulation.kernel import (
     PHASE,
     TURN,
@@ -29,9 +29,9 @@ from vireport.simulation.kernel import (
 
 BOTTOM, TOP = 1, -1
 COLUMNS = 6
-# Numbers that flights and constant restitutions need. The law of the latter follows, exponent and speed; and after what
-# a device has whose force is a sine, those of harmonics.
-CONSTANT, OF_SINE = 4, 6
+# Numbers that flights and constant restitutions need. The law of the latter follows, exponent and speed; after what a
+# device has whose force is a sine come those of harmonics, three of each, and one of friction where there is some.
+CONSTANT, OF_SINE, OF_HARMONIC = 4, 6, 3
 # Parts per core: enough to even out slow and fast parameters.
 PARTS = 8
 # Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
@@ -89,11 +89,15 @@ def check_model(groups: Groups[Any]) -> Array:
     """Groups as an array (n, 6 + 3 h), after broadcasting; ValueError if they describe no device.
 
     A row is d, gbar, the restitution at the bottom and at the top, the exponent of the speed with which they fall and
-    the speed at which they are stated (0 and 1 of constant ones), and order, cosine and sine of each harmonic.
+    the speed at which they are stated (0 and 1 of constant ones), and order, cosine and sine of each harmonic; and
+    friction, (n, 6 + 3 h + 1), of a ball with it.
     """
     parts = [number for own in groups.harmonics for number in (own.order, own.cosine, own.sine)]
     law = (0.0, 1.0) if groups.law is None else (groups.law.exponent, groups.law.speed)
-    numbers = *groups.numbers[:CONSTANT], *law, *parts
+    rubbing = () if groups.friction is None else (groups.friction,)
+    if rubbing and groups.law is not None:
+        raise ValueError("friction and restitutions that fall with speed are not simulated together")
+    numbers = *groups.numbers[:CONSTANT], *law, *parts, *rubbing
     model = np.stack(np.broadcast_arrays(*np.atleast_1d(*numbers)), axis=-1).astype(float)
     if not np.isfinite(model).all():
         raise ValueError("d, gbar and r must be finite")
@@ -102,13 +106,15 @@ def check_model(groups: Groups[Any]) -> Array:
         raise ValueError("need d > 0, gbar >= 0 and 0 <= r <= 1")
     if (exponent <= -1).any() or (exponent > 0).any() or (speed <= 0).any():
         raise ValueError("need restitutions that fall with the speed to a power above -1, stated at a speed above 0")
+    if groups.friction is not None and (model[:, -1] < 0).any():
+        raise ValueError("need friction >= 0")
     return np.ascontiguousarray(model)
 
 
 def groups_of(model: Array) -> Groups[float]:
     """The groups of a row of `check_model`."""
     d, gbar, bottom, top, exponent, speed = map(float, model[:OF_SINE])
-    groups = Groups.of(d, gbar, bottom, top)._replace(harmonics=harmonics_of(model))
+    groups = Groups.of(d, gbar, bottom, top)._replace(harmonics=harmonics_of(model), friction=friction_of(model))
     return groups._replace(restitution=SpeedLaw(bottom, top, exponent, speed)) if exponent else groups
 
 
@@ -121,11 +127,24 @@ def rebounds(model: Array, wall: Array, velocity: Array) -> tuple[Array, Array]:
 
 def harmonics_of(model: Array) -> tuple[Harmonic, ...]:
     """The harmonics of a row of `check_model`."""
-    return tuple(Harmonic(int(order), a, b) for order, a, b in model[OF_SINE:].reshape(-1, 3).tolist())
+    own = model[OF_SINE : len(model) - rubs(model)].reshape(-1, OF_HARMONIC).tolist()
+    return tuple(Harmonic(int(order), a, b) for order, a, b in own)
 
 
-def zeros_of_pull(model: Array) -> Array:
+def rubs(model: Array) -> bool:
+    """Whether rows of `check_model`, or one, are of a ball with friction."""
+    return bool((model.shape[-1] - OF_SINE) % OF_HARMONIC)
+
+
+def friction_of(model: Array) -> float | None:
+    """The friction of a row of `check_model`."""
+    return float(model[-1]) if rubs(model) else None
+
+
+def zeros_of_pull(model: Array, way: int = 0) -> Array:
     """The phases at which the acceleration of a row of `check_model` is zero, with what follows, for the search.
+
+    Of a ball with friction that moves, Z' having the sign `way`.
 
     Returns
     -------
@@ -133,9 +152,9 @@ def zeros_of_pull(model: Array) -> Array:
         Ascending phases, at least one, and the sign that makes Z concave from there to the next.
     """
     groups = groups_of(model)
-    phases = np.array(unaccelerated(groups.gbar, groups.harmonics) or [0.0])
+    phases = np.array(unaccelerated(groups.gravity(way), groups.harmonics) or [0.0])
     middle = phases + np.diff(phases, append=phases[0] + TURN) / 2
-    pull = groups.pull(wave(np.sin(middle), np.cos(middle), groups.harmonics).force)
+    pull = groups.pull(wave(np.sin(middle), np.cos(middle), groups.harmonics).force, way)
     return np.column_stack([phases, np.where(pull > 0, -1.0, 1.0)])
 
 
@@ -148,6 +167,17 @@ def _forced(model: Array) -> tuple[Array, Array] | tuple[None, None]:
     most = max(map(len, zeros))
     still = np.stack([_filled(own, most) for own in zeros])[which.ravel()]
     return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), np.ascontiguousarray(still)
+
+
+def search_data(model: Array) -> tuple[Array, Array, Array]:
+    """What the search of a ball with friction takes of rows of `check_model`: its numbers, harmonics and zeros."""
+    _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
+    zeros = [[zeros_of_pull(model[row], way) for way in (-1, 1)] for row in first]
+    most = max(len(own) for both in zeros for own in both)
+    still = np.stack([np.stack([_filled(own, most) for own in both]) for both in zeros])[which.ravel()]
+    harmonics = model[:, OF_SINE:-1].reshape(len(model), -1, OF_HARMONIC)
+    plain = np.column_stack([model[:, :CONSTANT], model[:, -1]])
+    return plain, np.ascontiguousarray(harmonics), np.ascontiguousarray(still)
 
 
 def _filled(zeros: Array, count: int) -> Array:
@@ -219,14 +249,23 @@ def follow_impacts(
     summary : array (n, 3)
         Number of impacts, of sine-cosine pairs evaluated, and RUNNING, REST or FREE.
     """
-    search = compiled_search() if compiled else None
+    rubbed = rubs(model)
+    search = None
+    if compiled:
+        search = compiled_rubbed_search() if rubbed else compiled_search()
     keep = impacts + 1 if keep is None else min(keep, impacts + 1)
     rows = np.full((len(model), keep, COLUMNS), np.nan)
     summary = np.zeros((len(model), 3))
     if compiled and search is None and len(model) * impacts * INTERPRETED_IMPACT > LONG:
         _say_that_it_is_slow()
 
-    plain, (harmonics, still) = np.ascontiguousarray(model[:, :CONSTANT]), _forced(model)
+    harmonics: Array | None
+    still: Array | None
+    if rubbed:
+        plain, harmonics, still = search_data(model)
+    else:
+        plain, (harmonics, still) = np.ascontiguousarray(model[:, :CONSTANT]), _forced(model)
+    interpreted = kernel.follow_rubbed_starts if rubbed else kernel.follow_starts
     laws = None
     if model[:, CONSTANT].any():
         # A constant restitution among others is one that does not fall, and may be as large as 1.
@@ -235,9 +274,11 @@ def follow_impacts(
 
     def run(part: slice) -> None:
         with np.errstate(all="ignore"):  # the compiled search raises no flags, the interpreted one must not
-            filled = starts[part], impacts, rows[part], summary[part], None if laws is None else laws[part]
+            filled: tuple[Any, ...] = (starts[part], impacts, rows[part], summary[part])
+            if not rubbed:
+                filled = *filled, None if laws is None else laws[part]
             forced = (None, None) if harmonics is None or still is None else (harmonics[part], still[part])
-            (search or kernel.follow_starts)(plain[part], *filled, *forced)
+            (search or interpreted)(plain[part], *filled, *forced)
 
     count = len(model)
     if workers > 1 and count > 1:

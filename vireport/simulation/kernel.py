@@ -8,6 +8,8 @@ only leave through the lower one. So every crossing is bracketed before it is co
 Harmonics of the force add to each flight what their own sines do; the zeros of Z'' are then given from outside. Where
 `more` or `harmonics` is None the force is a sine: the compiler leaves the rest away.
 
+A ball with friction has searches of its own, from stop to stop: on a way without one friction is a constant.
+
 The functions are plain ones, some hundred times slower than what `compiled` makes of them, and the same to rounding.
 They stay in one file, and import nothing that is ours, because numba's cache looks at no other for changes.
 """
@@ -22,8 +24,8 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-# How the search ended: impacts used up, at rest on the bottom, or no membrane ever reached again.
-RUNNING, REST, FREE = 0, 1, 2
+# How the search ended: impacts used up, at rest on the bottom, no membrane ever reached again, or held by friction.
+RUNNING, REST, FREE, HELD = 0, 1, 2, 3
 # Columns of `rows` (a row is an impact, the first one the start) and of `summary`.
 WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = 0, 1, 2, 3, 4, 5
 IMPACTS, EVALUATIONS, STATUS = 0, 1, 2
@@ -36,6 +38,7 @@ FALLING_CHATTER = 1e-17  # rebound velocity down to which hops are followed whos
 CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
 FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
+MAX_STOPS = 10_000  # in one flight of a ball with friction
 FlightRow = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
 Node = tuple[float, float, float]  # a time, and displacement and velocity there
 Hit = tuple[float, float, float, float, float]
@@ -516,3 +519,207 @@ def follow_starts(
             _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, None, None)
         else:
             _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], still[i])
+
+
+def _pull(phase: float, g: float, harmonics: Array) -> float:
+    """The relative acceleration at a phase without friction."""
+    pull = g + cos(phase)
+    for k in range(len(harmonics)):
+        j, a, b = harmonics[k]
+        pull += a * cos(j * phase) + b * sin(j * phase)
+    return pull
+
+
+def _exit(phase: float, still: Array, sign: float) -> Pair:
+    """Time to the first of the zeros after which Z'' has a sign, concave or convex, and its phase; inf: none."""
+    count, following = len(still), _next_zero(phase, still)
+    for i in range(count):
+        k, lap = following + i, 0.0
+        if k >= count:
+            k, lap = k - count, TURN
+        if still[k, 1] == sign:
+            return (still[k, 0] + lap - phase) * PER_PI, still[k, 0]
+    return inf, phase
+
+
+def _halt(flight: FlightRow, more: More, high: float) -> Pair:
+    """Time of the one zero of y', which falls through it before `high`, and the evaluations."""
+    low, t = 0.0, 0.5 * high
+    for step in range(1, MAX_STEPS):
+        _, y1, y2, y3 = _state(t, flight, more, 0.0)
+        low, high = (t, high) if y1 > 0.0 else (low, t)
+        d = -y1 * y2 / (y2 * y2 - 0.5 * y1 * y3)
+        if (abs(d) <= 0.5 * EPS * t and low <= t + d <= high) or high - low <= EPS * high:
+            break
+        t = t + d if low < t + d < high and step < FAST_STEPS else 0.5 * (low + high)
+    return t, float(step)
+
+
+def _onward(
+    way: float, v: float, phase: float, g: float, harmonics: Array, parts: Array, still: Array, room: float
+) -> tuple[bool, float, float, float, float, float]:
+    """A ball with friction moves on, Z' with the sign `way`, until it strikes the wall ahead or stops.
+
+    Parameters are its velocity, the phase, the gravity with friction on this way, the zeros of Z'' with it, and the
+    distance to the wall. Returned: whether it strikes, time, distance, velocity and phase there, and the evaluations.
+    Between two zeros of Z'' the velocity is monotone: so it stops where its signs differ, and only there. Each zero is
+    a new beginning, whose phase is known.
+    """
+    time, gone, seen = 0.0, 0.0, 0.0
+    for _ in range(MAX_PERIODS):
+        _begun(phase, harmonics, parts)
+        k, lap = _next_zero(phase, still), 0.0
+        if k == len(still):
+            k, lap = 0, TURN
+        end, left = (still[k, 0] + lap - phase) * PER_PI, room - gone
+        flight, more = (way * v, way * g, way * cos(phase), way * sin(phase)), (parts, way)
+        y, y1, _, _ = _state(end, flight, more, 0.0)
+        stops = y1 < 0.0
+        seen += 1.0
+        if stops:
+            end, steps = _halt(flight, more, end)
+            y, y1, _, _ = _state(end, flight, more, 0.0)
+            seen += steps
+        if y >= left:
+            t, speed, steps = _crossing(flight, more, left, 1.0, (0.0, end), end * left / y if y > 0.0 else end, time)
+            return True, time + t, room, way * max(speed, 0.0), phase + pi * t, seen + steps
+        time, gone = time + end, gone + y
+        if stops:
+            return False, time, gone, 0.0, phase + pi * end, seen
+        v, phase = way * y1, still[k, 0]
+    return False, time, gone, 0.0, phase, seen
+
+
+def turned(phase: float) -> float:
+    """A phase up to a few turns, in [0, 2 pi)."""
+    while phase >= TURN:
+        phase -= TURN
+    return phase
+
+
+def next_way(
+    way: float, v: float, phase: float, model: Array, harmonics: Array, parts: Array, still: Array, walls: Pair
+) -> tuple[float, float, float, float, float, float, float]:
+    """A ball with friction goes one way until it strikes or stops, or is held on the capsule until it is let go.
+
+    `way` is the sign of its velocity, 0 where it is held; `walls` are top <= 0 <= bottom as seen from it. Returned:
+    time (inf: held for ever), displacement, velocity and phase at the end, whether it strikes, the sign of the way that
+    follows, and the evaluations. A ball that stops stays where friction holds it, |Z''| without it being no larger.
+    """
+    g, f = model[1], model[4]
+    if way == 0.0:
+        up, first = _exit(phase, still[0], 1.0)
+        down, second = _exit(phase, still[1], -1.0)
+        if up < down:
+            return up, 0.0, 0.0, first, 0.0, -1.0, 0.0
+        return down, 0.0, 0.0, second, 0.0, 1.0, 0.0
+    room, zeros = (walls[1], still[1]) if way > 0.0 else (-walls[0], still[0])
+    strikes, t, y, v, phase, steps = _onward(way, v, phase, g - way * f, harmonics, parts, zeros, room)
+    phase = turned(phase)
+    if strikes:
+        return t, way * y, v, phase, 1.0, 0.0, steps
+    pull = way * _pull(phase, g, harmonics)
+    return t, way * y, 0.0, phase, 0.0, (-way if pull < -f else 0.0), steps
+
+
+def _next_impact_rubbed(
+    way: float, v: float, phase: float, model: Array, harmonics: Array, parts: Array, still: Array, walls: Pair
+) -> tuple[float, float, float, float, float, float]:
+    """First impact of a ball with friction: wall (0: never), time, velocity, phase, evaluations, and if it is held.
+
+    Parameters are those of `next_way`.
+    """
+    time, gone, seen, before = 0.0, 0.0, 0.0, inf
+    for _ in range(MAX_STOPS):
+        here = walls[0] - gone, walls[1] - gone
+        t, z, v, phase, strikes, onward, steps = next_way(way, v, phase, model, harmonics, parts, still, here)
+        if t == inf:
+            return 0.0, time, 0.0, phase, seen, 1.0
+        time, gone, seen = time + t, gone + z, seen + steps
+        if strikes != 0.0:
+            return way, time, v, phase, seen, 0.0
+        if way > 0.0:
+            # Where the way there and back is the same, the next one is as well.
+            if abs(gone - before) <= EPS * (walls[1] - walls[0]):
+                break
+            before = gone
+        way = onward
+    return 0.0, time, 0.0, phase, seen, 0.0
+
+
+def _settle_rubbed(
+    wall: float, v: float, phase: float, model: Array, harmonics: Array, r: float, still: Array
+) -> tuple[bool, float, float, float]:
+    """Whether a ball with friction settles on the wall now, the time its last hops take, then rides, phase after it.
+
+    Pressed with A = |Z''| without friction it slows down by A + f on its way from the wall and speeds up by A - f on
+    the way back: it comes back with rho = sqrt((A - f)/(A + f)) of its velocity, and all hops together take
+    v [1/(A + f) + rho/(A - f)]/(1 - r rho), A being constant. What A changes in that time is left out, where it is
+    below the tolerance.
+    """
+    f = model[4]
+    press = wall * _pull(phase, model[1], harmonics)
+    riding, after = _exit(phase, still[0] if wall > 0.0 else still[1], wall)
+    if v == 0.0:
+        return press > -f, 0.0, riding, after
+    if abs(v) > CHATTER_SPEED or press <= f:
+        return False, 0.0, 0.0, phase
+    rate = 1.0
+    for k in range(len(harmonics)):
+        j, a, b = harmonics[k]
+        rate += j * sqrt(a * a + b * b)
+    back = sqrt((press - f) / (press + f))
+    time = abs(v) * (1.0 / (press + f) + back / (press - f)) / (1.0 - r * back)
+    settled = pi * rate * time * time <= CHATTER_TOL * (press - f)
+    return settled and time < riding, time, riding - time, after
+
+
+def _follow_rubbed(
+    model: Array, start: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, still: Array
+) -> None:
+    """Follow one start of a ball with friction; see `follow_rubbed_starts`."""
+    d, g, r_bottom, r_top, f = model
+    wall, z, v, phase = start
+    walls, flight, parts = (-0.5 * d - z, 0.5 * d - z), 0.0, np.empty((len(harmonics), 3))
+    evaluations, status, row, count = 1.0, RUNNING, 0, 0
+    while True:
+        out = rows[row]
+        row = row + 1 if row + 1 < len(rows) else 0
+        out[WALL], out[PHASE], out[FLIGHT] = wall, phase, flight
+        out[VELOCITY], out[SETTLING], out[RIDING] = v, 0.0, 0.0
+        way = 1.0 if v > 0.0 else -1.0
+        if wall != 0.0:
+            walls, way = ((-d, 0.0) if wall > 0.0 else (0.0, d)), -wall
+            r = r_bottom if wall > 0.0 else r_top
+            v = -r * v  # (2.10)
+            settles, settling, riding, after = _settle_rubbed(wall, v, phase, model, harmonics, r, still)
+            if settles:
+                out[SETTLING], out[RIDING] = settling, riding
+                if riding == inf:
+                    status = REST if wall > 0.0 else HELD
+                    break
+                phase, v = after, 0.0
+        elif v == 0.0:
+            pull = _pull(phase, g, harmonics)
+            way = 0.0 if abs(pull) <= f else way if pull * way > 0.0 else -way
+        if count == impacts:
+            break
+        wall, flight, v, phase, steps, held = _next_impact_rubbed(way, v, phase, model, harmonics, parts, still, walls)
+        evaluations += steps + 1.0
+        if wall == 0.0:
+            status = HELD if held else FREE
+            break
+        count += 1
+    summary[IMPACTS], summary[EVALUATIONS], summary[STATUS] = count, evaluations, status
+
+
+def follow_rubbed_starts(
+    parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, still: Array
+) -> None:
+    """Follow each start of a ball with friction for a number of impacts or to its end, as `follow_starts` does.
+
+    `parameters` (n, 5) have friction last. Of a sine `harmonics` (n, 0, 3) are none; `still` (n, 2, m, 2) are the zeros
+    of Z'' on the way up, Z' being negative, and on the way down.
+    """
+    for i in range(len(parameters)):
+        _follow_rubbed(parameters[i], starts[i], impacts, rows[i], summary[i], harmonics[i], still[i])

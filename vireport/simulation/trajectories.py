@@ -35,6 +35,7 @@ from vireport.simulation.kernel import (
     VELOCITY,
     WALL,
 )
+from vireport.simulation.stops import path_between
 
 Array = NDArray[np.float64]
 
@@ -60,13 +61,18 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
         In t_c, x_c and y_c.
     """
     groups = groups_of(model)
-    d, gbar, _, harmonics = groups
+    d, gbar, _, harmonics, _ = groups
     clock = 0.0
     pieces = [(np.zeros(0),) * 3]
     for before, after in pairwise(rows):
         held = before[SETTLING] + before[RIDING]
         speed = 0.0 if held else groups.after(before[WALL], before[VELOCITY])
         clock, phase = clock + held, before[PHASE] + pi * held
+        if groups.friction is not None:
+            since, covered, velocity = path_between(model, before, samples)
+            pieces.append((clock + since, before[WALL] * d / 2 + covered, velocity))
+            clock += after[FLIGHT]
+            continue
         t = np.linspace(0.0, after[FLIGHT], samples)
         begun, now = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, phase + pi * t))
         covered = flight.displacement(t, speed, begun.impulse, begun.path, now.path, gbar)

@@ -165,6 +165,10 @@ ALIKE = Precondition(
 ONE_RESTITUTION = Precondition(
     lambda scenario, _: scenario.device.alike, "it knows one restitution of both membranes, and here they differ"
 )
+FRICTIONLESS = Precondition(
+    lambda scenario, _: not scenario.device.friction,
+    "it knows a ball without friction, and device.friction is given",
+)
 ODD_HARMONICS = Precondition(
     lambda scenario, _: all(own.order % 2 or not own.percent for own in scenario.excitation.harmonics),
     "the force has an even harmonic: no motion is symmetric",
@@ -257,7 +261,7 @@ STEPS = (
     DeclaredStep(Task.EFFECTS, (DESIGN, SHIFTS), "the design point is given"),
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
-    DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
+    DeclaredStep(Task.FROM_REST, (DESIGN, FRICTIONLESS), "the design point is given"),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(
@@ -282,7 +286,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY, ONE_RESTITUTION), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, ONE_RESTITUTION, COMPLIANT, BALL), "the scenario has an accuracy block"),
-    DeclaredStep(Task.OWN_STIFFNESS, (BALL,), "the ball mass is given"),
+    DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (ONE_RESTITUTION, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(
         Task.FIGURE_STIFFNESS,
@@ -366,6 +370,20 @@ def refuse_harmonics(scenario: Scenario, what: str) -> None:
     if scenario.excitation.distorted:
         raise UsageError(
             f"{what} knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)"
+        )
+
+
+def refuse_friction(scenario: Scenario, what: str) -> None:
+    """Refuse a scenario whose ball has friction for what knows none, before anything is computed.
+
+    Raises
+    ------
+    UsageError
+        If it has.
+    """
+    if scenario.device.friction:
+        raise UsageError(
+            f"{what} knows a ball without friction, and device.friction is given (leave one of them out, or give 0)"
         )
 
 

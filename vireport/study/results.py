@@ -540,7 +540,7 @@ def effects_data(found: Shifts) -> dict[str, Any]:
                 "moved_relative": shift.relative,
                 "margin_left": shift.left,
                 "least_margin": None if shift.least is None else _finite(shift.least),
-                "stable": shift.stable,
+                "stable": shift.stable if shift.known else None,
                 "reason": shift.absence,
             }
             for shift in found.rows

@@ -134,6 +134,9 @@ CATALOGUE = (
             "several_stable": "{count} stretches of the algebraic solution would pass through a membrane, by up to "
             "{depth:.3g} of the length unit x_c, some with eigenvalues that would call them stable. They are listed "
             "in the results as not admissible, and neither drawn nor counted.",
+            "turns": "In {count} of the stretches of the algebraic solution the ball would turn back between two "
+            "impacts, against which friction would be the other way: so they are no motions. What the ball does there, "
+            "with stops on its way, a block 'simulation:' shows.",
         },
     ),
     Explanation(

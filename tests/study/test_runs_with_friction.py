@@ -1,0 +1,174 @@
+"""What a run does with friction of the ball, and what refuses it before work begins."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from conftest import EXAMPLES
+from msgspec.structs import replace
+
+from vireport.atlas import atlas
+from vireport.base import ScenarioError, UsageError
+from vireport.chart import plane_of
+from vireport.checks import measure
+from vireport.checks.certificates import certify
+from vireport.cli.app import app
+from vireport.comparison.quantities import ComparedScenario
+from vireport.compliant import own_stiffness
+from vireport.design import region_of
+from vireport.disturbances import disturbances_of
+from vireport.figures.device import shown_motion
+from vireport.membranes import compliance
+from vireport.motions import Event, Limits
+from vireport.physics import Device
+from vireport.report import Report, render_html
+from vireport.scenario import DesignInput, Parameter, load, load_any
+from vireport.shocks import withstood_by
+from vireport.study import Task, analyse, plan, provenance_of
+
+RUBS = {"device.friction": 0.05}
+NAMED = "device.friction"
+
+
+@pytest.fixture(scope="module")
+def rubbed():
+    over = RUBS | {"requirements": {"margin_any_percent": 3, "margin_with_effects_percent": 0.1}}
+    return analyse(load(EXAMPLES / "inclined.yaml", over), (Task.JSON, Task.HTML))
+
+
+def test_friction_of_nothing_is_none(example) -> None:
+    """To the last bit, but for how the scenario is given."""
+    plain, same = (
+        analyse(load(example("inclined"), over), (Task.JSON,)).to_dict() for over in ({}, {"device.friction": 0.0})
+    )
+    assert plain.pop("overrides") != same.pop("overrides")
+    assert plain == same
+
+
+def test_a_run_has_motions_margins_effects_and_says_what_it_leaves_out(rubbed) -> None:
+    data = json.loads(json.dumps(rubbed.to_dict(), allow_nan=False))
+    assert data["scenario"]["device"]["friction"] == 0.05
+    (point,) = [point for point in data["critical_points"] if point["kind"] == "period_doubling"]
+    # Published theory has 0.7 % in frequency, which is 1.4 % in length: from 0.6295 m.
+    assert point["sweep_value"] == pytest.approx(0.6385, abs=2e-4)
+    design = data["design_point"]
+    assert design["margins"][0]["percent"] == pytest.approx(-4.04, abs=0.01)
+    assert {row["order"] for row in design["distortion"]} == {2, 3}
+    assert all(criterion["passed"] for criterion in data["requirements"]["criteria"])
+    assert len(data["effects"]["rows"]) >= 4
+    assert rubbed.reproduction.passed
+    assert data["disturbances"] is None
+    assert data["own_stiffness"] is None
+    left_out = {step["step"] for step in data["left_out"] if NAMED in step["why"]}
+    assert left_out == {"from-rest", "own-stiffness"}
+
+
+def test_the_path_that_is_drawn_ends_on_the_membranes(rubbed) -> None:
+    _, _, (_, distance) = shown_motion(rubbed)
+    half = len(distance) // 2
+    assert distance[[0, half - 1, half, -1]] == pytest.approx([0.0, 1.0, 1.0, 0.0], abs=1e-9)
+
+
+def test_the_report_shows_friction_and_says_what_is_claimed(rubbed) -> None:
+    page = render_html(Report(rubbed, {}, provenance_of(rubbed.loaded, "test"))).decode()
+    assert "Dimensionless friction" in page
+    assert "a motion is followed no farther" in page
+
+
+def test_a_report_says_of_an_end_at_a_stop_that_the_motion_may_go_on() -> None:
+    over = {
+        "device.friction": 0.3,
+        "device.length_m": 0.34,
+        "sweep": {"parameter": "length_m", "from": 0.3, "to": 0.5},
+    }
+    study = analyse(load(EXAMPLES / "horizontal.yaml", over), (Task.JSON, Task.HTML))
+    assert study.solution.design.endings()[0].event is Event.STOP
+    page = render_html(Report(study, {}, provenance_of(study.loaded, "test"))).decode()
+    assert "which may go on, is followed no farther" in page
+
+
+@pytest.mark.parametrize(
+    "over",
+    [
+        *({block: {}} for block in ("motions", "accuracy", "disturbances")),
+        {"tolerances": {"length_percent": 1}},
+        {"requirements": {"reached_from_rest": True}},
+        {"sweep": {"parameter": "inclination_deg", "from": 10, "to": 60}},
+        {"device.restitution": 0.0},
+    ],
+    ids=lambda over: next(iter(over)),
+)
+def test_what_knows_no_friction_is_refused_with_the_key(over, example) -> None:
+    with pytest.raises(ScenarioError, match=NAMED):
+        load(example("inclined"), RUBS | over)
+    load(example("inclined"), {"device.friction": 0.0} | over)
+
+
+def test_a_map_and_a_search_are_refused_with_the_key(example, tmp_path) -> None:
+    with pytest.raises(ScenarioError, match=NAMED):
+        load(example("best-design"), RUBS)
+    path = tmp_path / "map.yaml"
+    path.write_text(
+        "schema_version: 1\ndevice: {capsule_mass_kg: 0.1, restitution: 0.5, friction: 0.1}\n"
+        "excitation: {amplitude_n: 3, frequency_hz: 2}\n"
+        "map: {axes: [{path: device.length_m, from: 0.5, to: 1, count: 4},"
+        " {path: inclination_deg, from: 0, to: 45, count: 3}]}\n"
+    )
+    with pytest.raises(ScenarioError, match=NAMED):
+        load_any(path)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["chart", "--over", "length_m,inclination_deg"],
+        ["accuracy"],
+        ["extremes"],
+        ["run", "--certify", "--json"],
+    ],
+    ids=lambda command: command[0],
+)
+def test_commands_that_know_no_friction_refuse_it(command, tmp_path) -> None:
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        "schema_version: 1\ndevice: {capsule_mass_kg: 0.1, restitution: 0.5, length_m: 0.7, friction: 0.1}\n"
+        "excitation: {amplitude_n: 3, frequency_hz: 2}\ninclination_deg: 30\n"
+    )
+    with pytest.raises((UsageError, ScenarioError), match=NAMED):
+        app([command[0], str(path), *command[1:]], standalone_mode=False)
+
+
+def test_what_is_called_from_python_refuses_as_well(rubbed, example) -> None:
+    solution, device = rubbed.solution, rubbed.solution.device
+    asked = load(example("inclined"), {"disturbances": {}}).scenario.disturbances
+    refused = (
+        lambda: atlas(solution.sweep, Limits(4, 2)),
+        lambda: certify(solution.diagram),
+        lambda: region_of(device, {DesignInput.LENGTH: 0.01}),
+        lambda: withstood_by(solution, True, 0.0, 0.0, None),
+        lambda: compliance(solution, (1.0,)),
+        lambda: measure(solution, 1),
+        lambda: own_stiffness(solution),
+        lambda: plane_of(rubbed.scenario, "length_m,inclination_deg"),
+        lambda: disturbances_of(solution, asked),
+    )
+    for call in refused:
+        with pytest.raises(UsageError, match="of a ball with friction"):
+            call()
+
+
+def test_a_ball_with_friction_has_a_family_that_is_symmetric(example) -> None:
+    left_out = {step.task for step in plan(load(example("horizontal"), RUBS).scenario).left_out}
+    assert Task.SYMMETRIC not in left_out
+
+
+def test_results_with_friction_are_compared_and_read_again(rubbed) -> None:
+    """Also those of earlier versions, which have no such key."""
+    data = json.loads(json.dumps(rubbed.to_dict()))
+    assert ComparedScenario(data, False).device == rubbed.solution.device
+    assert Device.of(rubbed.scenario).friction == 0.05
+    del data["scenario"]["device"]["friction"]
+    assert ComparedScenario(data, False).device == replace(rubbed.solution.device, friction=0.0)
+    groups = rubbed.solution.device.groups(Parameter.LENGTH, 0.7)
+    assert groups.friction == pytest.approx(groups.gbar * 0.05)

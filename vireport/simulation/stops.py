@@ -1,0 +1,131 @@
+"""The ways of a ball with friction between two impacts: it stops, turns or is held, and is let go.
+
+The search of `kernel` gives impacts only; what is drawn, and how an impact depends on the one before, needs the ways
+between. They are found anew, by the search's own steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from vireport.physics import ARRAYS, Groups, Wave, flight
+from vireport.simulation import kernel
+from vireport.simulation.events import groups_of, search_data
+from vireport.simulation.kernel import PHASE, RIDING, SETTLING, VELOCITY, WALL
+
+Array = NDArray[np.float64]
+
+
+class Way(NamedTuple):
+    """A part of a flight on which Z' keeps its sign.
+
+    Attributes
+    ----------
+    sign : float
+        Of Z'; 0 where friction holds the ball.
+    time : float
+        That it takes [t_c].
+    phase : float
+        Forcing phase at its beginning [rad].
+    velocity, end : float
+        Z' at its beginning and at its end [y_c].
+    """
+
+    sign: float
+    time: float
+    phase: float
+    velocity: float
+    end: float
+
+
+def ways(model: Array, before: Array) -> Iterator[Way]:
+    """The ways from one impact to the next, of a row of `check_model` and a row of impacts, see `kernel`."""
+    groups = groups_of(model)
+    plain, harmonics, still = (each[0] for each in search_data(model[None]))
+    wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
+    velocity = 0.0 if held else float(groups.after(int(wall), before[VELOCITY]))
+    phase, sign = kernel.turned(float(before[PHASE]) + pi * held), -wall
+    walls, gone = ((-groups.d, 0.0) if wall > 0 else (0.0, groups.d)), 0.0
+    parts, strikes = np.empty((len(harmonics), 3)), 0.0
+    with np.errstate(all="ignore"):
+        while not strikes:
+            here = walls[0] - gone, walls[1] - gone
+            begun = phase, velocity
+            time, covered, velocity, phase, strikes, onward, _ = kernel.next_way(
+                sign, velocity, phase, plain, harmonics, parts, still, here
+            )
+            yield Way(sign, float(time), *begun, float(velocity))
+            gone, sign = gone + covered, onward
+
+
+def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Array, Array]:
+    """Time since the release, distance from the membrane left and velocity of a ball between two impacts, to draw it.
+
+    Parameters are those of `ways`, and how many points each way has.
+    """
+    groups, clock, place = groups_of(model), 0.0, 0.0
+    pieces = []
+    for way in ways(model, before):
+        t = np.linspace(0.0, way.time, samples)
+        begun, now = groups.wave(way.phase, ARRAYS), groups.wave(way.phase + pi * t, ARRAYS)
+        gravity, sign = groups.gravity(int(way.sign)), int(way.sign)
+        covered = flight.displacement(t, way.velocity, begun.impulse, begun.path, now.path, gravity) * abs(sign)
+        speed = flight.velocity(t, way.velocity, begun.impulse, now.impulse, gravity) * abs(sign)
+        pieces.append((clock + t, place + covered, speed))
+        clock, place = clock + way.time, place + float(covered[-1])
+    time, position, velocity = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    return time, position, velocity
+
+
+class _Moved(Struct, frozen=True, eq=False):
+    """How a state moves with (phase, velocity) of the impact before: rows of position, velocity and phase."""
+
+    rows: Array
+
+    def onward(self, way: Way, groups: Groups[float], strikes: bool) -> _Moved:
+        """At the end of a way."""
+        z, v, x = self.rows
+        if not way.sign:
+            # Let go at a phase of the force alone, at rest: only the place is kept.
+            return _Moved(np.array([z, np.zeros(2), np.zeros(2)]))
+        t, sign = way.time, int(way.sign)
+        begun, end = (groups.wave(phase, ARRAYS) for phase in (way.phase, way.phase + pi * t))
+        z = z + t * v + _by_phase(begun, end, t) * x
+        v = v + (end.force - begun.force) / pi * x
+        pull = groups.pull(end.force, sign)
+        # The end comes at another time: on a wall where Z does, else where Z' is zero.
+        dt = -z / way.end if strikes else -v / pull
+        return _Moved(np.array([z + way.end * dt, v + pull * dt, x + pi * dt]))
+
+
+def _by_phase(begun: Wave, end: Wave, t: float) -> float:
+    """Derivative of the way covered in a time by the phase at its beginning."""
+    return float((end.impulse - begun.impulse) / pi**2 - begun.force * t / pi)
+
+
+def jacobian(model: Array, before: Array) -> Array:
+    """Exact derivatives of an impact by the one before, in (phase, velocity before the impact), over all stops between.
+
+    Where the ball was held on the way they are of rank one.
+
+    Parameters
+    ----------
+    model : array
+        A row of `check_model`, with friction.
+    before : array (6,)
+        The impact before.
+    """
+    groups = groups_of(model)
+    r = groups.restitution_at(int(before[WALL]))
+    moved = _Moved(np.array([[0.0, 0.0], [0.0, -r], [1.0, 0.0]]))
+    passed = list(ways(model, before))
+    for i, way in enumerate(passed):
+        moved = moved.onward(way, groups, strikes=i + 1 == len(passed))
+    _, by_velocity, by_phase = moved.rows
+    return np.array([by_phase, by_velocity])
