@@ -54,8 +54,11 @@ def tests_of(file: str) -> tuple[str, ...]:
     return next((tests for beginning, tests in TESTS.items() if file.startswith(beginning)), own)
 
 
+SURVIVED = "SURVIVED"
+
+
 class Told(NamedTuple):
-    """A fault, and who catches it: "read back", "other tests" or "SURVIVED"."""
+    """A fault, and who catches it: "read back", "other tests", or nobody."""
 
     file: str
     old: str
@@ -108,7 +111,7 @@ def places_of(file: str, old: str) -> int:
 def plant(fault: tuple[str, str, str, bool]) -> Told:
     """What becomes of a fault in the copy of this process."""
     file, old, new, whole = fault
-    path, told = Path(file), "SURVIVED"
+    path, told = Path(file), SURVIVED
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace(old, new), encoding="utf-8")
     quick = caught if path.suffix == ".py" else caught_in_a_fork
@@ -142,14 +145,14 @@ def place_of(file: str) -> str:
 
 
 def counted(faults: Iterable[Told]) -> list[dict[str, object]]:
-    """How many were planted in each place, and what became of them."""
-    counts = Counter((place_of(fault.file), fault.told) for fault in faults)
-    rows = []
-    for place in PLACES:
-        read_back, others, survived = (counts[place, told] for told in ("read back", "other tests", "SURVIVED"))
-        planted = read_back + others + survived
-        rows.append({"place": place, "planted": planted, "read_back": read_back, "other_tests": others})
-    return [row for row in rows if row["planted"]]
+    """How many were planted in each place, and how many of them were caught."""
+    planted: Counter[str] = Counter()
+    found: Counter[str] = Counter()
+    for fault in faults:
+        place = place_of(fault.file)
+        planted[place] += 1
+        found[place] += fault.told != SURVIVED
+    return [{"place": place, "planted": planted[place], "caught": found[place]} for place in PLACES if planted[place]]
 
 
 def main() -> int:
@@ -175,11 +178,11 @@ def main() -> int:
                 return 2
             outcomes = list(pool.map(plant, [(*fault, given.whole) for fault in faults]))
     counts = Counter(fault.told for fault in outcomes)
-    print(f"{len(outcomes)} faults planted, {len(outcomes) - counts['SURVIVED']} caught: {dict(counts)}")
+    print(f"{len(outcomes)} faults planted, {len(outcomes) - counts[SURVIVED]} caught: {dict(counts)}")
     if given.record:
         kept = {"date": date.today().isoformat(), "places": counted(outcomes)}
         RECORD.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
-    return int("SURVIVED" in counts)
+    return int(SURVIVED in counts)
 
 
 if __name__ == "__main__":
