@@ -18,6 +18,7 @@ import pytest
 from conftest import EXAMPLES
 from definitions import mean
 from matplotlib.text import Text
+from msgspec.structs import replace
 from pages import Page
 from shown import Amount, Bound, Said, plain, table_faults, terminal_tables
 from shown_figures import (
@@ -59,6 +60,7 @@ from vireport.motions import Event, Limits
 from vireport.optimise import JudgedDesign, outputs, problem_of
 from vireport.optimise.search import SearchEvidence, SearchResult
 from vireport.report import Report, render_html
+from vireport.report.templates import fill
 from vireport.scenario import load
 from vireport.study import Study, Task, analyse, provenance_of, results_json
 
@@ -243,6 +245,27 @@ def test_captions_and_crosshairs_have_the_numbers_of_the_results(name: str) -> N
     assert bool(live) is (x.sweep is not None)
     wrong += reading_faults(x, json.loads(live)) if live else []
     assert not wrong, "\n".join(wrong)
+
+
+def test_the_largest_error_bound_is_said_where_impacts_are_short() -> None:
+    largest = max(point["error_bound"] for point in results_of("frequency swept").data["critical_points"])
+    said = Said("an error far above that of the solution, {} in f", Bound(largest, "Hz"))
+    assert not said.faults(page_of("frequency swept").text)
+
+
+def test_numbers_of_a_simulation_that_are_alike_in_all_scenarios_are_told_where_they_differ(monkeypatch) -> None:
+    study, simulated = study_of("frequency swept"), study_of("force swept, simulated")
+    off = replace(study.reproduction, velocity_difference=3e-7, phase_difference=8e-9, periods=71, needed=70)
+    monkeypatch.setattr(Study, "reproduction", off)
+    check = simulated.crosscheck
+    speeds = replace(check, start_speed=np.linspace(1.234, 2.345, len(check.start_speed)))
+    said = {
+        "it is off by 3 × 10⁻⁷ of its velocity unit and 8 × 10⁻⁹ rad after 71 periods": replace(study),
+        "uniform up to 1.23 to 2.35 of the unit": replace(simulated, crosscheck=speeds),
+    }
+    for text, of in said.items():
+        report = Report(of, {}, provenance_of(of.loaded, "vireport run x.yaml --quiet"))
+        assert text in plain(re.sub(r'#?"([^"]*)";?', r"\1", fill(report, None)))
 
 
 def test_each_held_caption_is_of_a_figure() -> None:

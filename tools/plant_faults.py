@@ -1,27 +1,38 @@
 """Plant the faults of `faults.yaml` one at a time into a copy of the project, and tell which the quick tests catch.
 
-    python tools/plant_faults.py [--jobs 2] [--only PART] [--whole] [--check]
+    python tools/plant_faults.py [--jobs 2] [--only PART] [--whole] [--check] [--record]
 
 First the tests that read pages and terminals back run; of a fault that survives them, the other quick tests of its
 package; with --whole, all quick tests of what is left. With --check no test runs: it tells only which faults have no
-place, or several, in their file. Nothing in the working tree is changed.
+place, or several, in their file. Nothing in the working tree is changed, but for `benchmarks/results/faults.json` with
+--record: the counts for docs/accuracy.md.
+
+A template is read anew by each report, so that a fault in one needs no new process: the tests run in a fork of one that
+has solved their scenarios. That takes a second instead of a minute.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import multiprocessing
 import os
 import shutil
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from collections import Counter
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from datetime import date
 from pathlib import Path
-from queue import SimpleQueue
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
+from typing import NamedTuple
 
+import pytest
 import yaml
 
 ROOT = Path(__file__).resolve().parent.parent
+RECORD = ROOT / "benchmarks" / "results" / "faults.json"
 READ_BACK = ("tests/test_shown.py",)
 TESTS = {
     "templates/sections/paper": ("tests/checks/test_paper.py", "tests/report"),
@@ -43,11 +54,52 @@ def tests_of(file: str) -> tuple[str, ...]:
     return next((tests for beginning, tests in TESTS.items() if file.startswith(beginning)), own)
 
 
-def caught(copy: Path, tests: tuple[str, ...]) -> bool:
-    """Whether one of some quick tests fails in a copy of the project."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *tests]
-    environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run(command, cwd=copy, env=environment, capture_output=True).returncode != 0
+SURVIVED = "SURVIVED"
+
+
+class Told(NamedTuple):
+    """A fault, and who catches it: "read back", "other tests", or nobody."""
+
+    file: str
+    old: str
+    new: str
+    told: str
+
+
+def prepare(folder: str) -> None:
+    """Make a copy of the project the one that this process works in, and solve the scenarios of its tests."""
+    copy = mkdtemp(dir=folder)
+    ignored = shutil.ignore_patterns(".git", ".venv", "__pycache__")
+    shutil.copytree(ROOT, copy, ignore=ignored, dirs_exist_ok=True)
+    os.chdir(copy)
+    os.environ |= {"PYTHONPATH": copy, "PYTHONDONTWRITEBYTECODE": "1"}
+    sys.path[:0] = [copy, f"{copy}/tests"]
+    from test_shown import SCENARIOS, study_of
+
+    for name in SCENARIOS:
+        study_of(name)
+
+
+QUICK = ("-x", "-q", "-p", "no:cacheprovider", "-m", "not slow")
+
+
+def caught(tests: tuple[str, ...]) -> bool:
+    """Whether one of some quick tests fails in the copy."""
+    return subprocess.run([sys.executable, "-m", "pytest", *QUICK, *tests], capture_output=True).returncode != 0
+
+
+def caught_in_a_fork(tests: tuple[str, ...]) -> bool:
+    """The same where a template was changed, with the scenarios that are solved already."""
+    if not (fork := os.fork()):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        code: int = pytest.ExitCode.INTERNAL_ERROR
+        try:
+            code = pytest.main([*QUICK, "--assert=plain", "-W", "ignore::pytest.PytestAssertRewriteWarning", *tests])
+        finally:
+            os._exit(code)
+    return os.waitpid(fork, 0)[1] != 0
 
 
 def places_of(file: str, old: str) -> int:
@@ -56,19 +108,51 @@ def places_of(file: str, old: str) -> int:
     return path.read_text(encoding="utf-8").count(old) if path.is_file() else 0
 
 
-def outcome(copy: Path, file: str, old: str, new: str, whole: bool) -> str:
-    """What becomes of a fault: who catches it, or nobody."""
-    path = copy / file
+def plant(fault: tuple[str, str, str, bool]) -> Told:
+    """What becomes of a fault in the copy of this process."""
+    file, old, new, whole = fault
+    path, told = Path(file), SURVIVED
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace(old, new), encoding="utf-8")
+    quick = caught if path.suffix == ".py" else caught_in_a_fork
     try:
-        if caught(copy, READ_BACK):
-            return "read back"
-        if caught(copy, tests_of(file)):
-            return "other tests"
-        return "other tests" if whole and caught(copy, ("-n", "2", "tests")) else "SURVIVED"
+        if quick(READ_BACK):
+            told = "read back"
+        elif quick(tests_of(file)) or (whole and caught(("-n", "2", "tests"))):
+            told = "other tests"
     finally:
         path.write_text(text, encoding="utf-8")
+    print(f"{told:12} {file}: {old[:70]} -> {new[:70]}".replace("\n", " "), flush=True)
+    return Told(file, old, new, told)
+
+
+PLACES = {
+    "tables and sentences of the report": ("templates/sections",),
+    "words of verdict, proofs and captions": ("templates/words",),
+    "requirements, alerts and verdict": ("vireport/gate", "vireport/text"),
+    "numbers of the report": ("vireport/report",),
+    "the best design": ("vireport/optimise",),
+    "figures": ("vireport/figures",),
+    "comparisons and charts": ("vireport/comparison", "vireport/chart"),
+    "motions, design and proofs": ("vireport",),
+}
+"""What the counts are told of, by the beginnings of paths; the first that fits."""
+
+
+def place_of(file: str) -> str:
+    """The place that a fault is counted with."""
+    return next(place for place, beginnings in PLACES.items() if file.startswith(beginnings))
+
+
+def counted(faults: Iterable[Told]) -> list[dict[str, object]]:
+    """How many were planted in each place, and how many of them were caught."""
+    planted: Counter[str] = Counter()
+    found: Counter[str] = Counter()
+    for fault in faults:
+        place = place_of(fault.file)
+        planted[place] += 1
+        found[place] += fault.told != SURVIVED
+    return [{"place": place, "planted": planted[place], "caught": found[place]} for place in PLACES if planted[place]]
 
 
 def main() -> int:
@@ -78,6 +162,7 @@ def main() -> int:
     asked.add_argument("--only", default="", help="a part of the path of the files in which faults are planted")
     asked.add_argument("--whole", action="store_true", help="run all quick tests on what survives the others")
     asked.add_argument("--check", action="store_true", help="tell only which faults cannot be planted")
+    asked.add_argument("--record", action="store_true", help="keep the counts for docs/accuracy.md")
     given = asked.parse_args()
     table = yaml.safe_load((ROOT / "tools" / "faults.yaml").read_text(encoding="utf-8"))
     faults = [(file, *fault) for file, of in table.items() if given.only in file for fault in of]
@@ -86,30 +171,18 @@ def main() -> int:
     if lost or given.check:
         return 2 if lost else 0
     with TemporaryDirectory() as folder:
-        copies: SimpleQueue[Path] = SimpleQueue()
-        for number in range(given.jobs):
-            copy = Path(folder) / str(number)
-            shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "__pycache__"))
-            copies.put(copy)
-            if caught(copy, READ_BACK):
+        fork = multiprocessing.get_context("fork")
+        with ProcessPoolExecutor(given.jobs, fork, prepare, (folder,)) as pool:
+            if pool.submit(caught_in_a_fork, READ_BACK).result():
                 print("the tests that read back fail without a fault")
                 return 2
-
-        def plant(fault: tuple[str, str, str]) -> str:
-            copy = copies.get()
-            try:
-                told = outcome(copy, *fault, given.whole)
-            finally:
-                copies.put(copy)
-            file, old, new = (text.replace("\n", " ") for text in fault)
-            print(f"{told:12} {file}: {old[:70]} -> {new[:70]}", flush=True)
-            return told
-
-        with ThreadPoolExecutor(given.jobs) as pool:
-            outcomes = list(pool.map(plant, faults))
-    counts = {told: outcomes.count(told) for told in dict.fromkeys(outcomes)}
-    print(f"{len(outcomes)} faults planted, {len(outcomes) - counts.get('SURVIVED', 0)} caught: {counts}")
-    return int("SURVIVED" in counts)
+            outcomes = list(pool.map(plant, [(*fault, given.whole) for fault in faults]))
+    counts = Counter(fault.told for fault in outcomes)
+    print(f"{len(outcomes)} faults planted, {len(outcomes) - counts[SURVIVED]} caught: {dict(counts)}")
+    if given.record:
+        kept = {"date": date.today().isoformat(), "places": counted(outcomes)}
+        RECORD.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    return int(SURVIVED in counts)
 
 
 if __name__ == "__main__":

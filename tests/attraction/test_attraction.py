@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport import analyse, loads, recheck_disturbances
 from vireport.attraction import Trap
 from vireport.attraction.cells import Cells, generations
 from vireport.attraction.flights import (
+    ERRORS,
     FIRST,
     SECOND,
     SYMBOLS,
@@ -43,7 +45,7 @@ from vireport.base import UsageError
 from vireport.checks.enclosures import UnprovedError
 from vireport.design import motions_at
 from vireport.motions import Motion, motion_at
-from vireport.physics import Affine, Device, Groups, Restitutions, between
+from vireport.physics import Affine, Device, Groups, Restitutions, between, flight
 from vireport.scenario import Parameter
 from vireport.shocks import flight_times, shocked
 from vireport.simulation import FLIGHT, PHASE, RIDING, TURN, VELOCITY, WALL, check_model, follow_impacts
@@ -233,6 +235,8 @@ def check_next_impacts(groups: Groups, wall, time, velocity, widths) -> tuple[np
     past = simulated_past(groups, sets[failing], guesses[failing], True)
     touch, beyond, touching = impacts_past_a_touch(enclosed(groups), sets[failing], past)
     told, own = [0, 0], np.flatnonzero(ends.proved)
+    for kind in (ends[own], beyond, touching):  # no state of a set depends on a time within its flight
+        assert not any(number.linear[TIME].any() for number in (kind.time, kind.velocity, kind.duration))
     for corner in CORNERS:
         last = first_impacts(groups, wall, time + corner[0] * widths[0], velocity + corner[1] * widths[1])
         assert (last[own, WALL] == ends.wall[own]).all()
@@ -321,6 +325,69 @@ def test_a_merged_set_holds_the_one_it_is_made_of() -> None:
         before = np.abs(np.einsum("c,csk->sk", way, linear)).sum(axis=0) + np.abs(way) @ radius
         now = np.abs(np.einsum("c,csk->sk", way, [each.linear for each in merged_set])).sum(axis=0)
         assert (before <= now * (1 + 1e-12)).all()
+
+
+def test_a_merged_set_holds_the_one_it_is_made_of_to_the_last_bit() -> None:
+    """By its own two coordinates, which no state of the set before exceeds."""
+    random = np.random.default_rng(8)
+    linear, radius = random.normal(size=(2, SYMBOLS, 60)), np.abs(random.normal(size=(2, 60)))
+    linear[:, TIME] = 0.0
+    whole = merged(*(Affine(np.zeros(60), own, rest) for own, rest in zip(linear, radius, strict=True)))
+    axes = np.stack([each.linear[ERRORS] for each in whole])
+    with mp.workdps(40):
+        for k in range(60):
+            (a, b), (c, d) = ([mpf(x) for x in row] for row in axes[:, :, k])
+            for row in ((d, -b), (-c, a)):
+                own = [*linear[:, ERRORS, k].T, (radius[0, k], 0.0), (0.0, radius[1, k])]
+                assert sum(abs(row[0] * mpf(x) + row[1] * mpf(y)) for x, y in own) <= abs(a * d - b * c)
+
+
+def test_the_groups_of_a_device_are_enclosed() -> None:
+    """d = 4 M s f^2/F and gbar = M g sin(beta)/F, whose doubles are rounded."""
+    random = np.random.default_rng(9)
+    with mp.workdps(40):
+        for mass, length, force, frequency, beta in random.uniform(0.1, 10, (50, 5)):
+            of = Device(mass, 0.5, 9.8, length, force, frequency, beta)
+            found = enclosed(of.groups(Parameter.LENGTH, length).as_floats())
+            d = 4 * mpf(mass) * mpf(length) * mpf(frequency) ** 2 / mpf(force)
+            gbar = mpf(mass) * mpf(9.8) * mp.sin(mp.radians(mpf(beta))) / mpf(force)
+            for number, value in ((found.d, d), (found.gbar, gbar)):
+                assert abs(value - mpf(number.centre[0])) <= mpf(number.radius[0]) < 1e-13 * value
+
+
+def test_an_impact_that_is_not_the_next_one_is_not_proved_to_be_it() -> None:
+    """Far from the other membrane, of a flight that goes on through the one it has left, the next return is guessed."""
+    groups, random, count = Groups(3.0, 0.24, 0.5), np.random.default_rng(10), 600
+    time, before, elapsed = 2 * random.random(count), 0.02 + random.random(count), np.linspace(0, 6, 1501)[1:, None]
+    sets = sets_of(groups, np.ones(count, dtype=int), time, before, np.full((2, count), 1e-6))
+    cosines = np.cos(pi * time), np.cos(pi * (time + elapsed))
+    height = -flight.displacement(elapsed, -0.5 * before, np.sin(pi * time), *cosines, groups.gbar)
+    returns = np.diff(np.sign(height), axis=0) < 0
+    for turn, proved in ((1, True), (2, False)):
+        met = np.cumsum(returns, axis=0) == turn
+        own = np.flatnonzero(met.any(axis=0))
+        assert len(own) > 20
+        guesses = np.stack([np.ones(len(own)), elapsed[met[:, own].argmax(axis=0), 0], np.zeros(len(own))], axis=1)
+        found = next_impacts(enclosed(groups), sets[own], guesses).proved
+        assert found.mean() > 0.5 if proved else not found.any()
+
+
+def test_a_shock_back_onto_the_membrane_is_not_proved_to_pass_it() -> None:
+    """Gravity above the largest acceleration: thrown up at the top, and a little way through it, it would come down."""
+    groups, random, count = Groups(0.5, 1.3, 0.5), np.random.default_rng(11), 100
+    time, elapsed = random.uniform(0, 0.3, count), np.linspace(0, 3, 3001)[1:, None]
+    for up, proved in ((False, True), (True, False)):
+        jump = random.uniform(0.4, 0.45, count) * (-1 if up else 1)
+        since = between(np.full(count, 0.0046), np.full(count, 0.0054), FIRST, SYMBOLS)
+        added, after = exact(jump), exact(np.full(count, 0.3))
+        sets = Sets(np.full(count, -1), exact(time), after + added, added * since * -1.0, since)
+        cosines = np.cos(pi * time), np.cos(pi * (time + elapsed))
+        fallen = flight.displacement(elapsed, 0.3 + jump, np.sin(pi * time), *cosines, groups.gbar) - 0.005 * jump
+        arrival = elapsed[(fallen > groups.d).argmax(axis=0), 0] - 0.005
+        found = next_impacts(
+            enclosed(groups), sets, np.stack([np.ones(count), arrival, np.zeros(count)], axis=1)
+        ).proved
+        assert found.mean() > 0.5 if proved else not found.any()
 
 
 def test_a_region_about_another_place_says_how_far_the_motion_is_from_its_middle() -> None:

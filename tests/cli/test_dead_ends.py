@@ -52,6 +52,42 @@ def test_without_stable_motion_the_ball_is_simulated_from_rest(
     assert f"A block '{block}:' shows it." in alert["cause"]
 
 
+def test_without_stable_motion_in_a_sweep_the_ball_is_simulated_from_rest_at_some_of_its_values(
+    tmp_path: Path, capsys
+) -> None:
+    """A length that is swept, and none given: what each value comes to is what a device of that length comes to."""
+    unstable = ["--set", "sweep.from=0.25", "--set", "sweep.to=0.4", "--set", "excitation.amplitude_n=5"]
+    swept = ["run", INCLINED, *unstable, "--set", "device.length_m=", "--format", "json,markdown", "-o", str(tmp_path)]
+    assert main(swept) == 0
+    headline, told = capsys.readouterr().out.splitlines()
+    results = json.loads((tmp_path / "results.json").read_text())
+    parts = results["disturbances"]["from_rest"]["along_sweep"]
+    assert [(part["from"], part["to"]) for part in parts] == [
+        (pytest.approx(value),) * 2 for value in (0.25, 0.2875, 0.325, 0.3625, 0.4)
+    ]
+    assert [part["word"] for part in parts] == ["B~T", "BBBBT", "BBBT", None, "BBT"]
+    for part in parts[::2]:
+        assert main(["run", INCLINED, *unstable, "--json", "--set", f"device.length_m={part['from']}"]) == 0
+        own = json.loads(capsys.readouterr().out)["disturbances"]["from_rest"]
+        assert {key: own[key] for key in ("outcome", "word", "periods")} == {
+            key: part[key] for key in ("outcome", "word", "periods")
+        }
+        outcome = f"{part['word']} every forcing period" if part["outcome"] == "other_motion" else ""
+        assert f"s = {part['from']:.4g} m: {outcome or ('rest every' if part['word'] else 'chaotic')}" in told
+    assert "A block 'simulation:' or 'motions:' shows it." in told
+    summary = " ".join((tmp_path / "summary.md").read_text().split())
+    names = "rest every forcing period (B~T)", "BBBBT every forcing period", "BBBT every forcing period"
+    names += "chaotic, or not periodic within the budget", "BBT every forcing period"
+    for text in (headline, summary.replace("\\~", "~")):
+        assert f"rom rest, at 5 values in it: {'; '.join(names)}." in text
+    assert "Alert VR001 says at which, what shows it, and what to do." in summary
+
+
+def test_where_a_motion_is_stable_in_a_sweep_nothing_is_simulated_from_rest_without_a_design_point(capsys) -> None:
+    assert main(["run", INCLINED, "--json", "--set", "device.length_m="]) == 0
+    assert json.loads(capsys.readouterr().out)["disturbances"] is None
+
+
 def test_a_ball_that_never_leaves_the_membrane_is_said_to_rest(capsys) -> None:
     """Gravity along the capsule exceeds the largest acceleration of the capsule."""
     over = ["--set", "excitation.amplitude_n=0.5", "--set", "sweep="]

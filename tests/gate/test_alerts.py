@@ -232,6 +232,10 @@ def come_to(word: str, sticks: bool = False) -> SimpleNamespace:
     return SimpleNamespace(name=word, word=word, cycle=SimpleNamespace(sticks=sticks))
 
 
+def sampled(*ends: SimpleNamespace) -> SimpleNamespace:
+    return SimpleNamespace(sampled=[SimpleNamespace(start=0.25 + k / 100, outcome=end) for k, end in enumerate(ends)])
+
+
 def rough(*labels: str) -> tuple[SimpleNamespace, ...]:
     return tuple(SimpleNamespace(label=x, error_bound=1e-9, sweep_value=0.7) for x in labels)
 
@@ -277,6 +281,15 @@ def given(**values: object) -> SimpleNamespace:
 LEFT = "listed in the results as not admissible, and neither drawn nor counted."
 SAID = [
     ("VR001", {"solution": known(diagram=object())}, ["Nowhere in the sweep is there an admissible"]),
+    (
+        "VR001",
+        {
+            "solution": known(diagram=object(), parameter=Parameter.LENGTH),
+            "disturbances": sampled(come_to("BBT"), come_to("B~T", sticks=True)),
+            "from_rest_along": (come_to("BBT"), come_to("B~T", sticks=True)),
+        },
+        ["by simulation: s = 0.25 m: BBT; s = 0.26 m: B~T. A block 'motions:' or 'simulation:' shows it."],
+    ),
     (
         "VR002",
         {"solution": known(branches=stretches(Stability.UNSTABLE_NODE))},
@@ -446,7 +459,8 @@ def test_a_velocity_that_moves_more_than_the_restitution_is_told_by_how_much(mon
 
 def evidence_of(results: dict[str, object]) -> SimpleNamespace:
     nothing = {"solution": known(), "criteria": (), "atlas": None, "crosscheck": None, "compliance": None}
-    return SimpleNamespace(**{"from_rest": None, "reached": None, "by_starts": ()} | nothing | results)
+    nothing |= {"from_rest": None, "from_rest_along": (), "disturbances": None, "reached": None, "by_starts": ()}
+    return SimpleNamespace(**nothing | results)
 
 
 @pytest.mark.parametrize(("code", "results", "parts"), SAID, ids=[f"{code}-{k}" for k, (code, *_) in enumerate(SAID)])

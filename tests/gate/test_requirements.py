@@ -255,6 +255,8 @@ def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
         criteria = judged("inclined", {"u_ave_difference_at_most_v": expected * (1 + change), **ends})
         assert criteria["u_ave_difference_at_most_v"].outcome.value == pytest.approx(expected, rel=1e-11)
         assert criteria["u_ave_difference_at_most_v"].passed is passed
+        said = f"U_ave from {min(values):.6g} to {max(values):.6g} V"
+        assert said in str(criteria["u_ave_difference_at_most_v"].outcome)
     assert only("inclined", {"u_ave_difference_at_most_v": 1e5}).outcome.value > expected
     broken = judged("inclined", {"u_ave_difference_at_most_v": 1e5, "stable_from": 0.6, "stable_to": 0.7})
     assert not broken["u_ave_difference_at_most_v"].passed

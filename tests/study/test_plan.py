@@ -42,9 +42,15 @@ def why(planned, task: Task) -> str:
 
 def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
     planned = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0, device__membrane=ELECTRICAL)
-    assert sorted(step.task for step in planned.steps) == sorted(Task)
+    assert sorted(step.task for step in planned.steps) == sorted(set(Task) - {Task.SAMPLED_FROM_REST})
     assert [step.task for step in planned.left_out] == [Task.OPTIMISE]
     assert "vireport optimise" in why(planned, Task.OPTIMISE)
+
+
+def test_a_sweep_without_a_design_point_has_outcomes_from_rest_where_nothing_is_stable():
+    planned = of(DESIGN + SWEEP, device__length_m=None)
+    assert planned.runs(Task.SAMPLED_FROM_REST)
+    assert not planned.runs(Task.FROM_REST)
 
 
 @pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.design import Solution, Unmoved
-from vireport.disturbances import Destination, Disturbances, Edge, FromRest, Ramp, Recovery, Window
+from vireport.disturbances import Destination, Disturbances, Edge, FromRest, OutcomeRange, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
 from vireport.membranes import Grade
@@ -194,6 +194,12 @@ def switched_on(end: Destination = Destination.ONE_TO_ONE, settles: int | None =
     return Evidence(solved("inclined"), disturbances=found)
 
 
+def nowhere_stable(**found: list[FromRest]) -> Evidence:
+    """A sweep without stable 1:1 motion and without a design point, and what it comes to in stretches of it."""
+    parts = {key: tuple(OutcomeRange(0.6, 0.61, end) for end in ends) for key, ends in found.items()}
+    return Evidence(solved("inclined", sweep__to=0.62, device__length_m=None), disturbances=Disturbances(None, **parts))
+
+
 def withstood(**given: object) -> Evidence:
     """The inclined capsule with what its motion withstands: least shock, of 0.1234 m/s at the bottom, and jitter."""
     usual = {"shock": None, "shock_unknown": "", "jump_m_s": 0.1234, "searched_to_m_s": 1.5, "after_bottom": True}
@@ -261,6 +267,23 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "nothing in the sweep": (
         lambda: Evidence(solved("inclined", sweep__to=0.62, device__length_m=None)),
         ["No admissible 1:1 motion in the sweep attracts", "Nowhere", "in the sweep of length from 0.59 m to 0.62 m"],
+    ),
+    "nothing in the sweep, and from rest": (
+        lambda: nowhere_stable(sampled=[FromRest(Destination.OTHER_MOTION, "BBT", 1), FromRest(Destination.CHAOTIC)]),
+        [
+            "From rest, at 2 values in it: BBT every forcing period; chaotic, or not periodic within the budget.",
+            "motions nearby; from rest, at 2 values in it: BBT",
+            "By simulation, from rest, at 2 values in it: BBT every forcing period; chaotic, or not periodic within "
+            "the budget. Alert VR001 says at which, what shows it, and what to do.",
+        ],
+    ),
+    "nothing in the sweep, and from rest along it": (
+        lambda: nowhere_stable(along=[FromRest(Destination.OTHER_MOTION, "B" * k + "T", 1) for k in range(2, 8)] * 2),
+        [
+            "from rest, at 201 values in it: BBT every forcing period; BBBT every",
+            "BBBBBBT every forcing period; and others, 6 in all",
+            "The [table of outcomes](disturbances) says where, and alert VR001 what to do.",
+        ],
     ),
     "others in the sweep": (
         lambda: Evidence(solved("inclined", sweep__to=0.62, device__length_m=None), atlas=followed("BB")),

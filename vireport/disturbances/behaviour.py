@@ -78,6 +78,9 @@ class Disturbances(Struct, frozen=True, eq=False):
         length where there is no sweep; without a block only where no 1:1 motion is stable.
     by_starts : tuple of FollowedMotion
         Where neither a 1:1 motion is stable nor such a motion reached: stable ones that a few starts come to.
+    sampled : tuple of OutcomeRange
+        The outcomes at a few values of a sweep in which no 1:1 motion is stable, where there is neither a design point
+        nor `along`.
     """
 
     from_rest: FromRest | None
@@ -89,13 +92,23 @@ class Disturbances(Struct, frozen=True, eq=False):
     recovery: Recovery | None = None
     reached: FollowedMotion | None = None
     by_starts: tuple[FollowedMotion, ...] = ()
+    sampled: tuple[OutcomeRange, ...] = ()
 
     @property
     def values_along(self) -> int:
-        """Values along the sweep at which the outcome was looked for before edges were located."""
+        """Values along the sweep at which the outcome was looked for, before edges were located."""
         from vireport.disturbances.windows import ALONG
 
-        return ALONG if self.along else 0
+        return ALONG if self.along else len(self.sampled)
+
+    @property
+    def outcomes_along(self) -> tuple[FromRest, ...]:
+        """The outcomes at these values, each once, in the order of the sweep."""
+        known: list[FromRest] = []
+        for each in (*self.along, *self.sampled):
+            if all(each.outcome.kind != other.kind for other in known):
+                known.append(each.outcome)
+        return tuple(known)
 
     @property
     def narrow(self) -> bool:
@@ -122,7 +135,7 @@ def disturbances_of(
     design, device = solution.design, solution.device
     strip = _along(solution, compiled) if windows else ()
     if design is None:
-        return Disturbances(None, along=strip)
+        return Disturbances(None, along=strip, sampled=() if strip else _sampled(solution, compiled))
     groups, targets = device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(design.motions)
     recovery, ratio = recovery_of(solution), device.period_ratio
     if asked is None:
@@ -181,6 +194,16 @@ def _along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
     from vireport.disturbances.windows import along, outcomes_at
 
     return along(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
+
+
+def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
+    """The outcomes at a few values of a sweep in which no 1:1 motion is stable: what the ball does instead."""
+    sweep = solution.sweep
+    if sweep is None or solution.stable_ranges:
+        return ()
+    from vireport.disturbances.windows import outcomes_at, sampled
+
+    return sampled(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
 
 
 def _window(solution: Solution, compiled: bool) -> Window | None:

@@ -49,6 +49,10 @@ narrower the nearer they are, and the first samples pass them over: by as much a
 ALONG = 201
 """Values along a sweep, between which edges are then located."""
 
+SAMPLED = 5
+"""Values of a sweep at which a ball is followed from rest without being asked for, where no 1:1 motion is stable: 40 ms
+each without the compiler."""
+
 STRIP_EDGE = 1e-6
 """Width to which an edge along a sweep is located, over the sweep."""
 
@@ -100,6 +104,7 @@ class OutcomeRange(Struct, frozen=True):
     Attributes
     ----------
     start, end : float
+        The same where one value alone was looked at.
     outcome : FromRest
     """
 
@@ -140,6 +145,12 @@ def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, c
         )
         for i in range(len(groups.d))
     ]
+
+
+def sampled(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, ...]:
+    """The outcomes at a few values of a sweep, its ends among them."""
+    values = np.linspace(start, end, SAMPLED)
+    return tuple(map(OutcomeRange, values.tolist(), values.tolist(), outcomes(values)))
 
 
 def window(parameter: ScalarInput, value: float, low: float, high: float, outcomes: Outcomes) -> Window:

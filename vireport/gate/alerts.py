@@ -97,6 +97,15 @@ Cause = Callable[[Evidence], Iterable[Sentence]]
 def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
     if results.solution.diagram is not None and not results.solution.stable_ranges:
         yield Sentence("nowhere")
+        found = results.disturbances
+        if found is not None and found.sampled:
+            swept = results.solution.parameter
+            each = [
+                Sentence("each", {"symbol": swept.symbol, "value": swept.show(x.start), "motion": x.outcome.name})
+                for x in found.sampled
+            ]
+            blocks = dict.fromkeys(_shown_by(end) for end in results.from_rest_along)
+            yield Sentence("from_rest", {"each": each, "blocks": [Sentence("block", {"block": x}) for x in blocks]})
 
 
 def _inadmissible(results: Evidence) -> Iterator[Sentence]:

@@ -232,6 +232,13 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         return self.disturbances.from_rest if self.disturbances is not None else None
 
     @property
+    def from_rest_along(self) -> tuple[FromRest, ...]:
+        """What it comes to along a sweep without a design point, each once; empty where that was not looked for."""
+        if self.disturbances is None or self.solution.design is not None:
+            return ()
+        return self.disturbances.outcomes_along
+
+    @property
     def reached(self) -> FollowedMotion | None:
         """The motion of another word that it comes to from rest, where no 1:1 motion is stable."""
         return self.disturbances.reached if self.disturbances is not None else None

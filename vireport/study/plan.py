@@ -42,6 +42,7 @@ class Task(StrEnum):
     ENERGY = "energy", "voltages"
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
+    SAMPLED_FROM_REST = "from-rest-sampled", "what it comes to at some values of a sweep without stable 1:1 motion"
     WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
     SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
     COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
@@ -175,6 +176,7 @@ ODD_HARMONICS = Precondition(
 )
 ODD = Precondition(lambda scenario, _: scenario.period_ratio % 2, "for an even period ratio no motion is symmetric")
 DESIGN = Precondition(lambda scenario, _: scenario.value_of(scenario.parameter) is not None, "{parameter} is not given")
+NO_DESIGN = Precondition(lambda scenario, _: scenario.value_of(scenario.parameter) is None, "{parameter} is given")
 BALL = Precondition(lambda scenario, _: scenario.device.ball_mass_kg, "device.ball_mass_kg is not given")
 DIELECTRIC = Precondition(
     lambda scenario, _: scenario.device.membrane and scenario.device.membrane.thickness_m,
@@ -262,6 +264,7 @@ STEPS = (
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN, FRICTIONLESS), "the design point is given"),
+    DeclaredStep(Task.SAMPLED_FROM_REST, (FRICTIONLESS,), "a sweep is given, and no design point", (NO_DESIGN,)),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(

@@ -349,7 +349,7 @@ def disturbances_data(
         "along_sweep": [
             {"from": part.start, "to": part.end, "outcome": part.outcome.destination}
             | {"word": part.outcome.word or None, "periods": part.outcome.periods or None}
-            for part in found.along
+            for part in (*found.along, *found.sampled)
         ],
     }
     return {

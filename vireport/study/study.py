@@ -325,7 +325,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, progress))
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
         study = _with_motions(study, scenario.motion_limits, progress)
-    if steps.runs(Task.FROM_REST, Task.WINDOWS):
+    nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
+    if nowhere_stable or steps.runs(Task.FROM_REST, Task.WINDOWS):
         study = _with_disturbances(study)
     if steps.runs(Task.SHOCK, Task.JITTER):
         study = _with_withstood(study)

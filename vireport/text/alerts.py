@@ -112,6 +112,10 @@ CATALOGUE = (
         "motions are stable there, a block 'simulation:' what the ball does from any start.",
         {
             "nowhere": "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
+            "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
+            "{each:; }. A block {blocks: or } shows it.",
+            "each": "{symbol} = {value}: {motion}",
+            "block": "'{block}:'",
         },
     ),
     Explanation(
