@@ -439,7 +439,9 @@ def shifted_ends(x: Results) -> list[Row]:
     for shift in of["rows"]:
         value = shift["sweep_value"]
         moved = value is not None
-        left = "no end" if shift["stable"] else "no stable motion"
+        left = {True: "no end", False: "no stable motion", None: "not known: the ball stops on its way"}[
+            shift["stable"]
+        ]
         rows.append(
             {
                 "With": effect_of(x, shift),
@@ -472,6 +474,7 @@ def effect_of(x: Results, shift: dict[str, Any]) -> str:
     names = {"membrane_stiffness": "The membranes' own stiffness", "capsule": other}
     names["second_harmonic"] = "A second harmonic of 2 % in the force"
     names["restitution_exponent"] = "Restitution as the speed to the power −0.1"
+    names["friction"] = "Friction of 0.05 between ball and capsule"
     for membrane in ("bottom", "top"):
         names[f"restitution_{membrane}"] = f"Restitution at the {membrane} −5 %"
     return names[shift["effect"]]
@@ -1323,7 +1326,8 @@ def _effects(x: Results) -> Iterator[Said]:
     name = f"{WORDS_OF[of['kind']]} {of['label']}".strip()
     yield Said(f"Without: {name} in {quantity}, at {{}}, {{}} away.", where, share)
 
-    worst = min(of["rows"], key=lambda shift: margin_left(x, shift))
+    known = [shift for shift in of["rows"] if shift["stable"] is not None]
+    worst = min(known, key=lambda shift: margin_left(x, shift))
     room = margin_left(x, worst)
     if 0 < room < inf:
         yield Said(f"How far would it move? {effect_of(x, worst)}: {{}} left", percentage(room))

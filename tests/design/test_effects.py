@@ -50,8 +50,8 @@ def test_the_papers_device_has_the_shifts_that_were_derived_apart_from_this() ->
         LeftOut.RESTITUTION_TOP: (-3.8, 8.3),
         LeftOut.CAPSULE: (1.55, 3.2),
         LeftOut.SECOND_HARMONIC: (2.6, 2.2),
-        LeftOut.RESTITUTION_SPEED: (1.8, 3.0),
         LeftOut.FRICTION: (0.7, 4.0),
+        LeftOut.RESTITUTION_SPEED: (1.8, 3.0),
     }
     assert list(found) == list(expected)
     for left_out, (moved, left) in expected.items():
@@ -300,8 +300,8 @@ def test_a_run_has_them_and_says_why_not(example) -> None:
         "restitution_top",
         "capsule",
         "second_harmonic",
-        "restitution_exponent",
         "friction",
+        "restitution_exponent",
         "membrane_stiffness",
     ]
     own = analyse(load(example("inclined")), ("json",)).own_stiffness

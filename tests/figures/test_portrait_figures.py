@@ -223,7 +223,8 @@ def test_only_a_ball_that_rests_or_flies_is_said_to_have_no_impacts() -> None:
     check = simulated_study().crosscheck
     outcomes = diagram_of(["BT", *Outcome])
     told = diagram_picture(simulated_study(), outcomes, check.values, check.groups.d).alt
-    still = f"; from some starts the ball ends {Outcome.REST}, or {Outcome.FREE}, which has no impacts."
+    still = ", or ".join((Outcome.REST, Outcome.HELD, Outcome.FREE))
+    still = f"; from some starts the ball ends {still}, which has no impacts."
     assert told.endswith(still)
 
 

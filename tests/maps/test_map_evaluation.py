@@ -17,10 +17,10 @@ from vireport.base import NumericalError
 from vireport.maps import MapPlan, run_map
 from vireport.maps.evaluation import evaluate
 from vireport.motions import find_motions
-from vireport.physics import Device
+from vireport.physics import Device, Groups
 from vireport.scenario import Parameter
 from vireport.shocks import SCAN, least_of
-from vireport.simulation import VELOCITY, follow_impacts
+from vireport.simulation import VELOCITY, check_model, follow_impacts
 
 
 def whole(plan: MapPlan) -> pa.Table:
@@ -160,7 +160,7 @@ def test_share_of_starts_is_that_of_the_states_in_flight() -> None:
     states = np.zeros((count, 4))
     for column, limits in ((1, (-d / 2, d / 2)), (2, (-fastest, fastest)), (3, (0, 2 * np.pi))):
         states[:, column] = rng.uniform(*limits, count)
-    last = follow_impacts(np.tile([d, gbar, 0.5, 0.5], (count, 1)), states, 400, keep=2)[0]
+    last = follow_impacts(np.tile(check_model(Groups(d, gbar, 0.5)), (count, 1)), states, 400, keep=2)[0]
     reached = (np.abs(last[:, -2:, VELOCITY] - velocity) < 1e-6).any(axis=1).mean()
     shares = np.array([row["basin_share"] for row in rows])
     error = np.sqrt(reached * (1 - reached) * (1 / shares.size / 32 + 1 / count))
