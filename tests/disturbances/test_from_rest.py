@@ -14,10 +14,10 @@ from vireport import analyse, loads
 from vireport.design import motions_at, solution_of
 from vireport.disturbances import Destination, disturbances_of
 from vireport.disturbances.behaviour import _window
-from vireport.disturbances.from_rest import RAMPS, Target, from_rest, pressed_share, started, switched_on
+from vireport.disturbances.from_rest import RAMPS, Target, _unpressed, from_rest, presses, started, switched_on
 from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
-from vireport.physics import Device, Groups, Restitutions
+from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Restitutions
 from vireport.scenario import Parameter
 from vireport.simulation import BOTTOM, Impact, attractors, random_starts, start_speed
 
@@ -134,13 +134,34 @@ def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_h
 
 def test_switching_on_while_the_ball_is_pressed_down_is_one_trajectory() -> None:
     groups = PAPER.with_values({Parameter.AMPLITUDE: 3.6}).groups(Parameter.LENGTH, 0.75).as_floats()
-    share = pressed_share(groups.gbar)
+    ((_, share, _),) = presses(groups)
     assert share == pytest.approx(acos(-groups.gbar) / pi)
     reached = attractors(groups, [Impact(BOTTOM, 0.0, share * pi * part) for part in (0.0, 0.3, 0.999)])[0]
     assert {(end.word, end.period) for end in reached} == {("B~", 3)}
     parts = switched_on(groups, (), 1, 0.0, False)
     assert sum(part for part, _ in parts) == pytest.approx(1)
     assert parts[0][0] == pytest.approx(share)
+
+
+def test_a_force_with_harmonics_presses_and_leaves_the_ball_as_its_pull_says() -> None:
+    """Shares of the period, releases and the moments between, against the sign of the pull at many phases."""
+    rng, several = np.random.default_rng(11), 0
+    x = 2 * pi * (np.arange(200_000) + 0.5) / 200_000
+    for _ in range(30):
+        harmonics = tuple(Harmonic.of(j, rng.uniform(0, 50), rng.uniform(0, 360)) for j in (2, 3, 5))
+        groups = Groups(0.5, rng.uniform(0, 0.9), 0.5, harmonics)
+        pressed = groups.pull(groups.wave(x, ARRAYS).force) > 0
+        told = presses(groups)
+        assert sum(each.share for each in told) == pytest.approx(pressed.mean(), abs=1e-4)
+        assert sum(each.free for each in told) == pytest.approx(2 * pi * (1 - pressed.mean()), abs=1e-3)
+        assert len(told) == np.count_nonzero(pressed & ~np.roll(pressed, -1))
+        for each in told:
+            before, after = (groups.pull(groups.wave(each.release + off, FLOATS).force) for off in (-1e-6, 1e-6))
+            assert before > 0 > after
+        free = np.array(_unpressed(told))
+        assert (groups.pull(groups.wave(free, ARRAYS).force) < 0).all()
+        several += len(told) > 1
+    assert several > 5
 
 
 @pytest.mark.parametrize(("force", "least", "most"), [(3.0, 1.0, 1.0), (3.6, 0.2, 0.26), (4.5, 1.0, 1.0)])

@@ -8,7 +8,7 @@ import numpy as np
 
 from vireport.design import motions_at
 from vireport.motions import Motion, motion_at
-from vireport.physics import Device, Groups
+from vireport.physics import Device, Groups, Harmonic
 from vireport.scenario import Parameter
 
 
@@ -22,10 +22,19 @@ class Case(NamedTuple):
 
 
 def case(
-    force: float = 3.6, length: float = 0.75, inclination: float = 45.0, r: float = 0.5, scale: float = 1.0
+    force: float = 3.6,
+    length: float = 0.75,
+    inclination: float = 45.0,
+    r: float = 0.5,
+    scale: float = 1.0,
+    harmonics: tuple[Harmonic, ...] = (),
 ) -> Case:
     """A device of the paper by its groups; with `scale` one of as many times its mass and force in other units."""
-    return of(Device(0.1245 * scale, r, 9.8, length, force * scale, 2.0, inclination))
+    return of(Device(0.1245 * scale, r, 9.8, length, force * scale, 2.0, inclination, harmonics=harmonics))
+
+
+DISTORTED = Harmonic.of(2, 3.0, 225.0), Harmonic.of(3, 5.0, 30.0)
+"""Harmonics of a force, an even and an odd one."""
 
 
 def of(device: Device) -> Case:

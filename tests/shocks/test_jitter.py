@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from devices import case
+from devices import DISTORTED, case
 
 from vireport.atlas import motion_of_cycle
 from vireport.motions import Motion
-from vireport.physics import Groups, Membrane, generated_voltage, wrapped
+from vireport.physics import Groups, Harmonic, Membrane, generated_voltage, wrapped
 from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
 from vireport.shocks.impact_map import backwards, forwards
 from vireport.shocks.jitter import TOLERANCE, Jitter, NoJitter, Unsettled, jitter
@@ -46,9 +46,10 @@ def monte_carlo(*given: Any) -> np.ndarray:
     return np.array([np.cov(each) for each in kicked(*given)])
 
 
-def test_the_map_is_that_of_the_simulation_and_its_inverse() -> None:
+@pytest.mark.parametrize("harmonics", [(), DISTORTED], ids=["sine", "harmonics"])
+def test_the_map_is_that_of_the_simulation_and_its_inverse(harmonics: tuple[Harmonic, ...]) -> None:
     """Backwards undoes forwards, and the Jacobians are its differences."""
-    groups, (motion,), _, _ = case()
+    groups, (motion,), _, _ = case(harmonics=harmonics)
     rng = np.random.default_rng(1)
     wall = np.repeat([1.0, -1.0], 100)
     time, after = rng.uniform(0, 2, 200), -wall * rng.uniform(0.05, 1.5, 200)
@@ -76,9 +77,12 @@ def test_the_lyapunov_equation_is_solved() -> None:
     np.testing.assert_allclose(found, matrix @ found @ matrix.T + source, rtol=1e-13)
 
 
-@pytest.mark.parametrize(("kick", "scatter"), [(1e-3, 0.0), (0.0, 3e-3), (1e-3, 2e-3)])
-def test_spread_is_that_of_kicked_trajectories(kick: float, scatter: float) -> None:
-    groups, (motion,), _, _ = case(3.6)
+@pytest.mark.parametrize(
+    ("kick", "scatter", "harmonics"),
+    [(1e-3, 0.0, ()), (0.0, 3e-3, ()), (1e-3, 2e-3, ()), (1e-3, 2e-3, DISTORTED)],
+)
+def test_spread_is_that_of_kicked_trajectories(kick: float, scatter: float, harmonics: tuple[Harmonic, ...]) -> None:
+    groups, (motion,), _, _ = case(3.6, harmonics=harmonics)
     found = jitter(groups, motion, kick, scatter)
     assert isinstance(found, Jitter)
     assert found.error < 0.01

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 from conftest import first
-from devices import Case, case, of
+from devices import DISTORTED, Case, case, of
 
 from vireport.atlas import motion_of_cycle
 from vireport.base import NumericalError
@@ -127,6 +127,20 @@ def test_two_ways_give_one_least_shock(over: dict[str, float]) -> None:
     assert found.companion in device.unstable
     assert found.by_search == pytest.approx(found.jump, rel=1e-9)
     assert lead_out(device, found, 10_000, found.jump * (1 - 1e-9)) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "over", [{"force": 3.9}, DEVICES[1], {"force": 3.2765, "length": 1.1639, "inclination": 40.6, "r": 0.3985}]
+)
+def test_of_a_force_with_harmonics_two_ways_give_one_least_shock(over: dict[str, float]) -> None:
+    device = case(**over, harmonics=DISTORTED)
+    found = least(device)
+    assert found.jump is not None
+    assert found.companion in device.unstable
+    assert found.by_search == pytest.approx(found.jump, rel=1e-9)
+    assert lead_out(device, found, 10_000, found.jump * (1 - 1e-9)) == 0
+    assert lead_out(device, found, 10_000, 1.5 * found.jump) > 0
 
 
 def bisected(device: Case, found: LeastShock, high: float) -> float | None:

@@ -16,11 +16,9 @@ from vireport.checks.certificates import certify
 from vireport.cli.app import app
 from vireport.comparison.quantities import ComparedScenario
 from vireport.design import region_of
-from vireport.disturbances import disturbances_of
 from vireport.membranes import compliance
 from vireport.physics import Device, Harmonic
 from vireport.scenario import DesignInput, Parameter, load, load_any
-from vireport.shocks import withstood_by
 from vireport.study import Task, analyse, plan
 
 SECOND = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
@@ -81,7 +79,7 @@ def test_an_even_harmonic_leaves_out_the_symmetric_family(example) -> None:
 
 @pytest.mark.parametrize(
     "block",
-    [{"accuracy": {}}, {"disturbances": {}}, {"tolerances": {"length_percent": 1}}],
+    [{"accuracy": {}}, {"disturbances": {"prove": True}}, {"tolerances": {"length_percent": 1}}],
     ids=lambda block: next(iter(block)),
 )
 def test_blocks_that_know_a_sine_alone_are_refused_with_the_key(block, example) -> None:
@@ -135,16 +133,11 @@ def test_what_is_called_from_python_refuses_as_well(distorted, example) -> None:
     with pytest.raises(UsageError, match=refused):
         region_of(device, {DesignInput.LENGTH: 0.01})
     with pytest.raises(UsageError, match=refused):
-        withstood_by(solution, True, 0.0, 0.0, None)
-    with pytest.raises(UsageError, match=refused):
         compliance(solution, (1.0,))
     with pytest.raises(UsageError, match=refused):
         measure(solution, 1)
     with pytest.raises(UsageError, match=refused):
         plane_of(distorted.scenario, "length_m,inclination_deg")
-    asked = load(example("inclined"), {"disturbances": {}}).scenario.disturbances
-    with pytest.raises(UsageError, match=refused):
-        disturbances_of(solution, asked)
 
 
 def test_the_device_of_a_scenario_carries_its_harmonics(example) -> None:

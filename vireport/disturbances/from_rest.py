@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
-from math import acos, ceil, cos, exp, pi, sin
+from math import acos, ceil, exp, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vireport.disturbances.ramp import State, ramped
 from vireport.disturbances.recovery import largest_modulus
 from vireport.motions import Motions
-from vireport.physics import Groups, unaccelerated, wave, word_name, wrapped
+from vireport.physics import FLOATS, Groups, unaccelerated, word_name, wrapped
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -222,15 +222,47 @@ def release_phase(gbar: float) -> float:
     return acos(-gbar)
 
 
-def releases(groups: Groups[float]) -> list[float]:
-    """Forcing phases at which a ball leaves the bottom membrane; none where it never does, one of a sine."""
+class Press(NamedTuple):
+    """When a ball at rest is pressed onto the bottom membrane.
+
+    Attributes
+    ----------
+    release : float
+        Forcing phase at which it leaves [rad].
+    share : float
+        Of the forcing period, up to there.
+    free : float
+        For how long it is not pressed from there on [rad].
+    """
+
+    release: float
+    share: float
+    free: float
+
+
+def presses(groups: Groups[float]) -> list[Press]:
+    """When a ball at rest is pressed down, once a period of a sine; none where it never leaves."""
     if not groups.harmonics:
-        return [release_phase(groups.gbar)] if groups.gbar < 1 else []
+        if groups.gbar >= 1:
+            return []
+        release = release_phase(groups.gbar)
+        return [Press(release, release / pi, TURN - 2 * release)]
     phases = unaccelerated(groups.gbar, groups.harmonics)
     following = [*phases[1:], phases[0] + TURN] if phases else []
-    middles = [(a + b) / 2 for a, b in zip(phases, following, strict=True)]
-    pulls = [groups.pull(wave(sin(x), cos(x), groups.harmonics).force) for x in middles]
-    return [phases[k] for k in range(len(phases)) if pulls[k - 1] > 0 > pulls[k]]
+    lengths = [b - a for a, b in zip(phases, following, strict=True)]
+    middles = [a + length / 2 for a, length in zip(phases, lengths, strict=True)]
+    pressed = [groups.pull(groups.wave(x, FLOATS).force) > 0 for x in middles]
+    releases = [k for k in range(len(phases)) if pressed[k - 1] and not pressed[k]]
+    # Where the acceleration only touches zero it goes on as before: stretches of one sign are joined.
+    found = []
+    for number, k in enumerate(releases):
+        since = releases[number - 1] - (len(phases) if number == 0 else 0)
+        before = [j % len(phases) for j in range(since, k)]
+        until = releases[(number + 1) % len(releases)] + (len(phases) if number + 1 == len(releases) else 0)
+        after = [j % len(phases) for j in range(k, until)]
+        share = sum(lengths[j] for j in before if pressed[j]) / TURN
+        found.append(Press(phases[k], share, sum(lengths[j] for j in after if not pressed[j])))
+    return found
 
 
 def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, compiled: bool = False) -> FromRest:
@@ -249,9 +281,19 @@ def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, 
     compiled : bool
         Whether to compile the simulation, where numba is there.
     """
-    starts = ((float(BOTTOM), 0.0, 0.0, phase) for phase in releases(groups))
-    ends = (started(start, groups, targets, ratio, compiled, released=True) for start in starts)
-    return min(ends, key=lambda end: end.reached, default=FromRest(Destination.AT_REST))
+    pressed = _pressed(groups, targets, ratio, compiled)
+    return pressed[0][1] if pressed else FromRest(Destination.AT_REST)
+
+
+def _pressed(
+    groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool
+) -> list[tuple[float, FromRest]]:
+    """What it comes to from each release, with the share of moments before it: first what leads to no 1:1 motion."""
+    ends = [
+        (share, started((float(BOTTOM), 0.0, 0.0, phase), groups, targets, ratio, compiled, released=True))
+        for phase, share, _ in presses(groups)
+    ]
+    return sorted(ends, key=lambda end: end[1].reached)
 
 
 def switched_on(
@@ -267,28 +309,31 @@ def switched_on(
     Returns
     -------
     tuple of (float, FromRest)
-        Each with its share of the moments. Without a ramp those in which the ball is pressed down come first, as one;
-        the others are 32 evenly spaced.
+        Each with its share of the moments. Without a ramp those in which the ball is pressed down come first, as one
+        for each release; the others are 32 evenly spaced.
     """
-    pressed = pressed_share(groups.gbar)
     if not ramp_periods:
-        one = ((pressed, from_rest(groups, targets, ratio, compiled)),) if pressed else ()
-        if pressed == 1:
-            return one
-        release = release_phase(groups.gbar)
-        phases = release + (TURN - 2 * release) * (np.arange(PHASES) + 0.5) / PHASES
-        starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, float(phase)) for phase in phases)
-        each = (1 - pressed) / PHASES
+        pressed = presses(groups)
+        one = _pressed(groups, targets, ratio, compiled)
+        if not pressed:
+            return ((1.0, FromRest(Destination.AT_REST)),)
+        starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, phase) for phase in _unpressed(pressed))
+        each = (1 - sum(share for share, _ in one)) / PHASES
     else:
-        one, each = (), 1 / PHASES
+        one, each = [], 1 / PHASES
         phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
         starts = (ramped(groups, float(phase), ramp_periods, compiled) for phase in phases)
     return (*one, *((each, started(start, groups, targets, ratio, compiled)) for start in starts))
 
 
-def pressed_share(gbar: float) -> float:
-    """Share of the forcing period in which a ball at rest is pressed onto the bottom membrane."""
-    return release_phase(gbar) / pi if gbar < 1 else 1.0
+def _unpressed(pressed: Sequence[Press]) -> list[float]:
+    """Forcing phases evenly spaced over the times in which a ball at rest is not pressed down [rad]."""
+    ends = np.cumsum([each.free for each in pressed])
+    begins = ends - [each.free for each in pressed]
+    places = ends[-1] * (np.arange(PHASES) + 0.5) / PHASES
+    which = np.minimum(np.searchsorted(ends, places), len(pressed) - 1)
+    phases: list[float] = (np.array([each.release for each in pressed])[which] + (places - begins[which])).tolist()
+    return phases
 
 
 def started(

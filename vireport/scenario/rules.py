@@ -50,12 +50,15 @@ RESTITUTION_ALLOWED = "either restitution, of both membranes, or restitution_bot
 
 HARMONICS = "excitation.harmonics"
 
-SINE_ONLY = "accuracy", "disturbances", "tolerances", "design", "map"
+SINE_ONLY = "accuracy", "tolerances", "design", "map"
 """Blocks that ask for what is not known of a force with harmonics."""
+
+PROVE = "disturbances.prove"
+"""What is not proved of such a force."""
 
 FRICTION = "device.friction"
 
-FRICTIONLESS_ONLY = "motions", *SINE_ONLY
+FRICTIONLESS_ONLY = "motions", "disturbances", *SINE_ONLY
 """Blocks that ask for what is not known of a ball with friction."""
 
 FRICTIONLESS_REQUIREMENTS = "reached_from_rest", "word", "words", "inclination_from_deg", "inclination_to_deg"
@@ -242,10 +245,12 @@ def _harmonics(tree: _Tree) -> Iterator[Finding]:
         if type(order) is int and order in orders[:k]:
             yield _rule(f"excitation.harmonics.{k}.order", f"order {order} is given already (each order once)")
     if any(isinstance(row, dict) and is_number(row.get("percent")) and row["percent"] > 0 for row in rows):
+        alone = f"it knows a force that is a sine alone, and {HARMONICS} is given (leave one of them out)"
         for path in SINE_ONLY:
             if not tree.absent(path) or path in tree.bare:
-                alone = f"it knows a force that is a sine alone, and {HARMONICS} is given (leave one of them out)"
                 yield _rule(path, alone)
+        if tree.at(PROVE) is True:
+            yield _rule(PROVE, alone)
 
 
 def _friction(tree: _Tree) -> Iterator[Finding]:

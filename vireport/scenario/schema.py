@@ -87,7 +87,12 @@ _SINE_ONLY = {
             }
         },
     },
-    "then": {"properties": {block: {"type": "null"} for block in SINE_ONLY if block in Scenario.model_fields}},
+    "then": {
+        "properties": {
+            **{block: {"type": "null"} for block in SINE_ONLY if block in Scenario.model_fields},
+            "disturbances": {"properties": {"prove": {"not": {"const": True}}}},
+        }
+    },
 }
 
 

@@ -6,13 +6,13 @@ Turns a motion into the Jacobians of its flights in (time, velocity before the i
 
 from __future__ import annotations
 
-from math import cos, pi
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.motions import Motion, flight_jacobian
-from vireport.physics import Groups
+from vireport.physics import FLOATS, Groups
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
     motion : Motion
         None of whose impacts has velocity zero: the map has no derivative there.
     """
-    count, pulls = len(motion.word), [groups.pull(cos(pi * t)) for t in motion.time.tolist()]
+    count, pulls = len(motion.word), [_pull(groups, t) for t in motion.time.tolist()]
     durations, velocity = flight_times(motion).tolist(), motion.velocity.tolist()
     rows = []
     for i, wall in enumerate(motion.word.walls):
@@ -49,7 +49,12 @@ def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
     """
     duration, ahead = flight_times(motion), np.roll(motion.velocity, -1)
     late = -duration / ahead
-    return np.stack([late, 1 + late * np.array([groups.pull(cos(pi * t)) for t in np.roll(motion.time, -1)])], axis=1)
+    return np.stack([late, 1 + late * np.array([_pull(groups, t) for t in np.roll(motion.time, -1)])], axis=1)
+
+
+def _pull(groups: Groups[float], time: float) -> float:
+    """The relative acceleration at a time."""
+    return float(groups.pull(groups.wave(pi * time, FLOATS).force))
 
 
 def stationary(matrix: Floats, source: Floats) -> Floats:

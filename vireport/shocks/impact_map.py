@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.physics import Groups
+from vireport.physics import Groups, Harmonic
 from vireport.simulation import FLIGHT, TURN, VELOCITY, WALL, check_model, follow_impacts
 
 Floats = NDArray[np.float64]
@@ -63,10 +63,11 @@ def forwards(groups: Groups[float], wall: ArrayLike, time: Floats, after: Floats
 def backwards(groups: Groups[float], wall: ArrayLike, time: Floats, before: Floats, compiled: bool = False) -> Arrivals:
     """Follow flights that end at membranes back to where they began.
 
-    Z(-t) obeys (2.8) with the phase negated, so this is the flight forwards with phase and velocity negated. The
-    impact before had the velocity that is returned over -r.
+    Z(-t) obeys (2.8) with the phase negated, so this is the flight forwards with phase and velocity negated, and the
+    sines of harmonics, which are odd. The impact before had the velocity that is returned over -r.
 
     Parameters are those of `forwards`, with the velocity just before the impact.
     """
-    mirrored = forwards(groups, wall, -time, -before, compiled)
+    harmonics = tuple(Harmonic(own.order, own.cosine, -own.sine) for own in groups.harmonics)
+    mirrored = forwards(groups._replace(harmonics=harmonics), wall, -time, -before, compiled)
     return Arrivals(mirrored.wall, -mirrored.time, -mirrored.velocity)

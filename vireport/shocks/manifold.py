@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions import Motion
-from vireport.physics import Groups, flight
+from vireport.physics import ARRAYS, Groups, flight
 from vireport.shocks.deviations import flight_matrices, flight_times
 from vireport.shocks.impact_map import Arrivals, backwards
 
@@ -229,7 +229,7 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: Piece) -> list[Shock
 
 def _state(groups: Groups[float], time: Floats, wall: int, start: Floats, after: Floats) -> tuple[Floats, Floats]:
     """Position and velocity at some times of flights that begin on a membrane."""
-    phase, now, elapsed = pi * start, pi * time, time - start
-    sine, cosine = np.sin(phase), np.cos(phase)
-    position = wall * groups.d / 2 + flight.displacement(elapsed, after, sine, cosine, np.cos(now), groups.gbar)
-    return np.asarray(position), np.asarray(flight.velocity(elapsed, after, sine, np.sin(now), groups.gbar))
+    elapsed, begun, now = time - start, groups.wave(pi * start, ARRAYS), groups.wave(pi * time, ARRAYS)
+    way = flight.displacement(elapsed, after, begun.impulse, begun.path, now.path, groups.gbar)
+    speed = flight.velocity(elapsed, after, begun.impulse, now.impulse, groups.gbar)
+    return np.asarray(wall * groups.d / 2 + way), np.asarray(speed)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vireport.base import NumericalError
 from vireport.motions import Motion
-from vireport.physics import Groups, flight, wrapped
+from vireport.physics import ARRAYS, Groups, flight, wrapped
 from vireport.shocks.deviations import flight_matrices, flight_times
 from vireport.shocks.returning import LONGEST, Core, Elsewhere, core_of, endings, patient
 from vireport.simulation import (
@@ -179,12 +179,13 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
     """
     wall, start = motion.word.walls[impact], float(motion.time[impact])
     after = float(groups.after(wall, motion.velocity[impact]))
-    sine, cosine, now = np.sin(pi * start), np.cos(pi * start), pi * (start + delay)
+    phase = pi * (start + delay)
+    begun, now = groups.wave(pi * start, ARRAYS), groups.wave(phase, ARRAYS)
     rows = np.zeros((len(delay), 4))
     rows[:, 1] = wall * groups.d / 2
-    rows[:, 1] += flight.displacement(delay, after, sine, cosine, np.cos(now), groups.gbar)
-    rows[:, 2] = flight.velocity(delay, after, sine, np.sin(now), groups.gbar) + jump
-    rows[:, 3] = np.mod(now, TURN) % TURN
+    rows[:, 1] += flight.displacement(delay, after, begun.impulse, begun.path, now.path, groups.gbar)
+    rows[:, 2] = flight.velocity(delay, after, begun.impulse, now.impulse, groups.gbar) + jump
+    rows[:, 3] = np.mod(phase, TURN) % TURN
     touching = delay == 0
     leaving = touching & (wall * rows[:, 2] < 0)
     rows[touching, 0], rows[touching, 1] = wall, 0.0
