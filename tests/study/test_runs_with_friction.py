@@ -13,7 +13,6 @@ from vireport.base import ScenarioError, UsageError
 from vireport.chart import plane_of
 from vireport.checks import measure
 from vireport.checks.certificates import certify
-from vireport.cli.app import app
 from vireport.comparison.quantities import ComparedScenario
 from vireport.compliant import own_stiffness
 from vireport.design import region_of
@@ -23,7 +22,7 @@ from vireport.membranes import compliance
 from vireport.motions import Event, Limits
 from vireport.physics import Device
 from vireport.report import Report, render_html
-from vireport.scenario import DesignInput, Parameter, load, load_any
+from vireport.scenario import DesignInput, Parameter, load
 from vireport.shocks import withstood_by
 from vireport.study import Task, analyse, plan, provenance_of
 
@@ -103,40 +102,6 @@ def test_what_knows_no_friction_is_refused_with_the_key(over, example) -> None:
     with pytest.raises(ScenarioError, match=NAMED):
         load(example("inclined"), RUBS | over)
     load(example("inclined"), {"device.friction": 0.0} | over)
-
-
-def test_a_map_and_a_search_are_refused_with_the_key(example, tmp_path) -> None:
-    with pytest.raises(ScenarioError, match=NAMED):
-        load(example("best-design"), RUBS)
-    path = tmp_path / "map.yaml"
-    path.write_text(
-        "schema_version: 1\ndevice: {capsule_mass_kg: 0.1, restitution: 0.5, friction: 0.1}\n"
-        "excitation: {amplitude_n: 3, frequency_hz: 2}\n"
-        "map: {axes: [{path: device.length_m, from: 0.5, to: 1, count: 4},"
-        " {path: inclination_deg, from: 0, to: 45, count: 3}]}\n"
-    )
-    with pytest.raises(ScenarioError, match=NAMED):
-        load_any(path)
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["chart", "--over", "length_m,inclination_deg"],
-        ["accuracy"],
-        ["extremes"],
-        ["run", "--certify", "--json"],
-    ],
-    ids=lambda command: command[0],
-)
-def test_commands_that_know_no_friction_refuse_it(command, tmp_path) -> None:
-    path = tmp_path / "s.yaml"
-    path.write_text(
-        "schema_version: 1\ndevice: {capsule_mass_kg: 0.1, restitution: 0.5, length_m: 0.7, friction: 0.1}\n"
-        "excitation: {amplitude_n: 3, frequency_hz: 2}\ninclination_deg: 30\n"
-    )
-    with pytest.raises((UsageError, ScenarioError), match=NAMED):
-        app([command[0], str(path), *command[1:]], standalone_mode=False)
 
 
 def test_what_is_called_from_python_refuses_as_well(rubbed, example) -> None:

@@ -13,12 +13,11 @@ from vireport.base import ScenarioError, UsageError
 from vireport.chart import plane_of
 from vireport.checks import measure
 from vireport.checks.certificates import certify
-from vireport.cli.app import app
 from vireport.comparison.quantities import ComparedScenario
 from vireport.design import region_of
 from vireport.membranes import compliance
 from vireport.physics import Device, Harmonic
-from vireport.scenario import DesignInput, Parameter, load, load_any
+from vireport.scenario import DesignInput, Parameter, load
 from vireport.study import Task, analyse, plan
 
 SECOND = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
@@ -86,43 +85,6 @@ def test_blocks_that_know_a_sine_alone_are_refused_with_the_key(block, example) 
     with pytest.raises(ScenarioError, match=NAMED):
         load(example("inclined"), SECOND | block)
     load(example("inclined"), NOTHING | block)
-
-
-def test_a_map_and_a_search_are_refused_with_the_key(example, tmp_path) -> None:
-    with pytest.raises(ScenarioError, match=NAMED):
-        load(example("best-design"), SECOND)
-    path = tmp_path / "map.yaml"
-    path.write_text(
-        "schema_version: 1\ndevice: {capsule_mass_kg: 0.1, restitution: 0.5}\n"
-        "excitation: {amplitude_n: 3, frequency_hz: 2, harmonics: [{order: 2, percent: 1, phase_deg: 0}]}\n"
-        "map: {axes: [{path: device.length_m, from: 0.5, to: 1, count: 4},"
-        " {path: inclination_deg, from: 0, to: 45, count: 3}]}\n"
-    )
-    with pytest.raises(ScenarioError, match=NAMED):
-        load_any(path)
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["chart", "--over", "length_m,inclination_deg"],
-        ["accuracy"],
-        ["extremes"],
-        ["run", "--certify", "--json"],
-        ["optimise"],
-    ],
-    ids=lambda command: command[0],
-)
-def test_commands_that_know_a_sine_alone_refuse_it(command, tmp_path, capsys) -> None:
-    path = tmp_path / "s.yaml"
-    design = "design: {vary: [{path: device.length_m, from: 0.6, to: 0.8}], maximise: margin_percent}\n"
-    path.write_text(
-        "schema_version: 1\ndevice: {capsule_mass_kg: 0.1, restitution: 0.5, length_m: 0.7}\n"
-        "excitation: {amplitude_n: 3, frequency_hz: 2, harmonics: [{order: 2, percent: 1, phase_deg: 0}]}\n"
-        "inclination_deg: 30\n" + design * (command[0] == "optimise")
-    )
-    with pytest.raises((UsageError, ScenarioError), match=NAMED):
-        app([command[0], str(path), *command[1:]], standalone_mode=False)
 
 
 def test_what_is_called_from_python_refuses_as_well(distorted, example) -> None:

@@ -97,16 +97,8 @@ def atlas(
     """
     low, high = (float(end) for end in sweep.coordinate_range)
     device = sweep.device.frictionless("the families of all impact sequences")
-    search = _Search(
-        solve(sweep),
-        Model(sweep.level, device.restitution, device.harmonics),
-        low,
-        high,
-        limits,
-        progress,
-        finest,
-        openings,
-    )
+    model = Model(sweep.level, device.restitution, device.harmonics)
+    search = _Search(solve(sweep), model, low, high, limits, progress, finest, openings)
     for family in _one_to_one(search):
         if not search.known(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image
             search.take(family)

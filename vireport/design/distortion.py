@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design.lines import Followed, Line, along, ends_along, mirrored, stable_ones
+from vireport.design.lines import Followed, Line, along, carried, ends_along, mirrored, stable_ones
 from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, resting, solved_end
 from vireport.motions import Curve, Event, Motion, Motions, in_decimals, touching, turns
 from vireport.physics import FLOATS, Device, Groups, Harmonic
@@ -104,7 +104,7 @@ class Ray(Struct, frozen=True, eq=False):
     @property
     def horizontal(self) -> bool:
         """Whether motions have mirror images."""
-        return bool(self.origin.gbar == 0) and self.at((1.0,)).symmetric
+        return self.at((1.0,)).horizontal
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a share."""
@@ -185,14 +185,7 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
     """
     share, phase = hypot(harmonic.cosine, harmonic.sine), atan2(-harmonic.sine, harmonic.cosine)
     flat = mirrored(replace(device, harmonics=added(device.harmonics, harmonic)))
-    left = []
-    for motion, u in stable:
-        curve = Curve(motion.word, Ray.of(device, harmonic.order, phase, FLOATS), -LARGEST, share, 1.0)
-        *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
-        if event is Event.SWEEP_END:
-            asymmetry = float(x[3] - x[2]) / (2 * device.period_ratio) - 0.5
-            left.append(Followed(curve.motion(x), 0.0 if symmetric else asymmetry))
-    return left
+    return carried(Ray.of(device, harmonic.order, phase, FLOATS), -LARGEST, share, stable, device.period_ratio, flat)
 
 
 class Rubbed(Struct, frozen=True, eq=False):
@@ -212,7 +205,7 @@ class Rubbed(Struct, frozen=True, eq=False):
     @property
     def horizontal(self) -> bool:
         """Whether motions have mirror images."""
-        return bool(self.origin.gbar == 0) and self.origin.symmetric
+        return self.origin.horizontal
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups where so much is added."""
@@ -240,16 +233,15 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
         for given in (device, replace(device, friction=friction))
     )
     origin = own if own.friction is not None else own._replace(friction=0.0)
-    model, flat, left = Rubbed(origin, more.friction - origin.friction), mirrored(device), []
-    for motion, u in stable:
+    model = Rubbed(origin, more.friction - origin.friction)
+
+    def moves_on(motion: Motion) -> bool:
+        """Whether the ball does not stop on its way with the least of friction."""
         curve = Curve(motion.word, model, -1.0, 1.0, 1.0)
-        if min(curve.margins(curve.vector(replace(motion, coordinate=0.0)))) <= 0:
-            continue  # it stops on its way with the least of friction
-        *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
-        if event is Event.SWEEP_END:
-            asymmetry = float(x[3] - x[2]) / (2 * device.period_ratio) - 0.5
-            left.append(Followed(curve.motion(x), 0.0 if symmetric else asymmetry))
-    return left
+        return min(curve.margins(curve.vector(replace(motion, coordinate=0.0)))) > 0
+
+    moving = [own for own in stable if moves_on(own.motion)]
+    return carried(model, -1.0, 1.0, moving, device.period_ratio, mirrored(device))
 
 
 def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:

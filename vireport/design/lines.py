@@ -25,6 +25,7 @@ from vireport.motions import (
     Motion,
     Motions,
     PathPoint,
+    Variation,
     follow,
     motion_at,
     neighbours,
@@ -113,7 +114,7 @@ class AlongLine(Struct, frozen=True, eq=False):
     @property
     def horizontal(self) -> bool:
         """Whether motions have mirror images everywhere on the line: no gravity along the capsule, and equal ends."""
-        return bool(self.origin.gbar == 0) and self.origin.symmetric and self.line.keeps_symmetry
+        return self.origin.horizontal and self.line.keeps_symmetry
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
@@ -377,6 +378,34 @@ def _inputs_along(lines: Sequence[Line], device: Device, gbar: float) -> dict[Li
         same(Line.LENGTHS, Line.FORCES)  # the ray from the origin is the line of gbar = 0
         same(Line.LENGTHS, Line.MASSES)
     return inputs
+
+
+def carried(
+    model: Variation, low: float, high: float, stable: Sequence[Followed], ratio: int, flat: bool
+) -> list[Followed]:
+    """Those stable motions of a device that are left where something grows in it, from 0 to an end.
+
+    Parameters
+    ----------
+    model : Variation
+        How the groups depend on what grows.
+    low, high : float
+        Some room below 0, and the end.
+    stable : sequence of Followed
+        Where it is 0.
+    ratio : int
+        Forcing periods of a motion.
+    flat : bool
+        Whether motions have mirror images all along.
+    """
+    left = []
+    for motion, u in stable:
+        curve = Curve(motion.word, model, low, high, 1.0)
+        *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
+        if event is Event.SWEEP_END:
+            asymmetry = float(x[3] - x[2]) / (2 * ratio) - 0.5
+            left.append(Followed(curve.motion(x), 0.0 if symmetric else asymmetry))
+    return left
 
 
 def ends_along(

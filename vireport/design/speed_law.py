@@ -14,8 +14,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.design.lines import Followed, Line, along, ends_along, mirrored
-from vireport.motions import Curve, Event, Motions
+from vireport.design.lines import Followed, Line, along, carried, mirrored
+from vireport.motions import Motions
 from vireport.physics import FLOATS, Device, Groups, Restitutions, SpeedLaw, flight, stated
 from vireport.scenario import Parameter
 
@@ -39,7 +39,7 @@ class Falling(Struct, frozen=True, eq=False):
     @property
     def horizontal(self) -> bool:
         """Whether motions have mirror images."""
-        return bool(self.origin.gbar == 0) and self.origin.symmetric
+        return self.origin.horizontal
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at minus an exponent."""
@@ -69,15 +69,9 @@ def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
     stable : sequence of Followed
         With constant restitutions.
     """
-    model, flat = Falling(along(Line.LENGTHS, device, FLOATS).origin), mirrored(device)
-    left = []
-    for motion, u in stable:
-        curve = Curve(motion.word, model, -BEHIND, -float(device.restitution.exponent), 1.0)
-        *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
-        if event is Event.SWEEP_END:
-            asymmetry = float(x[3] - x[2]) / (2 * device.period_ratio) - 0.5
-            left.append(Followed(curve.motion(x), 0.0 if symmetric else asymmetry))
-    return left
+    model = Falling(along(Line.LENGTHS, device, FLOATS).origin)
+    most = -float(device.restitution.exponent)
+    return carried(model, -BEHIND, most, stable, device.period_ratio, mirrored(device))
 
 
 def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float | None = None) -> Device | None:

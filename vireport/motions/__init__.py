@@ -12,7 +12,7 @@ from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmet
 from vireport.motions.one_to_one import Motions, impact_velocities, motions_of
 from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.paths import RANK, STEEPEST, Arc, Curve, Path, PathPoint, Trail, completed, follow
-from vireport.motions.periodicity import Model, Varied, linearised, residuals, trace, weighted_trace
+from vireport.motions.periodicity import Model, Variation, Varied, linearised, residuals, trace, weighted_trace
 from vireport.motions.points import (
     OneToOne,
     Point,
@@ -95,6 +95,7 @@ __all__ = [
     "Trail",
     "Turn",
     "Turns",
+    "Variation",
     "Varied",
     "admissible_families",
     "classify",

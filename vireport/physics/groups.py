@@ -170,6 +170,11 @@ class Groups(NamedTuple, Generic[Number]):
         """
         return self.alike and all(own.order % 2 for own in self.harmonics)
 
+    @property
+    def horizontal(self) -> bool:
+        """Whether motions have mirror images: no gravity along the capsule, and a device that is its own."""
+        return bool(self.gbar == 0) and self.symmetric
+
     @staticmethod
     def of(d: Any, gbar: Any, bottom: Any, top: Any) -> Groups[Any]:
         """The groups of a sine's `numbers`, whether or not the membranes are alike."""

@@ -40,9 +40,6 @@ UNIT_OF_VARIED = "the unit of the input"
 """Stands for the unit of a value of an input that may vary."""
 
 
-LARGEST_HARMONIC = 50.0
-"""Harmonic of the force, over its amplitude [%], up to which it is looked for where stable motion ends."""
-
 STEEPEST_RESTITUTION = -0.5
 """Exponent of the speed with which a restitution falls, at least; of metals and polymers -0.25 to 0 is usual."""
 
