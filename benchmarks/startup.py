@@ -29,7 +29,7 @@ ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYT
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
-FIGURES = (3, 7.6), (2, 6.6), (1, 4.95), (2, 3.3), (1, 2.4)
+FIGURES = (3, 5.27), (2, 5.8), (1, 4.4), (2, 3.3), (1, 2.04)
 """Panels and height [in] of each figure that a report of the examples has."""
 
 COMMAND = """

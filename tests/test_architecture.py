@@ -47,6 +47,15 @@ def imports_from_elsewhere(package: str, *folders: str) -> Iterator[tuple[Path, 
                         yield file.relative_to(ROOT), module, name
 
 
+def test_no_public_class_name_stands_for_two_things() -> None:
+    places: dict[str, list[str]] = {}
+    for file in (ROOT / "vireport").rglob("*.py"):
+        for node in ast.parse(file.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault(node.name, []).append(str(file.relative_to(ROOT)))
+    assert not {name: files for name, files in places.items() if len(files) > 1}
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_packages_import_from_one_another_what_they_export(package: str) -> None:
     exported = import_module(f"vireport.{package}").__all__

@@ -22,7 +22,7 @@ from vireport.attraction.flights import (
     SECOND,
     SYMBOLS,
     TIME,
-    Impacts,
+    ImpactSets,
     Sets,
     after_impact,
     enclosed,
@@ -35,7 +35,7 @@ from vireport.attraction.flights import (
     simulated_past,
 )
 from vireport.attraction.following import come_in, patience
-from vireport.attraction.proved import Arrival, Proved, Region, prove_again, rounded_down
+from vireport.attraction.proved import Arrival, Proved, ProvedRegion, prove_again, rounded_down
 from vireport.attraction.release import PRECISIONS, reaches
 from vireport.attraction.section import Section, _first_cells, _first_moments, _ways, proved_section, section_again
 from vireport.attraction.settling import settles
@@ -204,7 +204,7 @@ def sets_of(groups: Groups, wall, time, velocity, widths) -> Sets:
     linear = np.zeros((2, SYMBOLS, count))
     linear[0, FIRST], linear[1, SECOND] = widths
     at = Affine(time, linear[0], np.zeros(count)), Affine(velocity, linear[1], np.zeros(count))
-    return after_impact(enclosed(groups), Impacts(np.ones(count, dtype=bool), wall, *at, at[0]), slice(None))
+    return after_impact(enclosed(groups), ImpactSets(np.ones(count, dtype=bool), wall, *at, at[0]), slice(None))
 
 
 def encloses(found: Affine, corner: tuple[float, float], value: np.ndarray) -> np.ndarray:
@@ -419,7 +419,7 @@ def test_every_shock_up_to_the_bound_is_in_a_cell_that_is_proved(monkeypatch: py
             told.append(cells[holds])
             return holds, random.integers(0, 2, len(least)), 100_000
 
-    monkeypatch.setattr("vireport.attraction.survived.Period", Chance)
+    monkeypatch.setattr("vireport.attraction.survived.MotionFlights", Chance)
     found = survived(groups, trap, 0.05, True)
     assert 0.02 <= found.jump < 0.05
     assert found.cells == sum(len(cells.impact) for cells in told)
@@ -714,7 +714,7 @@ def test_what_is_proved_of_several_motions_is_the_least_and_refused_where_gravit
     both = found, replace(found, jump=0.004)
     least = {Proved(2.0, Arrival(), shocks=shocks).jump_m_s for shocks in (both, both[::-1])}
     assert least == {rounded_down(0.008)}
-    region = Region(motion, trap.metric, trap.radius)
+    region = ProvedRegion(motion, trap.metric, trap.radius)
     good, bad = (region, largest, found.halved), (replace(region, radius=30 * trap.radius), largest, found.halved)
     assert prove_again(device(*at), None, [good]).proved_m_s > 0
     for regions in ([good, bad], [bad, good]):

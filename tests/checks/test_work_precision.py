@@ -32,10 +32,10 @@ from vireport.checks import (
 )
 from vireport.checks.benchmark import (
     Benchmark,
+    BenchmarkProblem,
     Guess,
     MethodTask,
     SolvedMotion,
-    Target,
     benchmark_of,
 )
 from vireport.checks.flights import (
@@ -89,11 +89,11 @@ def work(inclined) -> WorkPrecision:
 
 
 @pytest.fixture(scope="module")
-def target() -> Target:
+def target() -> BenchmarkProblem:
     """The motion of the paper's Fig. 3 (c)-(d), at the printed d."""
     s = length(INCLINED, 0.4604)
     sweep = Sweep(replace(INCLINED, length_m=s), Parameter.LENGTH, 0.5, 0.8)
-    return Target(sweep, True, None, False, Guess(0.5727, 1.008, 0.589, s))
+    return BenchmarkProblem(sweep, True, None, False, Guess(0.5727, 1.008, 0.589, s))
 
 
 def test_reference_orbit_has_the_known_digits() -> None:
@@ -299,13 +299,13 @@ def test_errors_and_counts_do_not_change_from_run_to_run(inclined) -> None:
 
 
 def test_failures_are_shown(inclined) -> None:
-    def missing(target: Target, setting: float, budget: Budget):
+    def missing(target: BenchmarkProblem, setting: float, budget: Budget):
         raise NumericalError("missed the impact at the top")
 
-    def wrong(target: Target, setting: float, budget: Budget) -> float:
+    def wrong(target: BenchmarkProblem, setting: float, budget: Budget) -> float:
         return 2.0 * target.guess.value
 
-    def spending(target: Target, setting: float, budget: Budget):
+    def spending(target: BenchmarkProblem, setting: float, budget: Budget):
         budget.spend(11)
 
     failing = Method("SciPy RK45", Knob.RTOL, (1e-3, 1e-6), missing, wrong, 10)

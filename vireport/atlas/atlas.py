@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from vireport.atlas.exclusion import (
     FINEST,
     MOST_CELLS,
-    Cells,
     Exclusion,
+    FlightTimeCells,
     fine_side,
 )
 from vireport.atlas.four_impacts import four_impacts, side_of
@@ -169,7 +169,7 @@ class _Search(Struct):
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
     queue: list[_Opening] = field(default_factory=list)
     serial: Iterator[int] = field(default_factory=count)
-    undecided: list[Cells] = field(default_factory=list)
+    undecided: list[FlightTimeCells] = field(default_factory=list)
     squares: dict[Word, tuple[int, Floats]] = field(default_factory=dict)
 
     @property

@@ -72,7 +72,7 @@ def fine_side(word: Word) -> float:
     return FINE_CUBE if len(word) == 4 else FINE
 
 
-class Cells(Struct, frozen=True, eq=False):
+class FlightTimeCells(Struct, frozen=True, eq=False):
     """Squares of pairs of flight times, intervals of one or cubes of three, that may hold motions of a sweep.
 
     Attributes
@@ -92,9 +92,9 @@ class Cells(Struct, frozen=True, eq=False):
         """Return the number of cells."""
         return len(self.corner[0])
 
-    def __getitem__(self, index: Any) -> Cells:
+    def __getitem__(self, index: Any) -> FlightTimeCells:
         """The cells picked by an index or mask."""
-        return Cells(self.word, self.corner[:, index], self.side)
+        return FlightTimeCells(self.word, self.corner[:, index], self.side)
 
     @property
     def centre(self) -> Floats:
@@ -108,11 +108,11 @@ class Cells(Struct, frozen=True, eq=False):
         """
         return self.side <= side * 4.0 ** (len(self.corner) - 2)
 
-    def divided(self) -> Cells:
+    def divided(self) -> FlightTimeCells:
         """The parts of the cells, each divided along each side."""
         sides, count = len(self.corner), 4 if len(self) <= FEW else 2
         side, parts = self.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
-        return Cells(self.word, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
+        return FlightTimeCells(self.word, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
 
     @property
     def share(self) -> float:
@@ -155,20 +155,20 @@ class Exclusion(Struct, frozen=True):
         start = r * speed
         return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
 
-    def cells(self) -> list[Cells]:
+    def cells(self) -> list[FlightTimeCells]:
         """The cells that are left of all flight times, those of each sequence apart."""
         sides, finest = len(self.words[0]) - 1, []
         side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.words[0])
         counts = [round(2 * word.periods / side) for word in self.words]
         grids = [side * np.indices((count,) * sides, dtype=float).reshape(sides, -1) for count in counts]
-        parts = [Cells(*both, side) for both in zip(self.words, grids, strict=True)]
+        parts = [FlightTimeCells(*both, side) for both in zip(self.words, grids, strict=True)]
         while parts:
             parts = self.left(parts)
             finest += [part for part in parts if part.side <= fine or len(part) > MOST_CELLS]
             parts = [part.divided() for part in parts if part.side > fine and len(part) <= MOST_CELLS]
         return finest
 
-    def left(self, cells: list[Cells]) -> list[Cells]:
+    def left(self, cells: list[FlightTimeCells]) -> list[FlightTimeCells]:
         """What is left of the cells of each sequence."""
         cells = [self._ordered(part) for part in cells]
         corner, counts = np.concatenate([part.corner for part in cells], axis=1), [len(part) for part in cells]
@@ -179,7 +179,7 @@ class Exclusion(Struct, frozen=True):
         masks = np.split(possible, np.cumsum(counts)[:-1])
         return [part[mask] for part, mask in zip(cells, masks, strict=True)]
 
-    def motions(self, cells: Cells) -> tuple[Candidates, Floats]:
+    def motions(self, cells: FlightTimeCells) -> tuple[Candidates, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
         word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
         motions, flights = onto_sweep(word, cells.centre, r, level, farthest)
@@ -197,7 +197,7 @@ class Exclusion(Struct, frozen=True):
             return motions
         return replace(motions, d=room(self.model.level, self._end(motions.word), motions.gbar) + 0 * motions.gbar)
 
-    def _ordered(self, cells: Cells) -> Cells:
+    def _ordered(self, cells: FlightTimeCells) -> FlightTimeCells:
         """The cells in which flights can be long enough, and the first is not longer than others like it."""
         word, corner = cells.word, cells.corner
         period, walls = 2.0 * word.periods, word.walls

@@ -73,7 +73,7 @@ class Sets(Struct, frozen=True, eq=False):
         return len(self.wall)
 
 
-class Impacts(Struct, frozen=True, eq=False):
+class ImpactSets(Struct, frozen=True, eq=False):
     """Sets of states just before impacts, one for each of k.
 
     Attributes
@@ -93,14 +93,14 @@ class Impacts(Struct, frozen=True, eq=False):
     velocity: Affine
     duration: Affine
 
-    def __getitem__(self, rows: Any) -> Impacts:
-        return Impacts(*(getattr(self, name)[rows] for name in self.__struct_fields__))
+    def __getitem__(self, rows: Any) -> ImpactSets:
+        return ImpactSets(*(getattr(self, name)[rows] for name in self.__struct_fields__))
 
 
-def joined(parts: Sequence[Impacts]) -> Impacts:
+def joined(parts: Sequence[ImpactSets]) -> ImpactSets:
     """Sets of several, one after the other."""
-    columns = zip(*([getattr(part, name) for name in Impacts.__struct_fields__] for part in parts), strict=True)
-    return Impacts(*(_concatenated(list(column)) for column in columns))
+    columns = zip(*([getattr(part, name) for name in ImpactSets.__struct_fields__] for part in parts), strict=True)
+    return ImpactSets(*(_concatenated(list(column)) for column in columns))
 
 
 def _concatenated(parts: list[Any]) -> Any:
@@ -127,7 +127,7 @@ def restitutions(groups: Groups[Any], wall: Ints) -> Floats:
     return np.asarray(np.where(wall > 0, groups.restitution_at(1), groups.restitution_at(-1)), dtype=float)
 
 
-def after_impact(groups: Groups[Any], impacts: Impacts, rows: Any) -> Sets:
+def after_impact(groups: Groups[Any], impacts: ImpactSets, rows: Any) -> Sets:
     """The sets that begin the next flights, by the impacts that end those before: some of them."""
     wall, count = impacts.wall[rows], len(impacts.wall[rows])
     time, velocity = merged(impacts.time[rows], impacts.velocity[rows])
@@ -136,7 +136,7 @@ def after_impact(groups: Groups[Any], impacts: Impacts, rows: Any) -> Sets:
 
 
 def merged(time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
-    """The same sets, or larger ones, whose rest is a parallelogram of two symbols instead of one that has sides.
+    """Sets that hold given ones, whose rest is a parallelogram of two symbols instead of one that has sides.
 
     By the axes of its longer side: sides that have become nearly parallel would otherwise blow up (Lohner's method).
     """
@@ -195,7 +195,7 @@ class _Flights(Struct, frozen=True, eq=False):
         return self.covered(t, cosine) - target
 
 
-def next_impacts(groups: Groups[Any], sets: Sets, guesses: Floats) -> Impacts:
+def next_impacts(groups: Groups[Any], sets: Sets, guesses: Floats) -> ImpactSets:
     """Follow sets to their next impacts.
 
     Parameters
@@ -214,7 +214,7 @@ def next_impacts(groups: Groups[Any], sets: Sets, guesses: Floats) -> Impacts:
 
 
 @np.errstate(all="ignore")
-def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[Ints, Impacts, Impacts]:
+def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[Ints, ImpactSets, ImpactSets]:
     """Follow sets some of whose states touch a membrane and others do not: both kinds on their own.
 
     Parameters
@@ -228,7 +228,7 @@ def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tu
     -------
     rows : ndarray of int
         The sets of which that is proved.
-    past, touching : Impacts
+    past, touching : ImpactSets
         Of these: the next impacts of the states that do not touch, and the touches themselves, as early and late, as
         slow and fast as they can be.
     """
@@ -248,11 +248,11 @@ def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tu
     linear, size = np.zeros((SYMBOLS, len(rows))), fastest / 2
     struck = Affine(wall * size, linear, size * (1 + AFFINE_ROUNDING))
     proved = np.ones(len(rows), dtype=bool)
-    return rows, past[rows], Impacts(proved, wall, _forgotten(sets.time[rows] + passed), struck, _forgotten(passed))
+    return rows, past[rows], ImpactSets(proved, wall, _forgotten(sets.time[rows] + passed), struck, _forgotten(passed))
 
 
 @np.errstate(all="ignore")  # what is not defined is not finite, and proves nothing
-def _ends(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[_Flights, Impacts]:
+def _ends(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[_Flights, ImpactSets]:
     """The flights of some sets, and their ends, whatever there is on the way."""
     phase = AFFINE.pi * sets.time
     way = _Flights(sets, groups, AFFINE.sin(phase), AFFINE.cos(phase))
@@ -262,7 +262,7 @@ def _ends(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[_Flights, I
     ends &= guesses[:, 0] != 0
     speed = _forgotten(way.speed(duration, way.waves(duration)[0]))
     ends &= np.where(far, speed.lower > 0, speed.upper < 0)
-    return way, Impacts(ends, wall, sets.time + duration, speed * way.away, duration)
+    return way, ImpactSets(ends, wall, sets.time + duration, speed * way.away, duration)
 
 
 def _duration(way: _Flights, far: Mask, guess: Floats) -> tuple[Affine, Mask]:
@@ -371,7 +371,7 @@ def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
 
 
 def simulated_past(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> Floats:
-    """The same, but where the middle of a set strikes a membrane slowly, as if it had just missed it."""
+    """Simulated next impacts, but where the middle of a set strikes a membrane slowly, as if it had just missed it."""
     wall, time, velocity = guesses.T
     phase = pi * (sets.time.centre + sets.since.centre + time)
     turn = np.abs(velocity) / np.abs(groups.pull(np.cos(phase)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vireport.attraction.flights import (
     FIRST,
     SECOND,
-    Impacts,
+    ImpactSets,
     Sets,
     after_impact,
     enclosed,
@@ -45,7 +45,7 @@ def patience(trap: Trap) -> int:
     return min(LAPS + ceil(2 * fading), MOST_LAPS) * len(trap.motion.word)
 
 
-def flown(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> tuple[Impacts, Ints, Ints]:
+def flown(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> tuple[ImpactSets, Ints, Ints]:
     """Follow sets for one flight, past touches as well.
 
     Parameters
@@ -57,7 +57,7 @@ def flown(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) ->
 
     Returns
     -------
-    impacts : Impacts
+    impacts : ImpactSets
         All of them proved; of a set some of whose states touch a membrane, those of both kinds.
     parent : ndarray of int
         The sets that they are of.
@@ -110,7 +110,7 @@ def come_in(
     return ~lost, halved, flights
 
 
-def is_small(at: Impacts) -> Mask:
+def is_small(at: ImpactSets) -> Mask:
     """Which sets are small enough to be followed any further."""
     return np.asarray((at.time.reach < LARGEST) & (at.velocity.reach < LARGEST))
 

@@ -257,7 +257,7 @@ def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
     return None if end.cycle is None else trap_of(groups, motion_of_cycle(end.cycle, groups.d), compiled)
 
 
-class Region(Struct, frozen=True, eq=False):
+class ProvedRegion(Struct, frozen=True, eq=False):
     """What is to be proved again of a region: the motion that it is about, its metric and its radius."""
 
     motion: Motion
@@ -289,7 +289,7 @@ class Rechecked(Struct, frozen=True):
 class ClaimedSection(Struct, frozen=True, eq=False):
     """What is to be proved again of the section: a region, how far it reaches [y_c], cells of it and of moments."""
 
-    region: Region
+    region: ProvedRegion
     fastest: float
     halved: NDArray[np.intp]
     moments: NDArray[np.intp]
@@ -297,8 +297,8 @@ class ClaimedSection(Struct, frozen=True, eq=False):
 
 def prove_again(
     device: Device,
-    from_rest: Region | None,
-    shocks: list[tuple[Region, float, NDArray[np.intp]]],
+    from_rest: ProvedRegion | None,
+    shocks: list[tuple[ProvedRegion, float, NDArray[np.intp]]],
     sections: Sequence[ClaimedSection] = (),
 ) -> Rechecked:
     """Go through proofs once more: of the ball from rest, of shocks by region, largest size and cells, of sections.
@@ -314,7 +314,7 @@ def prove_again(
     if _refused(device, groups) is not None:
         return Rechecked(False, 0.0)
 
-    def again(region: Region) -> Trap | None:
+    def again(region: ProvedRegion) -> Trap | None:
         return proved_trap(groups, region.motion, region.metric, region.radius, compiled=False)
 
     start = None if from_rest is None else again(from_rest)

@@ -20,7 +20,7 @@ from vireport.attraction.flights import (
     FIRST,
     SECOND,
     SYMBOLS,
-    Impacts,
+    ImpactSets,
     after_impact,
     enclosed,
     middles,
@@ -43,7 +43,7 @@ FINEST = 1024
 """Cells along either side of the section down to which they are halved."""
 
 ACROSS = 16
-"""The same of those that all begins with."""
+"""Cells along either side of the section at first."""
 
 RETURNS = 3
 """Impacts on the bottom membrane after which a cell is followed further only where it is near the region."""
@@ -149,7 +149,7 @@ def _ways(
     """Where cells go, along which coordinate to halve them, and how many flights that took."""
     exactly, count, flights = enclosed(groups), len(cells), 0
     time, velocity = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
-    at = Impacts(np.ones(count, dtype=bool), np.full(count, BOTTOM), time, velocity, time)
+    at = ImpactSets(np.ones(count, dtype=bool), np.full(count, BOTTOM), time, velocity, time)
     ways = _Ways(np.arange(count), np.zeros(count, dtype=bool), np.full((count, RETURNS, 4), np.nan))
     # Of each set that is followed: its way, and how often it has struck the bottom.
     way, struck, halved = np.arange(count), np.zeros(count, np.intp), longer(time, velocity)

@@ -87,7 +87,7 @@ def _first_cells(impacts: int, largest: float) -> Cells:
     return Cells(np.stack([a, low]), np.stack([b, high]), impact.astype(np.intp))
 
 
-class Period:
+class MotionFlights:
     """The flights of the motion itself, each an enclosure of one."""
 
     @np.errstate(all="ignore")
@@ -144,7 +144,7 @@ def survived(groups: Groups[float], trap: Trap, largest: float, compiled: bool) 
     compiled : bool
         Whether to compile the simulation, where numba is there.
     """
-    period, impacts = Period(groups, trap, compiled), patience(trap)
+    period, impacts = MotionFlights(groups, trap, compiled), patience(trap)
     halving, used, bound = Halving(_first_cells(len(trap.motion.word), largest)), 0, largest
     pending = np.arange(len(halving.cells))
     while pending.size and used < MOST_FLIGHTS:
@@ -182,7 +182,7 @@ def survived_again(groups: Groups[float], trap: Trap, largest: float, halved: In
     ValueError
         If there are not as many cells as it takes.
     """
-    period, impacts = Period(groups, trap, compiled=False), patience(trap)
+    period, impacts = MotionFlights(groups, trap, compiled=False), patience(trap)
     bound = largest
     for cells, code in generations(_first_cells(len(trap.motion.word), largest), halved):
         holds, _, _ = period.prove(cells[code == PROVED], impacts)

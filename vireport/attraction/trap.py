@@ -17,7 +17,7 @@ from vireport.attraction.flights import (
     FIRST,
     SECOND,
     SYMBOLS,
-    Impacts,
+    ImpactSets,
     after_impact,
     enclosed,
     exact,
@@ -175,7 +175,7 @@ def around(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine
     """
     walls, exactly = motion.word.walls, enclosed(groups)
     count = len(time.centre)
-    at = Impacts(np.ones(count, dtype=bool), np.full(count, walls[0]), time, velocity, time)
+    at = ImpactSets(np.ones(count, dtype=bool), np.full(count, walls[0]), time, velocity, time)
     for wall in (*walls[1:], walls[0]):
         sets = after_impact(exactly, at, slice(None))
         before, at = at, next_impacts(exactly, sets, simulated(groups, middles(groups, sets), compiled))

@@ -68,7 +68,7 @@ class Guess(Struct, frozen=True):
     value: float
 
 
-class Target(Struct, frozen=True):
+class BenchmarkProblem(Struct, frozen=True):
     """A motion or a critical point to be found along a sweep.
 
     Attributes
@@ -152,7 +152,7 @@ class Benchmark(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    motion, critical : Target
+    motion, critical : BenchmarkProblem
         The latter None where there is no critical `point`.
     exact : dict
         40-digit numbers by the key of the quantity.
@@ -160,8 +160,8 @@ class Benchmark(Struct, frozen=True, eq=False):
         Share of `PHASE_OFF` and the others by which the guess is off.
     """
 
-    motion: Target
-    critical: Target | None
+    motion: BenchmarkProblem
+    critical: BenchmarkProblem | None
     point: Point | None
     membrane: Membrane | None
     quantities: tuple[MeasuredQuantity, ...]
@@ -221,7 +221,9 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     orbit = reference_orbit(device, parameter, [*guess, design.value])
     symmetric = design.families[row] is Symmetry.SYMMETRIC
     offset = min(1.0, NEAREST * _distance_to_next(motions, row) / PHASE_OFF)
-    motion = Target(sweep, swept, None, symmetric, replace(_aside(orbit, symmetric, offset), value=design.value))
+    motion = BenchmarkProblem(
+        sweep, swept, None, symmetric, replace(_aside(orbit, symmetric, offset), value=design.value)
+    )
     exact: dict[str, Any] = {"velocity": orbit.velocity, "phase": orbit.phase}
     if solution.membrane is not None:
         exact["voltage"] = reference_voltage(orbit, solution.membrane)
@@ -231,7 +233,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
         p, symmetric = point.closed, point.symmetry is Symmetry.SYMMETRIC
         guess = [p.velocity_bottom, p.phi_bottom, 0.5 + p.u, point.sweep_value]
         orbit = reference_orbit(device, parameter, guess, point.event)
-        critical = Target(sweep, swept, point.event, symmetric, _aside(orbit, symmetric, offset))
+        critical = BenchmarkProblem(sweep, swept, point.event, symmetric, _aside(orbit, symmetric, offset))
         exact["critical"] = orbit.value
     quantities = tuple(
         MeasuredQuantity(

@@ -19,7 +19,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.checks.benchmark import SolvedMotion, Target
+from vireport.checks.benchmark import BenchmarkProblem, SolvedMotion
 from vireport.checks.flights import (
     Budget,
     FlightMethod,
@@ -139,15 +139,15 @@ class Method(Struct, frozen=True):
     name: str
     knob: Knob
     settings: tuple[float, ...]
-    motion: Callable[[Target, float, Budget], SolvedMotion]
-    critical: Callable[[Target, float, Budget], float] | None
+    motion: Callable[[BenchmarkProblem, float, Budget], SolvedMotion]
+    critical: Callable[[BenchmarkProblem, float, Budget], float] | None
     most: int
     order: float | None = None
     cost_order: float | None = None
     needs: str = ""
 
 
-def closed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
+def closed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> SolvedMotion:
     """The motion where the surface over (u, phase) has the d and gbar asked for.
 
     A symmetric motion is explicit: u = 0, and d alone is left to give the phase.
@@ -165,7 +165,7 @@ def closed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
     return _motion(_surface(target, x, budget))
 
 
-def closed_critical(target: Target, stop: float, budget: Budget) -> float:
+def closed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> float:
     """Value at the critical point: the surface on the sweep's level, and the trace, together.
 
     On the symmetric motions u = 0 takes the place of the level, and the phase is the one unknown.
@@ -184,7 +184,7 @@ def closed_critical(target: Target, stop: float, budget: Budget) -> float:
     return float(target.sweep.value(d, gbar))
 
 
-def _surface(target: Target, x: Floats | list[float], budget: Budget) -> Orbits:
+def _surface(target: BenchmarkProblem, x: Floats | list[float], budget: Budget) -> Orbits:
     """The motion over (u, phase), or over a phase alone where u = 0, in plain floats."""
     budget.spend(1)
     u, phase = (float(x[0]), float(x[1])) if len(x) == 2 else (0.0, float(x[0]))
@@ -204,7 +204,7 @@ def _motion(orbit: Orbits) -> SolvedMotion:
     return SolvedMotion(orbit.phi % (2 * pi), float(orbit.velocity_bottom), float(orbit.velocity_top), 0.5 + orbit.u)
 
 
-def printed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
+def printed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> SolvedMotion:
     """The motion by Newton's method on (3.15)-(3.17), three equations in velocity, phase and q."""
     guess, (d, gbar) = target.guess, target.groups(target.guess.value)
 
@@ -218,7 +218,7 @@ def printed_motion(target: Target, stop: float, budget: Budget) -> SolvedMotion:
     return SolvedMotion(phase % (2 * pi), velocity, 2 * target.n * gbar / (1 + target.r) - velocity, q)
 
 
-def printed_critical(target: Target, stop: float, budget: Budget) -> float:
+def printed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> float:
     """Value at the critical point by Newton's method on (3.15)-(3.17) and the trace (4.2), with that value unknown.
 
     On the symmetric motions, where (3.15) and (3.16) coincide, q = 1/2 takes the place of (3.16).
@@ -262,7 +262,7 @@ FlightWith = Callable[[float], FlightMethod]
 """setting -> the flight with that setting."""
 
 
-def shoot(flight_with: FlightWith, target: Target, setting: float, budget: Budget) -> SolvedMotion:
+def shoot(flight_with: FlightWith, target: BenchmarkProblem, setting: float, budget: Budget) -> SolvedMotion:
     """The motion as a fixed point of the return map, by Newton's method with the exact Jacobian.
 
     Raises
@@ -291,7 +291,7 @@ def shoot(flight_with: FlightWith, target: Target, setting: float, budget: Budge
     return SolvedMotion(phase % (2 * pi), velocity, top, up / period)
 
 
-def shoot_critical(flight_with: FlightWith, target: Target, setting: float, budget: Budget) -> float:
+def shoot_critical(flight_with: FlightWith, target: BenchmarkProblem, setting: float, budget: Budget) -> float:
     """Value of the swept parameter where a fixed point of the return map has the trace of a critical point.
 
     Newton's method in phase, velocity and value with the exact Jacobian, also of the trace. On symmetric motions half a
@@ -320,14 +320,14 @@ Complexes = NDArray[np.complex128]
 """Numbers whose imaginary parts, `TINY` times over, are derivatives; a column for each unknown."""
 
 
-def _lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget) -> Complexes:
+def _lap(method: FlightMethod, target: BenchmarkProblem, state: Complexes, budget: Budget) -> Complexes:
     """How far a lap is from closing, in phase [rad] and velocity [y_c], and its trace from that asked for."""
     up, top, first = _carried(method, target, BOTTOM, state, budget)
     down, end, second = _carried(method, target, TOP, top, budget)
     return np.array([pi * (up + down - 2 * target.n), end[1] - state[1], product_trace([first, second]) - target.trace])
 
 
-def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Budget) -> Complexes:
+def _half_lap(method: FlightMethod, target: BenchmarkProblem, state: Complexes, budget: Budget) -> Complexes:
     """How far the flight to the top is from the mirror image of the start, and its trace from the one asked for.
 
     With the mirror it is a map H whose square is that of the lap, with the determinant r^2: at a pitchfork the mirror
@@ -339,7 +339,7 @@ def _half_lap(method: FlightMethod, target: Target, state: Complexes, budget: Bu
 
 
 def _carried(
-    method: FlightMethod, target: Target, wall: int, state: Complexes, budget: Budget
+    method: FlightMethod, target: BenchmarkProblem, wall: int, state: Complexes, budget: Budget
 ) -> tuple[Complexes, Complexes, Jacobian]:
     """A flight that carries derivatives along: its duration, the state before the next impact, and its Jacobian.
 
@@ -367,7 +367,7 @@ def _finite(values: list[float]) -> list[float]:
     return values
 
 
-def settle(target: Target, tolerance: float, budget: Budget) -> SolvedMotion:
+def settle(target: BenchmarkProblem, tolerance: float, budget: Budget) -> SolvedMotion:
     """The motion that the simulation settles on: followed until a lap changes it by less than the tolerance.
 
     Raises
@@ -396,7 +396,7 @@ def settle(target: Target, tolerance: float, budget: Budget) -> SolvedMotion:
     raise NumericalError(f"the transient was not over after {MOST_IMPACTS:,} impacts")
 
 
-def whole_motion(target: Target, _: float, budget: Budget) -> SolvedMotion:
+def whole_motion(target: BenchmarkProblem, _: float, budget: Budget) -> SolvedMotion:
     """The motion among all that the package finds in the sweep and at the design point, without a guess."""
     device = target.sweep.device.with_values({target.sweep.parameter: target.guess.value})
     motions = design_point(device, solve(target.sweep) if target.swept else None).motions
@@ -405,7 +405,7 @@ def whole_motion(target: Target, _: float, budget: Budget) -> SolvedMotion:
     return SolvedMotion(*map(float, numbers))
 
 
-def whole_critical(target: Target, _: float, budget: Budget) -> float:
+def whole_critical(target: BenchmarkProblem, _: float, budget: Budget) -> float:
     """The critical point among all that the package finds in the sweep, without a guess."""
     points = [point for point in solve(target.sweep).critical_points if point.event is target.kind]
     return min((p.sweep_value for p in points), key=lambda value: abs(value - target.guess.value))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import platform
-import time
 from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from math import ceil
 from pathlib import Path
+from timeit import Timer
 from typing import Any
 
 import numpy as np
@@ -65,35 +64,23 @@ def timed_in_turns(calls: Sequence[Callable[[], Any]], repeats: int, progress: P
     progress : callable, optional
         Called with each round as it begins.
     """
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        first = [_once(call, 1) for call in calls]
-        counts = [min(MOST_CALLS, max(1, ceil(SAMPLE / max(t, 1e-6)))) for t in first]
-        rounds = [repeats if t < LONG else 0 if t > LONGEST else min(repeats, FEW) - 1 for t in first]
-        times = [[t] if t >= LONG else [] for t in first]
-        for k in range(repeats):
-            if progress is not None:
-                progress(f"accuracy: run times, round {k + 1} of {repeats}")
-            for i, call in enumerate(calls):
-                if k < rounds[i]:
-                    times[i] += [_once(call, counts[i]) for _ in range(MORE if first[i] < SHORT else 1)]
-    finally:
-        if enabled:
-            gc.enable()
+    timers = [Timer(call) for call in calls]
+    first = [timer.timeit(1) for timer in timers]
+    counts = [min(MOST_CALLS, max(1, ceil(SAMPLE / max(t, 1e-6)))) for t in first]
+    rounds = [repeats if t < LONG else 0 if t > LONGEST else min(repeats, FEW) - 1 for t in first]
+    times = [[t] if t >= LONG else [] for t in first]
+    for k in range(repeats):
+        if progress is not None:
+            progress(f"accuracy: run times, round {k + 1} of {repeats}")
+        for i, (timer, count) in enumerate(zip(timers, counts, strict=True)):
+            if k < rounds[i]:
+                times[i] += [timer.timeit(count) / count for _ in range(MORE if first[i] < SHORT else 1)]
     return [_spread(taken) for taken in times]
 
 
 def _spread(times: list[float]) -> Spread:
     low, median, high = np.percentile(times, [25, 50, 75])
     return Spread(float(median), float(low), float(high))
-
-
-def _once(call: Callable[[], Any], calls: int) -> float:
-    started = time.perf_counter()
-    for _ in range(calls):
-        call()
-    return (time.perf_counter() - started) / calls
 
 
 def machine() -> Machine:

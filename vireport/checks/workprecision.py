@@ -20,9 +20,9 @@ from msgspec.structs import replace
 from vireport.base import NumericalError, Progress, install_command, plain
 from vireport.checks.benchmark import (
     Benchmark,
+    BenchmarkProblem,
     MeasuredQuantity,
     MethodTask,
-    Target,
     benchmark_of,
 )
 from vireport.checks.flights import Budget
@@ -250,8 +250,8 @@ def compare(
 def _ladder(
     method: Method,
     task: MethodTask,
-    target: Target,
-    solver: Callable[[Target, float, Budget], Any],
+    target: BenchmarkProblem,
+    solver: Callable[[BenchmarkProblem, float, Budget], Any],
     benchmark: Benchmark,
 ) -> Iterator[tuple[MethodRun, Callable[[], Any] | None]]:
     """The runs of a method on a task from coarse to fine, and what is to be timed where they did not fail.

@@ -49,7 +49,8 @@ either membrane has of its own are the last two.
 """
 
 OF_FREE_CAPSULE = FACTOR_OF | {DesignInput.CAPSULE_MASS: len(set(FACTOR_OF.values()))}
-"""The same for a free capsule: gbar has (M + m)/F where d has M/F, so that M is a factor of its own."""
+"""Which factor an input of a free capsule is part of: gbar has (M + m)/F where d has M/F, so that M is a factor of its
+own."""
 
 
 def factor_of(device: Device) -> Mapping[DesignInput, int]:

@@ -16,7 +16,7 @@ FEW = 6, 48
 they found it at 28. A third of all starts lead to it as a rule."""
 
 MANY = 64, 256
-"""The same with the compiler."""
+"""Starts and impacts of each with the compiler."""
 
 SEED = 20240229
 """Of the starts, in every run the same."""

@@ -54,7 +54,7 @@ TRANSIENT = 1024
 """Impacts in which a ball reaches a stable 1:1 motion or rest, as a rule; then other motions are looked for."""
 
 SHORT_TRANSIENT = 256
-"""The same where no 1:1 motion is stable."""
+"""Impacts after which other motions are looked for where no 1:1 motion is stable."""
 
 BUDGET = 1500
 """Impacts for those: a tenth of a second without the compiler, which would take longer to start."""
@@ -68,11 +68,12 @@ the modulus of its multiplier: next to a fold the basin is as wide as that diffe
 period doubling it is as wide as its root, see `CONTRACTING_FLIP`."""
 
 CONTRACTING_FLIP = 0.02
-"""The same over that root, where the multiplier is negative: disturbances change sides, and terms of second order with
-them."""
+"""Distance from a stable motion up to which its linearised map decides, over that root, where the multiplier is
+negative: disturbances change sides, and terms of second order with them."""
 
 OF_GAP = 0.1
-"""The same over the distance of its turning points from a membrane: beyond it another impact may come in between."""
+"""That distance over the one of the motion's turning points from a membrane: beyond it another impact may come in
+between."""
 
 REPEATED = 1e-9
 """Distance from a motion of another word, in phase [rad] and velocity [y_c], up to which impacts repeat it."""

@@ -31,7 +31,8 @@ FINEST_SETTING = 1e-6
 """Width of a range, over its value, below which no device can be set to be in it, where no tolerance is told."""
 
 FINEST_SHARE = 0.1
-"""The same over the tolerance where one is told: of devices that lie anywhere within it, one in 20 is in the range."""
+"""Least width of a range over the tolerance, where one is told: of devices that lie anywhere within it, one in 20 is in
+the range."""
 
 
 def settable(start: float, end: float, off: tuple[float, float] = NO_TOLERANCE) -> bool:

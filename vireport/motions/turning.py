@@ -180,7 +180,7 @@ def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harm
 def _unaccelerated(gbar: Floats, harmonics: Sequence[Harmonic]) -> Floats:
     """The phases at which Z'' is zero, of each gbar a column; NaN where there are fewer than of others."""
     different, which = np.unique(gbar, return_inverse=True)
-    phases = [unaccelerated(float(one), harmonics) for one in different]
+    phases = [unaccelerated(float(one), tuple(harmonics)) for one in different]
     most = max(map(len, phases), default=0)
     filled = np.array([[*own, *[np.nan] * (most - len(own))] for own in phases]).reshape(len(phases), most)
     return filled[which.ravel()].T
@@ -431,7 +431,7 @@ def slow_places(word: Word, velocity: Sequence[float], time: Sequence[float], gr
         if groups.harmonics:
             still = unaccelerated(gravity, groups.harmonics)
         else:
-            still = [-way * acos(-gravity)] if abs(gravity) <= 1 else []
+            still = (-way * acos(-gravity),) if abs(gravity) <= 1 else ()
         for phase in still:
             first = start + (phase / pi - start) % 2
             for lap in range(max(int((end - first) // 2) + 1, 0)):

@@ -8,6 +8,7 @@ and, but for its sign, cos x again; harmonics add to each.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from math import atan2, cos, degrees, hypot, pi, sin
 from typing import Any, NamedTuple
 
@@ -126,9 +127,10 @@ def _multiple(sine: Any, cosine: Any, order: int) -> tuple[Any, Any]:
     return s, c
 
 
-def unaccelerated(gbar: float, harmonics: Sequence[Harmonic]) -> list[float]:
+@lru_cache(64)  # where length or frequency varies, it is asked for the same force at each motion
+def unaccelerated(gbar: float, harmonics: tuple[Harmonic, ...]) -> tuple[float, ...]:
     """The phases at which gbar and the force cancel, ascending [rad], at most 2H and perhaps some beside them."""
-    return _zeros(gbar, (SINE, *harmonics))
+    return tuple(_zeros(gbar, (SINE, *harmonics)))
 
 
 def _zeros(constant: float, parts: Sequence[Harmonic]) -> list[float]:
@@ -138,15 +140,20 @@ def _zeros(constant: float, parts: Sequence[Harmonic]) -> list[float]:
     -----
     With z = e^(ix) the sum is z^-H times a polynomial of degree 2H in z, H the highest order: at most 2H phases.
     """
-    highest = max(each.order for each in parts)
-    polynomial = np.zeros(2 * highest + 1, dtype=complex)
-    polynomial[highest] = constant
+    # A harmonic of no size has no place in the highest order, whose coefficient the companion matrix is divided by.
+    highest = max((each.order for each in parts if each.cosine or each.sine), default=0)
+    polynomial = [0j] * (2 * highest + 1)
+    polynomial[highest] = complex(constant)
     for each in parts:
-        polynomial[highest - each.order] += (each.cosine - 1j * each.sine) / 2
-        polynomial[highest + each.order] += (each.cosine + 1j * each.sine) / 2
-    roots = np.roots(polynomial)
-    on_circle = roots[np.abs(np.abs(roots) - 1) < NEAR_CIRCLE]
-    return sorted(np.mod(np.angle(on_circle), 2 * np.pi).tolist())
+        if each.order <= highest:
+            polynomial[highest - each.order] += complex(each.cosine, -each.sine) / 2
+            polynomial[highest + each.order] += complex(each.cosine, each.sine) / 2
+    # Of numpy.roots, which builds this matrix too, the rest took longer than the eigenvalues.
+    companion = np.eye(2 * highest, k=-1, dtype=complex)
+    coefficients = np.array(polynomial)
+    companion[:1] = -coefficients[1:] / coefficients[0]
+    roots = np.linalg.eigvals(companion).tolist()
+    return sorted(atan2(root.imag, root.real) % (2 * pi) for root in roots if abs(abs(root) - 1) < NEAR_CIRCLE)
 
 
 class Peaks(NamedTuple):

@@ -36,7 +36,7 @@ BREAK = 4.0
 """Gap between two points of one line, in spacings, from which they are not joined."""
 
 
-class Piece(Struct, frozen=True, eq=False):
+class ManifoldPiece(Struct, frozen=True, eq=False):
     """A continuous part of the manifold: flights that end on one membrane and begin on one, as arrays (n,).
 
     Attributes
@@ -92,7 +92,7 @@ def stable_manifold(
     spacing: float = 0.02,
     most: int = 20_000,
     compiled: bool = True,
-) -> tuple[Piece, ...]:
+) -> tuple[ManifoldPiece, ...]:
     """Follow the stable manifold of an unstable motion back from it, () where it has none that is a line.
 
     Parameters
@@ -130,7 +130,7 @@ def stable_manifold(
     count = len(companion.word)
     periods = min(PERIODS + ceil(log(BEGINNING) / log(contraction)), MOST_PERIODS)
     # Each image of the line a period back holds the one before: the last ones have all of it.
-    images: deque[list[Piece]] = deque(maxlen=count)
+    images: deque[list[ManifoldPiece]] = deque(maxlen=count)
     for _ in range(periods * count):
         line, begun = _refined(groups, line, fastest, spacing, most, compiled)
         pieces, line = _cut(groups, line, begun, fastest, spacing)
@@ -178,7 +178,7 @@ def _before(groups: Groups[float], begun: Arrivals) -> Floats:
 
 def _cut(
     groups: Groups[float], line: _Line, begun: Arrivals, fastest: float, spacing: float
-) -> tuple[list[Piece], _Line]:
+) -> tuple[list[ManifoldPiece], _Line]:
     """The pieces of a line that are continuous a flight back, and the line there."""
     apart, alike, _ = _steps(groups, line, begun, fastest)
     speed = _before(groups, begun)
@@ -191,11 +191,11 @@ def _cut(
         if len(rows) > 1:
             start, end = int(begun.wall[rows[0]]), int(line.wall[rows[0]])
             columns = (begun.time, line.time, begun.velocity, line.before)
-            pieces.append(Piece(start, end, *(column[rows] for column in columns)))
+            pieces.append(ManifoldPiece(start, end, *(column[rows] for column in columns)))
     return pieces, back
 
 
-def on_shocks(groups: Groups[float], motion: Motion, piece: Piece) -> list[ShockLine]:
+def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> list[ShockLine]:
     """The lines that a part of the manifold is in the plane of time and size of a shock to a motion.
 
     Notes

@@ -359,7 +359,7 @@ class _Search:
         return Shock(impact, delay, sign * high)
 
     def on_manifold(self, near: Shock, companions: Sequence[Motion]) -> tuple[Shock, Shock | None, Motion | None]:
-        """The same shock by the stable manifold of a companion, if that is where the edge is.
+        """A shock at the edge by the stable manifold of a companion, if that is where the edge is.
 
         Before it the least that leads out by the search, which is a smaller one where there are such nearer to the
         manifold: at all scales some do just beyond it, where it is the edge.

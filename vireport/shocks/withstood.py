@@ -136,7 +136,7 @@ class Withstood(Struct, frozen=True, eq=False):
 
     @property
     def valid_up_to_restitution(self) -> float | None:
-        """The same of the restitution coefficient [-]."""
+        """Standard deviation of the restitution coefficient up to which linear theory holds [-]."""
         scatter = self.jitter_restitution
         return self.jitter.valid_up_to * scatter if self.jitter is not None and scatter else None
 

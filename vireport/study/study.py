@@ -515,14 +515,14 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
     NumericalError
         If the package for ball arithmetic is not installed.
     """
-    from vireport.attraction import ClaimedSection, Region, prove_again
+    from vireport.attraction import ClaimedSection, ProvedRegion, prove_again
 
     proof = (data.get("disturbances") or {}).get("proof")
     if proof is None:
         raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
     try:
         regions = [
-            Region(
+            ProvedRegion(
                 Motion(Word.of(of["word"], of["periods"]), np.array(of["velocity"]), np.array(of["time"]), 0.0),
                 np.array(of["metric"]),
                 float(of["radius"]),
