@@ -16,6 +16,7 @@ from vireport.gate import unmet
 from vireport.scenario import Loaded
 from vireport.study import (
     FIGURES,
+    Provenance,
     Study,
     Task,
     analyse,
@@ -156,13 +157,10 @@ def run_files(
         origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
         drawn = {picture.name: picture for picture in pictures}
         report = Report(study, drawn, origin, changes, search, templates)
-        files |= render_files(report, {task for task in NAMES if plan.runs(task)}, templates, paper)
-    if plan.runs(Task.JSON):
-        files["results.json"] = results_json(study, provenance)
-        if study.tolerances is not None and study.tolerances.worst is not None:
-            files["worst.yaml"] = worst_scenario(study.scenario, study.tolerances.worst).encode()
-    if plan.runs(Task.CSV):
-        files["branches.csv"] = branches_csv(study.solution, study.atlas)
+        drawn_in = {task for task in NAMES if plan.runs(task)}
+        files |= render_files(report, drawn_in, templates, paper, lambda: _data_files(study, provenance))
+    else:
+        files |= _data_files(study, provenance)
     if plan.runs(Task.JUNIT):
         from vireport.report import junit
 
@@ -172,6 +170,18 @@ def run_files(
 
         summary = Report(study, {}, provenance, changes, templates=templates, template="summary.typ.j2")
         files["summary.md"] = render_markdown(summary, templates)
+    return files
+
+
+def _data_files(study: Study, provenance: Provenance) -> dict[str, bytes]:
+    """The results of a study as data, in the files that are asked for."""
+    files = dict[str, bytes]()
+    if study.plan.runs(Task.JSON):
+        files["results.json"] = results_json(study, provenance)
+        if study.tolerances is not None and study.tolerances.worst is not None:
+            files["worst.yaml"] = worst_scenario(study.scenario, study.tolerances.worst).encode()
+    if study.plan.runs(Task.CSV):
+        files["branches.csv"] = branches_csv(study.solution, study.atlas)
     return files
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 from base64 import b64encode
-from collections.abc import Iterable, Iterator, Set
+from collections.abc import Callable, Iterable, Iterator, Set
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from hashlib import sha256
@@ -54,12 +54,16 @@ def _offline() -> Iterator[None]:
 
 
 def render_files(
-    report: AnyReport, formats: Set[str], templates: Path | None = None, paper: str = "a4"
+    report: AnyReport,
+    formats: Set[str],
+    templates: Path | None = None,
+    paper: str = "a4",
+    meanwhile: Callable[[], dict[str, bytes]] = dict,
 ) -> dict[str, bytes]:
     """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png and svg.
 
-    Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page. The
-    other parameters and the errors are those of `render_pdf`.
+    Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page, and
+    while the files are made that `meanwhile` gives. The other parameters and the errors are those of `render_pdf`.
     """
     files, images = dict[str, bytes](), dict[str, Future[bytes]]()
     with _offline(), ThreadPoolExecutor(max_workers=1) as beside:
@@ -73,10 +77,11 @@ def render_files(
         pdf = beside.submit(_compiled, report, source, "pdf", paper=PAPERS[paper]) if "pdf" in formats else None
         if "html" in formats:
             files["report.html"] = _page(report, source)
+        others = meanwhile()
         if pdf is not None:
             files["report.pdf"] = pdf.result()
         files |= {name: image.result() for name, image in images.items()}
-    return files | (drawings if "svg" in formats else {})
+    return files | (drawings if "svg" in formats else {}) | others
 
 
 @_offline()
