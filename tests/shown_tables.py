@@ -1142,7 +1142,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
 }
 """What stands in each table, by its caption."""
 
-WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Slips in the text .*")
+WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Misprints of the paper .*")
 """Captions of tables of words, or of numbers that are no results: what was run, with what."""
 
 

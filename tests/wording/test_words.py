@@ -432,7 +432,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "below the design point; two asymmetric motions take over from the symmetric one; stable motion ends",
             "stable motion ends at f = 1.42 Hz (period doubling B1, 29 % below)",
             "from the symmetric one, with other flight times and voltages), 15 % away in frequency. No motion takes",
-            "disturbances turn about it as they die out",
+            "small disturbances spiral around it as they decay",
         ],
     ),
     "handover beyond a nearer end": (
@@ -476,7 +476,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     ),
     "another beside": (
         lambda: Evidence(solved("inclined"), atlas=followed("BT", "BBT")),
-        ["without turning about it); BBT is stable there too."],
+        ["without oscillating about it); BBT is stable there too."],
     ),
     "others beside": (
         lambda: Evidence(solved("inclined"), atlas=followed("BBT", "BBBT")),

@@ -348,8 +348,8 @@ class _Search(Struct):
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion, event = touching(motion, turns(motion, self.model.groups(motion.coordinate))), Event.GRAZING
         motion = motion.primitive().representative(self.model.horizontal)
-        # The ball then oscillates freely and just touches the membranes: every word begins there, and none can be
-        # chosen.
+        # The ball then oscillates freely and just touches the membranes: families of every word begin there, and none
+        # can be chosen.
         if len(motion.rests) == len(motion.word):
             return None
         for meeting in self.meetings:

@@ -65,7 +65,7 @@ def _folder(text: str) -> Path:
     return Path(text)
 
 
-ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file, or - for standard input.")]
+ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file; - reads standard input.")]
 
 
 def _folder_option(help_: str) -> Any:
@@ -74,17 +74,17 @@ def _folder_option(help_: str) -> Any:
 
 Folder = Annotated[
     Path | None,
-    _folder_option("Where to write; by default a folder named after the scenario, or after what the command does."),
+    _folder_option("The folder to write to; by default one named after the scenario or the command."),
 ]
 SetOption = Annotated[
-    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a value over the file's; may be repeated.")
+    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Replaces a value of the file; may be repeated.")
 ]
 Formats = Annotated[
     list[str] | None,
     typer.Option(
         "--format",
         metavar="FORMAT",
-        help="Write only these: html, pdf, png, json, csv; svg; junit, markdown, github for CI; commas, or repeated.",
+        help="Writes only these, separated by commas: html, pdf, png, svg, json, csv; for CI: junit, markdown, github.",
     ),
 ]
 Templates = Annotated[
@@ -94,7 +94,7 @@ Templates = Annotated[
         metavar="DIR",
         exists=True,
         file_okay=False,
-        help="A folder whose report templates replace ours, file by file. They are code, and run with your rights.",
+        help="Uses the report templates of this folder instead of ours. Templates are code: use those you trust.",
     ),
 ]
 
@@ -106,10 +106,10 @@ class PaperSize(StrEnum):
     LETTER = "letter"
 
 
-Paper = Annotated[PaperSize, typer.Option(help="Of the PDF.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
-QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and write no file.")]
+Paper = Annotated[PaperSize, typer.Option(help="Sets the paper size of the PDF.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Prints errors only.")]
+QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Prints nothing; the exit code tells the outcome.")]
+Json = Annotated[bool, typer.Option("--json", help="Prints the results as JSON and writes no file.")]
 
 
 MEANT = {
@@ -166,7 +166,7 @@ def _version(shown: bool) -> None:
 def _group(
     context: typer.Context,
     version: Annotated[
-        bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Show the version.")
+        bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Prints the version.")
     ] = False,
 ) -> None:
     """Periodic motions, stability and voltage of a vibro-impact energy harvester, from a YAML scenario to a report."""
@@ -180,7 +180,7 @@ def run(
     scenario: Annotated[
         str,
         typer.Argument(
-            metavar="SCENARIO", help="A YAML file, or - for standard input; or a report, to run again what it carries."
+            metavar="SCENARIO", help="The scenario, a YAML file; - reads standard input. A report runs what it carries."
         ),
     ],
     output: Folder = None,
@@ -188,13 +188,14 @@ def run(
     set_: SetOption = None,
     format_: Formats = None,
     certify: Annotated[
-        bool, typer.Option("--certify", help="Prove the critical points in ball arithmetic, and print enclosures.")
+        bool,
+        typer.Option("--certify", help="Proves the critical points in ball arithmetic; prints enclosures."),
     ] = False,
     baseline: Annotated[
         str | None,
         typer.Option(
             metavar="RESULTS.json",
-            help="Tell in the report what has changed since an earlier run. Has no part in the exit code.",
+            help="Lists in the report what has changed since an earlier run; the exit code is not affected.",
         ),
     ] = None,
     templates: Templates = None,
@@ -233,7 +234,7 @@ def run(
 
 @app.command()
 def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = False) -> None:
-    """Check a scenario or a map file. Says all that is wrong with it; computes nothing."""
+    """Check a scenario or a map file. Lists every mistake; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
     loaded = load_any(scenario, set_ or ())
@@ -251,9 +252,9 @@ def schema() -> None:
 
 @app.command()
 def init(
-    path: Annotated[str, typer.Argument(metavar="FILE", help="Where to write it; - prints it.")] = "scenario.yaml",
+    path: Annotated[str, typer.Argument(metavar="FILE", help="The file to write; - prints it.")] = "scenario.yaml",
 ) -> None:
-    """Write a commented scenario to start from. An existing file is left alone."""
+    """Write a commented scenario to start from. An existing file is not overwritten."""
     from vireport.scenario import init_text
 
     if path == "-":
@@ -269,7 +270,7 @@ def init(
 
 @app.command()
 def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
-    """Print what a run would do and leave out. Gives the reasons; computes nothing."""
+    """Print what a run would compute and leave out, with the reasons. Computes nothing."""
     from vireport.study import plan as plan_of
 
     steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
@@ -281,13 +282,13 @@ def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None
 @app.command()
 def accuracy(
     scenario: ScenarioFile,
-    output: Annotated[Path | None, _folder_option("Write the figures and accuracy.json here too.")] = None,
+    output: Annotated[Path | None, _folder_option("Writes figures and accuracy.json to this folder.")] = None,
     json: Json = False,
-    every: Annotated[bool, typer.Option("--all", help="A row for every run, not only the best.")] = False,
+    every: Annotated[bool, typer.Option("--all", help="Prints a row for every run, not only for the best.")] = False,
     set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
-    """Measure error against run time of every method. Holds the compliant membrane beside the rigid one."""
+    """Measure the error of every method against its run time, and compare compliant with rigid membranes."""
     loaded = _loaded(scenario, set_)
     from vireport.cli import accuracy_outputs
     from vireport.study import refuse_friction, refuse_harmonics, refuse_unlike
@@ -306,14 +307,14 @@ def accuracy(
 
 @app.command()
 def compare(
-    scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Two or more, or one with --vary.")],
+    scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Two or more files, or one with --vary.")],
     vary: Annotated[
         list[str] | None,
-        typer.Option("--vary", metavar="PATH=A,B,...", help="Values of a key; several of them make a grid."),
+        typer.Option("--vary", metavar="PATH=A,B,...", help="Varies a key over these values; may be repeated."),
     ] = None,
     rank_by: Annotated[
         list[str] | None,
-        typer.Option("--rank-by", metavar="WHAT", help="from-rest, recovery or shock count before the margin."),
+        typer.Option("--rank-by", metavar="WHAT", help="Ranks by from-rest, recovery or shock before the margin."),
     ] = None,
     output: Folder = None,
     json: Json = False,
@@ -323,7 +324,7 @@ def compare(
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
 ) -> None:
-    """Compare scenarios, or variants of one. Says which is best, and why; figures have shared axes."""
+    """Compare scenarios or variants of one, and tell which is best. Figures have shared axes."""
     _refuse_files_beside_json(json, "comparison", output, format_)
     from vireport.cli.outputs import compare_outcome, file_names
     from vireport.comparison import COMPARISON_FILES, COMPARISON_FOLDER, compare_json, comparison_provenance, folder_of
@@ -345,18 +346,18 @@ def compare(
 @app.command()
 def diff(
     baseline: Annotated[
-        str, typer.Argument(metavar="RESULTS.json", help="The results.json of an earlier run; - is standard input.")
+        str, typer.Argument(metavar="RESULTS.json", help="The results.json of an earlier run; - reads standard input.")
     ],
     scenario: ScenarioFile,
     tolerance: Annotated[
-        float, typer.Option(metavar="SHARE", min=0.0, help="Relative change up to which nothing has changed.")
+        float, typer.Option(metavar="SHARE", min=0.0, help="Ignores relative changes up to this.")
     ] = 1e-6,
-    markdown: Annotated[bool, typer.Option("--markdown", help="As a table for a pull request.")] = False,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Prints a table for a pull request.")] = False,
     json: Json = False,
     set_: SetOption = None,
     quiet: QuietCheck = False,
 ) -> None:
-    """Say what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
+    """List what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
     from vireport.comparison import diff as changes_since
     from vireport.comparison import diff_json, diff_markdown, diff_text
     from vireport.study import Task, analyse
@@ -378,17 +379,18 @@ def diff(
 def explain(
     code: Annotated[
         str | None,
-        typer.Argument(metavar="CODE", help="Of an alert, such as VR010, or a term, such as fold; else all alerts."),
+        typer.Argument(metavar="CODE", help="An alert, such as VR010, or a term, such as fold; by default all alerts."),
     ] = None,
 ) -> None:
-    """Say what an alert means, what causes it, and what to do; or what a term means."""
+    """Explain an alert, its causes and its remedies, or a term."""
     deliver(CommandOutcome(explanation(code)))
 
 
 @app.command()
 def extremes(
     scenario: Annotated[
-        str | None, typer.Argument(metavar="SCENARIO", help="Whose device is taken to extremes; else the paper's.")
+        str | None,
+        typer.Argument(metavar="SCENARIO", help="The device that is taken to extremes; by default the paper's."),
     ] = None,
     json: Json = False,
     set_: SetOption = None,
@@ -396,7 +398,7 @@ def extremes(
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic.
 
-    Exit code 1 if one fails; 3 if some could not be run, or none applies.
+    The exit code is 1 if one fails, and 3 if some could not be run or none applies.
     """
     from vireport.extremes import (
         exit_status,
@@ -432,7 +434,7 @@ def optimise(
 ) -> None:
     """Find the best design that meets the requirements. The scenario's design block says what may vary.
 
-    Exit code 1 if no design meets them.
+    The exit code is 1 if no design meets them.
     """
     _refuse_files_beside_json(json, "result", output, None)
     loaded = _loaded(scenario, set_)
@@ -463,20 +465,20 @@ def optimise(
 @app.command()
 def portrait(
     results: Annotated[
-        str, typer.Argument(metavar="RESULTS.json", help="The results.json of a run; - is standard input.")
+        str, typer.Argument(metavar="RESULTS.json", help="The results.json of a run; - reads standard input.")
     ],
     at: Annotated[
         str,
         typer.Option(
             metavar="VALUE[,VELOCITY]",
-            help="Value of the swept parameter, in its unit, and dimensionless velocity of an impact.",
+            help="The value of the swept parameter in its unit; optionally a dimensionless impact velocity.",
         ),
     ],
     output: Folder = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Draw the motions behind a point of a diagram. With a velocity, only the one that is nearest to it."""
+    """Draw the motions at a point of a diagram; with a velocity, only the nearest of them."""
     _refuse_files_beside_json(json, "motions", output, None)
     from vireport.cli.portrait_outputs import NAMES, portrait_outcome
     from vireport.comparison import read_baseline
@@ -495,7 +497,7 @@ def chart(
         str,
         typer.Option(
             metavar="INPUT,INPUT",
-            help="Two inputs, each with a range if wanted: inclination_deg=0..90,length_m=0.3..1.",
+            help="The two inputs, each with an optional range: inclination_deg=0..90,length_m=0.3..1.",
         ),
     ],
     output: Folder = None,
@@ -503,7 +505,7 @@ def chart(
     set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
-    """Draw what is stable over two inputs. The lines are the exact curves along which motions change."""
+    """Draw the stable motions over two inputs, bounded by the exact curves along which motions change."""
     _refuse_files_beside_json(json, "chart", output, None)
     loaded = _loaded(scenario, set_)
     from vireport.chart import chart_of
@@ -522,18 +524,19 @@ def chart(
 
 @app.command()
 def sweep(
-    map_file: Annotated[str, typer.Argument(metavar="MAP", help="A YAML file with a map block.")],
+    map_file: Annotated[str, typer.Argument(metavar="MAP", help="The map, a YAML file with a map block.")],
     output: Folder = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="A Dask scheduler whose workers compute.")
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Computes on the workers of a Dask scheduler.")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Processes on this machine; by default one a core.")
+        int | None,
+        typer.Option(min=1, metavar="N", help="Processes on this machine; by default one per core."),
     ] = None,
-    figures: Annotated[bool, typer.Option(help="Whether to draw heat maps.")] = True,
+    figures: Annotated[bool, typer.Option(help="Draws heat maps, or not.")] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Compute a map over two or more parameters. Begun anew, it resumes where it was interrupted."""
+    """Compute a map over two or more parameters. An interrupted run is resumed where it stopped."""
     from vireport.maps import run_map, terminal_progress
 
     folder = output or _default_folder(map_file)

@@ -151,7 +151,7 @@ def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityG
     for part in columns(len(names)) if chosen else ():
         rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
         lines = tuple((_plain(_heading(row)), *_numbers(row, part), _apart(row)) for row in rows)
-        head = (*texts("Quantity"), *numbers(*map(_plain, names[part]), "Apart"))
+        head = (*texts("Quantity"), *numbers(*map(_plain, names[part]), "Difference"))
         several = Message.OF_SCENARIOS.format(caption=title, names=listed(names[part]))
         caption = several if len(names) > BESIDE_ONE_ANOTHER else title
         yield Table(_plain(caption), head, lines, _plain(_dashes(names[part], part, rows)))
