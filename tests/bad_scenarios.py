@@ -806,10 +806,8 @@ FRICTION = (
     friction(
         "friction and what does not know it",
         "0.1",
-        "motions: {}\nrequirements: {reached_from_rest: true, word: BT, "
-        "inclination_from_deg: 20, inclination_to_deg: 30}\n",
+        "motions: {}\nrequirements: {word: BT, inclination_from_deg: 20, inclination_to_deg: 30}\n",
         (21, "motions", _RUBS),
-        (22, "requirements.reached_from_rest", _RUBS),
         (22, "requirements.word", _RUBS),
         (22, "requirements.inclination_from_deg", _RUBS),
         (22, "requirements.inclination_to_deg", _RUBS),

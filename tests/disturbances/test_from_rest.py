@@ -7,7 +7,10 @@ from math import acos, ceil, pi
 import numpy as np
 import pytest
 from conftest import solved
+from exact_friction import Reference
 from exact_rest import periods
+from mpmath import mp, mpf
+from msgspec.structs import replace
 from rest_simulator import outcome
 
 from vireport import analyse, loads
@@ -453,3 +456,55 @@ def test_of_stable_motions_that_many_starts_find_a_few_find_most() -> None:
             assert attractors(groups, [start])[0][0].name == each.name
         common, told = common + often, told + (often and len(by_starts) > 0)
     assert told >= 4
+
+
+def laps_in_forty_digits(groups: Groups, word: str, laps: int) -> list[list[tuple[str, float, float, int]]]:
+    """Wall, phase [rad], velocity and stops before each impact of a ball that the bottom membrane releases."""
+    with mp.workdps(40):
+        reference = Reference(groups)
+        # Friction holds it back on its way: it leaves where the force is larger than gravity and friction together.
+        wall, before, x, rows = BOTTOM, mpf(0), mp.acos(-(reference.groups.gbar + reference.groups.friction)), []
+        for _ in range(laps * len(word)):
+            wall, _, before, x, stops = reference.next_impact(wall, before, x)
+            rows.append(("B" if wall == BOTTOM else "T", float(x % (2 * mp.pi)), float(before), stops))
+    return [rows[k : k + len(word)] for k in range(0, len(rows), len(word))]
+
+
+@pytest.mark.parametrize(
+    ("length_m", "amplitude_n", "inclination_deg", "restitution", "word", "stops"),
+    [
+        pytest.param(0.8334, 5.622, 11.09, 0.537, "BT", False, id="the 1:1 motion"),
+        pytest.param(0.5790, 5.117, 18.92, 0.4193, "BT", True, id="a 1:1 motion with stops"),
+        pytest.param(0.5087, 5.666, 12.89, 0.4949, "BBT", True, id="another motion"),
+    ],
+)
+def test_from_rest_a_ball_with_friction_comes_to_what_it_does_in_forty_digits(
+    length_m: float, amplitude_n: float, inclination_deg: float, restitution: float, word: str, stops: bool
+) -> None:
+    device = replace(
+        PAPER,
+        friction=0.05,
+        length_m=length_m,
+        amplitude_n=amplitude_n,
+        inclination_deg=inclination_deg,
+        restitution=restitution,
+    )
+    told, targets = found(device), Target.of(motions_at(device, Parameter.LENGTH)[0])
+    assert (told.word, told.periods) == (word, 1)
+    groups = device.groups(Parameter.LENGTH, length_m).as_floats()
+    *_, before, last = laps_in_forty_digits(groups, word, told.settles_after + 8)
+    assert "".join(wall for wall, *_ in last) in 2 * word
+    numbers, earlier = ([row[1:3] for row in lap] for lap in (last, before))
+    np.testing.assert_allclose(numbers, earlier, atol=0.01)
+    assert any(count for *_, count in last) == stops
+    assert len(targets) == (0 if stops else 1)
+    for target in targets:
+        (own,) = (row[1:3] for row in last if row[0] == "B")
+        np.testing.assert_allclose(own, (target.phase % (2 * pi), target.velocity), atol=0.01)
+
+
+def test_friction_holds_a_ball_that_the_membrane_would_release() -> None:
+    groups = Groups(0.4, 0.9, 0.5, (), 0.08)
+    assert presses(groups)[0].release == acos(-0.98)
+    assert presses(groups._replace(friction=0.11)) == []
+    assert from_rest(groups._replace(friction=0.11), ()).destination is Destination.AT_REST

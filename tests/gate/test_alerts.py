@@ -229,7 +229,7 @@ def ending(relative: float, taken_over: bool = False) -> SimpleNamespace:
 
 
 def come_to(word: str, sticks: bool = False) -> SimpleNamespace:
-    return SimpleNamespace(name=word, word=word, cycle=SimpleNamespace(sticks=sticks))
+    return SimpleNamespace(name=word, word=word, cycle=SimpleNamespace(sticks=sticks), reached=word == "BT")
 
 
 def sampled(*ends: SimpleNamespace) -> SimpleNamespace:
@@ -342,6 +342,11 @@ SAID = [
     ),
     (
         "VR003",
+        {"solution": known(design=design(1), device=SimpleNamespace(rubs=True)), "from_rest": come_to("BT")},
+        ["simulation: BT. A block 'simulation:' shows it. In that motion friction stops the ball between two impacts"],
+    ),
+    (
+        "VR003",
         {
             "solution": known(design=design(1)),
             "reached": SimpleNamespace(
@@ -376,7 +381,7 @@ SAID = [
     ),
     (
         "VR003",
-        {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None)},
+        {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None, reached=False)},
         ["comes to this by simulation: chaotic. A block 'simulation:' shows it."],
     ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),

@@ -140,6 +140,8 @@ def disturbances_of(
     recovery, ratio = recovery_of(solution), device.period_ratio
     if asked is None:
         found = from_rest(groups, targets, ratio, compiled)
+        if device.rubs:  # the equations of other words know no stops in flight
+            return Disturbances(found, recovery=recovery)
         reached = None if targets else _reached(solution, found)
         others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
         return Disturbances(found, recovery=recovery, reached=reached, by_starts=others)

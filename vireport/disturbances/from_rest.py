@@ -47,6 +47,9 @@ from vireport.simulation import (
 
 Floats = NDArray[np.float64]
 
+LEAVING = -1
+"""Sign of the relative velocity of a ball that leaves the bottom membrane."""
+
 BLOCK = 64
 """Impacts simulated before it is looked whether the motion is settled."""
 
@@ -243,16 +246,17 @@ class Press(NamedTuple):
 
 def presses(groups: Groups[float]) -> list[Press]:
     """When a ball at rest is pressed down, once a period of a sine; none where it never leaves."""
+    gravity = groups.gravity(LEAVING)  # friction holds the ball back on its way
     if not groups.harmonics:
-        if groups.gbar >= 1:
+        if gravity >= 1:
             return []
-        release = release_phase(groups.gbar)
+        release = release_phase(gravity)
         return [Press(release, release / pi, TURN - 2 * release)]
-    phases = unaccelerated(groups.gbar, groups.harmonics)
+    phases = unaccelerated(gravity, groups.harmonics)
     following = [*phases[1:], phases[0] + TURN] if phases else []
     lengths = [b - a for a, b in zip(phases, following, strict=True)]
     middles = [a + length / 2 for a, length in zip(phases, lengths, strict=True)]
-    pressed = [groups.pull(groups.wave(x, FLOATS).force) > 0 for x in middles]
+    pressed = [groups.pull(groups.wave(x, FLOATS).force, LEAVING) > 0 for x in middles]
     releases = [k for k in range(len(phases)) if pressed[k - 1] and not pressed[k]]
     # Where the acceleration only touches zero it goes on as before: stretches of one sign are joined.
     found = []

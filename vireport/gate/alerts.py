@@ -104,7 +104,7 @@ def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
                 Sentence("each", {"symbol": swept.symbol, "value": swept.show(x.start), "motion": x.outcome.name})
                 for x in found.sampled
             ]
-            blocks = dict.fromkeys(_shown_by(end) for end in results.from_rest_along)
+            blocks = dict.fromkeys(_shown_by(end, results) for end in results.from_rest_along)
             yield Sentence("from_rest", {"each": each, "blocks": [Sentence("block", {"block": x}) for x in blocks]})
 
 
@@ -135,7 +135,10 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     if stable:
         yield Sentence("instead", {"others": ", ".join(dict.fromkeys(family.name for family, _ in stable))})
     if results.from_rest is not None:
-        yield Sentence("from_rest", {"motion": results.from_rest.name, "block": _shown_by(results.from_rest)})
+        end = results.from_rest
+        yield Sentence("from_rest", {"motion": end.name, "block": _shown_by(end, results)})
+        if end.reached and results.solution.device.rubs:
+            yield Sentence("stops", {})
     if results.reached is not None:
         yield Sentence("followed", _followed(results.reached))
     for found in results.by_starts:
@@ -149,15 +152,17 @@ def _followed(found: FollowedMotion) -> dict[str, str]:
     return {"type": found.stability, "symbol": found.varied.symbol, "low": low, "high": high} | ends
 
 
-def _shown_by(end: FromRest) -> str:
+def _shown_by(end: FromRest, results: Evidence) -> str:
     """The block of a scenario that shows what a ball comes to.
 
-    Families are followed of motions without rests, and found of few impacts; all else is found by simulation alone.
+    Families are followed of motions without rests, and found of few impacts, where nothing rubs; all else is found by
+    simulation alone.
     """
     from vireport.atlas import LOOKED_FOR
 
     cycle = end.cycle
     followed = cycle is not None and not cycle.sticks and len(end.word) <= LOOKED_FOR
+    followed = followed and not results.solution.device.rubs
     return "motions" if followed else "simulation"
 
 

@@ -61,7 +61,7 @@ FRICTION = "device.friction"
 FRICTIONLESS_ONLY = "motions", "disturbances", *SINE_ONLY
 """Blocks that ask for what is not known of a ball with friction."""
 
-FRICTIONLESS_REQUIREMENTS = "reached_from_rest", "word", "words", "inclination_from_deg", "inclination_to_deg"
+FRICTIONLESS_REQUIREMENTS = "word", "words", "inclination_from_deg", "inclination_to_deg"
 """Requirements that are judged of a ball without friction."""
 
 NEAREST_RESTITUTIONS = 1e-9

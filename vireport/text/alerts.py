@@ -158,6 +158,8 @@ CATALOGUE = (
             "instead": "Stable there: {others}.",
             "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
             "{motion}. A block '{block}:' shows it.",
+            "stops": "In that motion friction stops the ball between two impacts: the equations of 1:1 motions, whose "
+            "ball moves on, do not have it.",
             "followed": "By its equations it is a {type} from {symbol} = {low} ({below}) to {high} ({above}).",
             "by_starts": "Some starts in flight come to {motion}: by its equations a {type} from {symbol} = {low} "
             "({below}) to {high} ({above}).",
