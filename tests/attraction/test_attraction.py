@@ -37,7 +37,17 @@ from vireport.attraction.flights import (
 from vireport.attraction.following import come_in, patience
 from vireport.attraction.proved import Arrival, Proved, Region, prove_again, rounded_down
 from vireport.attraction.release import PRECISIONS, reaches
-from vireport.attraction.section import Section, _first_cells, _first_moments, _ways, proved_section, section_again
+from vireport.attraction.section import (
+    Section,
+    _arrives,
+    _first_cells,
+    _first_moments,
+    _Known,
+    _Task,
+    _ways,
+    proved_section,
+    section_again,
+)
 from vireport.attraction.settling import settles
 from vireport.attraction.survived import MOMENTS, SIZES, survived, survived_again
 from vireport.attraction.trap import lap_derivative, lap_matrix, norm_bound, proved_trap, trap_of
@@ -666,6 +676,36 @@ def test_each_impact_of_a_cell_takes_one_of_its_ways() -> None:
         within_box &= (box[:, 2] <= fast + 1e-12) & (fast <= box[:, 3] + 1e-12)
         held[ways.cell[own[within_box]]] = True
         assert held[cell].all()
+
+
+def test_a_box_is_known_where_all_of_it_is() -> None:
+    """Also one that lasts over the end of a period."""
+    random, fastest, parts = np.random.default_rng(15), 1.6, 8
+    tiles = np.stack(np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")).reshape(2, -1)
+    size, held = np.array([[2 / parts], [fastest / parts]]), random.random(parts**2) < 0.7
+    known = _Known(Cells(tiles * size, (tiles + 1) * size, np.zeros(parts**2, np.intp))[held], fastest)
+    low = random.uniform([[0], [0]], [[4], [0.9 * fastest]], (2, 3000))
+    high = low + random.uniform(1e-6, 0.4, (2, 3000)) * [[1], [fastest]]
+    whole = np.ones(3000, dtype=bool)
+    for share in np.stack(np.meshgrid(*[np.linspace(0, 1, 12)] * 2)).reshape(2, -1).T:
+        place = np.floor((low + share[:, None] * (high - low)) / size).astype(int)
+        there = place[1] < parts
+        whole &= there & held.reshape(parts, parts)[place[0] % parts, np.where(there, place[1], 0)]
+    assert 0.1 < whole.mean() < 0.9
+    assert (known.holds(np.stack([low[0], high[0], low[1], high[1]], axis=1)) == whole).all()
+
+
+def test_a_ball_that_comes_to_rest_is_proved_to_arrive_only_where_that_membrane_releases_it_to_the_motion() -> None:
+    groups, _, trap = stable(3.0)
+    moments = _first_moments()
+    nothing = _Known(moments[np.zeros(len(moments), dtype=bool)], 1.9)
+    never, top, bottom = (
+        _arrives(_Task(groups, trap, 1.9, rests, True), moments, nothing) for rests in ((), (-1,), (1,))
+    )
+    pressed = moments.high[0] < np.arccos(-groups.gbar) / pi
+    assert bottom[pressed].all()
+    assert not never[pressed].any()
+    assert (top == never).all()
 
 
 def switched_on_while_pressed(groups: Groups, found: Section) -> float:
