@@ -37,7 +37,17 @@ from vireport.attraction.flights import (
 from vireport.attraction.following import come_in, patience
 from vireport.attraction.proved import Arrival, Proved, ProvedRegion, prove_again, rounded_down
 from vireport.attraction.release import PRECISIONS, reaches
-from vireport.attraction.section import Section, _first_cells, _first_moments, _ways, proved_section, section_again
+from vireport.attraction.section import (
+    Section,
+    _arrives,
+    _first_cells,
+    _first_moments,
+    _Known,
+    _Task,
+    _ways,
+    proved_section,
+    section_again,
+)
 from vireport.attraction.settling import settles
 from vireport.attraction.survived import MOMENTS, SIZES, survived, survived_again
 from vireport.attraction.trap import lap_derivative, lap_matrix, norm_bound, proved_trap, trap_of
@@ -390,6 +400,96 @@ def test_a_shock_back_onto_the_membrane_is_not_proved_to_pass_it() -> None:
         assert found.mean() > 0.5 if proved else not found.any()
 
 
+def test_an_impact_shortly_after_the_next_one_is_not_proved_to_be_it() -> None:
+    """The ball passes the other membrane slowly as its acceleration turns, comes back, and passes it again."""
+    for gbar, lasts, slow in ((0.24, 0.9, 0.002), (0.24, 0.7, 0.001), (0.1, 1.1, 0.002), (0.4, 0.8, 0.001)):
+        turn = TURN - np.arccos(-gbar)
+        start = turn / pi - lasts
+        after = -slow - gbar * lasts - (np.sin(turn) - np.sin(pi * start)) / pi
+        elapsed = np.linspace(0, lasts + 0.3, 200_001)[1:]
+        waves = np.sin(pi * start), np.cos(pi * start), np.cos(pi * (start + elapsed))
+        height = flight.displacement(elapsed, after, *waves, gbar)
+        d = float(np.interp(lasts, elapsed, height))
+        sets = Sets(np.array([-1]), *(exact(np.array([x])) for x in (start, after, 0.0, 0.0)))
+        first, later = elapsed[:-1][np.diff(np.sign(height - d)) > 0]
+        assert first < lasts < later < 7 / 6 * first
+        for guess, proved in ((first, True), (later, False)):
+            found = next_impacts(enclosed(Groups(d, gbar, 0.5)), sets, np.array([[1.0, guess, 0.0]]))
+            assert found.proved.tolist() == [proved]
+
+
+def test_an_impact_before_the_flight_begins_is_not_proved_to_be_its_end() -> None:
+    """After a shock the ball moves as if it had passed the membrane a little before; gravity throws it back."""
+    gbar, since, d, count, random = 1.3, 1.0, 3.0, 40, np.random.default_rng(12)
+    time, lowest, depth = (random.uniform(*ends, count) for ends in ((0, 2), (0.3, 0.4), (0.0005, 0.002)))
+    after = -gbar * lowest - (np.sin(pi * (time + lowest)) - np.sin(pi * time)) / pi
+
+    def moved(elapsed: np.ndarray) -> np.ndarray:
+        waves = np.sin(pi * time), np.cos(pi * time), np.cos(pi * (time + elapsed))
+        return flight.displacement(elapsed, after, *waves, gbar)
+
+    offset, elapsed = -depth - moved(lowest), np.linspace(0, 4, 8001)[:, None]
+    sets = Sets(np.full(count, -1), *(exact(x) for x in (time, after, offset, np.full(count, since))))
+    height = offset + moved(elapsed)
+    for wall, beyond, proved in ((-1, height < 0, False), (1, height > d, True)):
+        guesses = np.stack([np.full(count, wall), elapsed[beyond.argmax(axis=0), 0] - since, np.zeros(count)], axis=1)
+        assert (next_impacts(enclosed(Groups(d, gbar, 0.5)), sets, guesses).proved == proved).all()
+
+
+def test_of_sets_that_arrive_slowly_every_state_that_is_proved_arrives() -> None:
+    """Begun at distances so different that the last ones of a set turn back just before, or just after, they arrive."""
+    groups, random, count, d = Groups(0.13, 0.0, 0.5), np.random.default_rng(13), 4000, 0.13
+
+    def moved(elapsed: np.ndarray, start: np.ndarray, after: np.ndarray) -> np.ndarray:
+        waves = np.sin(pi * start), np.cos(pi * start), np.cos(pi * (start + elapsed))
+        return flight.displacement(elapsed, after, *waves, groups.gbar)
+
+    begun, elapsed = np.stack([random.uniform(0, 2, count), random.uniform(0, 1.2, count)]), np.linspace(0, 3, 1501)
+    arrives = moved(elapsed[1:, None], *begun) > d
+    begun, arrival = begun[:, arrives.any(axis=0)], elapsed[1 + arrives.argmax(axis=0)[arrives.any(axis=0)]]
+    start, after = begun
+    phase = pi * (start + arrival)
+    speed = after + groups.gbar * arrival + (np.sin(phase) - np.sin(pi * start)) / pi
+    bend = groups.gbar + np.cos(phase)
+    width = random.uniform(0.2, 0.65, len(arrival)) * speed**2 / np.abs(bend)
+    own = np.flatnonzero((speed > 0.005) & (bend < -0.02) & (width < 0.9 * d))
+    (start, after), arrival, width, count = begun[:, own], arrival[own], width[own], len(own)
+    linear = np.zeros((SYMBOLS, count))
+    linear[FIRST] = width
+    offset = Affine(np.zeros(count), linear, np.zeros(count))
+    sets = Sets(np.full(count, -1), exact(start), exact(after), offset, exact(np.zeros(count)))
+    found = next_impacts(enclosed(groups), sets, np.stack([np.ones(count), arrival, np.zeros(count)], axis=1))
+    proved = np.flatnonzero(found.proved)
+    assert 30 < len(proved) < count / 2
+    last = found.duration[proved]
+    rest = np.abs(last.linear[SECOND:]).sum(axis=0) + last.radius
+    for share in np.linspace(-1, 1, 9):
+        middle, short = last.centre + share * last.linear[FIRST], d - share * width[proved]
+        assert (moved(middle - rest, *begun[:, own[proved]]) <= short + 1e-12).all()
+        assert (moved(middle + rest, *begun[:, own[proved]]) >= short - 1e-12).all()
+
+
+def test_a_touch_is_as_fast_as_its_membrane_may_be_approached() -> None:
+    """While a state of a set may touch, whether before or after it would turn."""
+    groups, random, count = Groups(0.2, 0.24, Restitutions(0.6, 0.3)), np.random.default_rng(14), 4000
+    wall, time = random.choice([1, -1], count), 2 * random.random(count)
+    velocity, widths = wall * (0.02 + random.random(count)), 10 ** random.uniform(-3, -1, (2, count))
+    widths[1] = np.minimum(widths[1], 0.9 * np.abs(velocity))
+    sets = sets_of(groups, wall, time, velocity, widths)
+    past = simulated_past(groups, sets, simulated(groups, middles(groups, sets), True), True)
+    own, _, touching = impacts_past_a_touch(enclosed(groups), sets, past)
+    assert len(own) > 100
+    fastest = np.abs(touching.velocity.centre) + touching.velocity.radius
+    rest = np.abs(touching.duration.linear[2:]).sum(axis=0) + touching.duration.radius
+    elapsed = touching.duration.centre + np.linspace(-1, 1, 41)[:, None] * rest
+    restitution = np.where(wall[own] > 0, 0.6, 0.3)
+    sine = np.sin(pi * time[own])
+    moving = flight.velocity(
+        elapsed, -restitution * velocity[own], sine, np.sin(pi * (time[own] + elapsed)), groups.gbar
+    )
+    assert ((touching.wall * moving).max(axis=0) <= fastest + 1e-12).all()
+
+
 def test_a_region_about_another_place_says_how_far_the_motion_is_from_its_middle() -> None:
     """Or is none: within its radius there must be room for that distance."""
     groups, motion, trap = stable(5.2)
@@ -576,6 +676,36 @@ def test_each_impact_of_a_cell_takes_one_of_its_ways() -> None:
         within_box &= (box[:, 2] <= fast + 1e-12) & (fast <= box[:, 3] + 1e-12)
         held[ways.cell[own[within_box]]] = True
         assert held[cell].all()
+
+
+def test_a_box_is_known_where_all_of_it_is() -> None:
+    """Also one that lasts over the end of a period."""
+    random, fastest, parts = np.random.default_rng(15), 1.6, 8
+    tiles = np.stack(np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")).reshape(2, -1)
+    size, held = np.array([[2 / parts], [fastest / parts]]), random.random(parts**2) < 0.7
+    known = _Known(Cells(tiles * size, (tiles + 1) * size, np.zeros(parts**2, np.intp))[held], fastest)
+    low = random.uniform([[0], [0]], [[4], [0.9 * fastest]], (2, 3000))
+    high = low + random.uniform(1e-6, 0.4, (2, 3000)) * [[1], [fastest]]
+    whole = np.ones(3000, dtype=bool)
+    for share in np.stack(np.meshgrid(*[np.linspace(0, 1, 12)] * 2)).reshape(2, -1).T:
+        place = np.floor((low + share[:, None] * (high - low)) / size).astype(int)
+        there = place[1] < parts
+        whole &= there & held.reshape(parts, parts)[place[0] % parts, np.where(there, place[1], 0)]
+    assert 0.1 < whole.mean() < 0.9
+    assert (known.holds(np.stack([low[0], high[0], low[1], high[1]], axis=1)) == whole).all()
+
+
+def test_a_ball_that_comes_to_rest_is_proved_to_arrive_only_where_that_membrane_releases_it_to_the_motion() -> None:
+    groups, _, trap = stable(3.0)
+    moments = _first_moments()
+    nothing = _Known(moments[np.zeros(len(moments), dtype=bool)], 1.9)
+    never, top, bottom = (
+        _arrives(_Task(groups, trap, 1.9, rests, True), moments, nothing) for rests in ((), (-1,), (1,))
+    )
+    pressed = moments.high[0] < np.arccos(-groups.gbar) / pi
+    assert bottom[pressed].all()
+    assert not never[pressed].any()
+    assert (top == never).all()
 
 
 def switched_on_while_pressed(groups: Groups, found: Section) -> float:

@@ -273,6 +273,9 @@ def test_without_gravity_the_worse_of_two_phases_counts() -> None:
     assert least[:2] == pytest.approx(least[2:], rel=1e-9)
     assert of(level)[LeftOut.SECOND_HARMONIC].left == pytest.approx(min(least), rel=1e-9)
     assert min(least) < 0.9 * max(least)
+    asked = (Effect(LeftOut.SECOND_HARMONIC, 0.02),)
+    (shift,) = shifts(level, design_point(level, None), asked, in_any_input=True).rows
+    assert shift.least < 0.9 * min(least)  # at the phase that is worst for another end
 
 
 @pytest.mark.slow

@@ -272,6 +272,40 @@ def test_frozen_workers_are_not_waited_for(file: Path, monkeypatch: pytest.Monke
             os.kill(pid, signal.SIGCONT)
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("quiet_dask")
+def test_frozen_workers_among_others_are_given_up(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "PATIENCE", 2.0)
+    monkeypatch.setattr(workers, "POLL", 0.5)
+    out, frozen = file.parent / "out", []
+    with cluster(1) as dask_cluster:
+        place = dask_cluster.scheduler_address
+        worker = [sys.executable, "-m", "distributed.cli.dask_worker", place, "--nthreads=1", "--no-nanny"]
+        others = [subprocess.Popen([*worker, "--no-dashboard"], stderr=-3, cwd=file.parent) for _ in range(2)]
+        nanny = dask_cluster.workers[0]
+        first = nanny.pid
+
+        def progress(done: int, total: int) -> None:
+            if done >= 120 and not frozen:
+                frozen.append(time.monotonic())
+                os.kill(first, signal.SIGSTOP)
+                others[0].send_signal(signal.SIGSTOP)
+
+        try:
+            wait_until(lambda: len(dask_cluster.scheduler.workers) == 3)
+            run_map(str(file), out, scheduler=place, progress=progress, draw=False)
+            assert frozen
+            assert time.monotonic() - frozen[0] < 60  # the scheduler itself gives them up after 5 to 10 minutes
+            others[0].send_signal(signal.SIGCONT)
+            others[0].wait(30)  # its chunks are others': it is told to end
+            wait_until(lambda: nanny.pid not in (None, first))
+        finally:
+            for process in others:
+                process.kill()
+                process.wait()
+    assert result(out) == undisturbed_result()
+
+
 OTHER_VERSION = """
 from importlib import metadata
 

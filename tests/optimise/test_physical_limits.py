@@ -203,6 +203,54 @@ def test_a_search_does_not_end_beyond_what_is_possible(objective: str, vary: tup
     assert efficiency_of(optimise(problem_of(loads(free))).best.study) > 1.05
 
 
+HEAVY = (
+    IMPOSSIBLE.replace("6.0e-5", "0.0041")
+    .replace("2.0e-5", "6.26e-5")
+    .replace("permittivity: 4.7", "permittivity: 6.21")
+    .replace("amplitude_n: 3.0", "amplitude_n: 10.0")
+)
+"""A steel ball, and more force."""
+LONGEST = {
+    "efficiency": (IMPOSSIBLE, (1.0, 2.23546), {"device.length_m": (0.8, 1.0), "excitation.frequency_hz": (1.5, 3)}),
+    "power_mw": (HEAVY, (1.2, 3.9496), {"device.length_m": (0.9, 1.2), "excitation.frequency_hz": (3, 4)}),
+}
+"""Devices, the length and frequency at which a search without limits ends, and the ranges that it searches."""
+
+
+@pytest.mark.parametrize(
+    ("objective", "key", "value"),
+    [("efficiency", "efficiency_at_most_percent", 347.16), ("power_mw", "power_at_least_mw", 7607)],
+)
+def test_where_a_search_without_limits_ends_two_requirements_that_are_met_make_no_good_verdict(
+    objective: str, key: str, value: float
+) -> None:
+    """An efficiency of 347 %; 7.6 W in 5.6 times the breakdown field."""
+    text, (length, frequency), _ = LONGEST[objective]
+    text = text.replace("length_m: 0.7", f"length_m: {length}").replace("hz: 2.0", f"hz: {frequency}")
+    study = analyse(loads(f"{text}requirements: {{margin_any_percent: 2, power_at_least_mw: 10}}\n"), ("json",))
+    passed = {line.key: line.passed for line in study.criteria}
+    assert passed == {"margin_any_percent": True, "power_at_least_mw": True, "efficiency_at_most_percent": False}
+    values = {line["key"]: line["value"] for line in study.to_dict()["requirements"]["criteria"]}
+    assert values[key] == pytest.approx(value, rel=1e-4)
+    assert study.verdict.status is Status.BAD
+    beyond_field = [alert.cause for alert in study.alerts if alert.code == "VR016"]
+    assert len(beyond_field) == (objective == "power_mw")
+    assert all("5.6 times" in cause for cause in beyond_field)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("objective", LONGEST)
+def test_a_search_without_limits_ends_there_and_one_with_the_usual_ones_says_that_nothing_is_within(objective: str):
+    text, found, ranges = LONGEST[objective]
+    vary = [f"{{path: {path}, from: {low}, to: {high}}}" for path, (low, high) in ranges.items()]
+    limits = ("efficiency", "field", "deflection")
+    free = searched(objective, *vary, text=text, required=", ".join(f"{each}_at_most_percent: 1e6" for each in limits))
+    best = optimise(problem_of(loads(free))).best
+    device = best.study.solution.device
+    assert (device.length_m, device.frequency_hz) == pytest.approx(found, rel=1e-4)
+    assert optimise(problem_of(loads(searched(objective, *vary, text=text)))).best is None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(DEVICES // 4))
 @pytest.mark.usefixtures("short_front")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from conftest import solved
 from devices import of
+from msgspec.structs import replace
 
 from vireport import analyse, loads
 from vireport.base import UsageError
@@ -62,6 +63,8 @@ def test_where_nothing_leads_out_the_largest_that_was_tried_counts() -> None:
     fastest = max(np.abs(usual.shock.motion.velocity)) * usual.velocity_unit
     assert usual.searched_to_m_s == pytest.approx(fastest)
     assert further.searched_to_m_s >= 20.0
+    # The unit of velocity is F/(2 M f).
+    assert replace(usual, shock=replace(usual.shock, jump=0.17)).jump_m_s == pytest.approx(0.17 * 3 / (2 * 0.1245 * 2))
 
 
 def test_jitter_is_told_per_membrane_and_grows_with_the_kicks() -> None:

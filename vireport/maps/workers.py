@@ -50,8 +50,8 @@ ANSWER = 30.0
 """How long a scheduler may take to answer [s]."""
 
 PATIENCE = 45.0
-"""How long a scheduler may be without any worker, or without a sign of life of any [s]; they report every few seconds.
-With start and end of the command, less than a minute."""
+"""How long a scheduler may be without any worker, and a worker without a sign of life [s]; they report every few
+seconds. With start and end of the command, less than a minute."""
 
 SCHEMES = ("tcp", "tls", "ucx", "ucxx", "ws", "wss")
 """Protocols of a scheduler's address."""
@@ -286,13 +286,16 @@ async def _require_scheduler(distributed: Any, address: str) -> None:
 
 
 class _Watch:
-    """Looks after the workers of a cluster now and then: that there are some, that they live, and what they have."""
+    """Looks after the workers of a cluster now and then: that there are some, that they live, and what they have.
+
+    `seen` has, for each worker, its last sign of life by the scheduler's clock, and when that was new to this process.
+    """
 
     def __init__(self, client: Any, scheduler: str, needed: tuple[str, ...] = NEEDED) -> None:
         self.client, self.scheduler, self.needed = client, scheduler, needed
         self.threads = 0
         self.known: set[str] = set()
-        self.last_seen = 0.0
+        self.seen: dict[str, tuple[float, float]] = {}
         self.alive = time.monotonic()
         self.looked = -POLL + self.alive
 
@@ -317,15 +320,33 @@ class _Watch:
             self._compare_versions()
             self.known = set(workers)
         self.threads = sum(worker["nthreads"] for worker in workers.values())
-        last_seen = max((worker["last_seen"] for worker in workers.values()), default=0.0)
-        if last_seen > self.last_seen:
-            self.last_seen, self.alive = last_seen, time.monotonic()
-        elif time.monotonic() - self.alive > PATIENCE:
+        now = time.monotonic()
+        for address, worker in workers.items():
+            if address not in self.seen or self.seen[address][0] != worker["last_seen"]:
+                self.seen[address] = worker["last_seen"], now
+                self.alive = now
+        if now - self.alive > PATIENCE:
             missing = "no sign of life from its workers" if workers else "no workers"
             raise NumericalError(
                 f"--scheduler {self.scheduler}: {missing} for {PATIENCE:g} s (start one: dask worker "
                 f"{self.scheduler}; where they end at once, their logs say why). {RESUME}"
             )
+        if silent := [address for address in workers if now - self.seen[address][1] > PATIENCE]:
+            self._give_up(silent)
+
+    def _give_up(self, workers: list[str]) -> None:
+        """Have the chunks of frozen workers computed by the others, as the scheduler does, but only after minutes.
+
+        Their nannies start them again; one without a nanny ends as soon as it goes on.
+        """
+        self._answer(
+            self.client.scheduler.restart_workers,
+            workers=workers,
+            timeout=ANSWER / 2,
+            wait_for_workers=False,
+            on_error="return",
+            stimulus_id=f"no-sign-of-life-{time.time()}",
+        )
 
     def _compare_versions(self) -> None:
         """Refuse a cluster on which other versions, or none, would compute: the results are not mixed."""
