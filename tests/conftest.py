@@ -139,15 +139,19 @@ def study_of() -> Callable[..., Study]:
 
 
 @pytest.fixture
-def without_a_front(monkeypatch: pytest.MonkeyPatch) -> None:
+def without_a_front() -> Iterator[None]:
     """A search does not ask what larger margins cost, which takes nine tenths of it."""
-    monkeypatch.setattr("vireport.optimise.search.LEVELS", ())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vireport.optimise.search.LEVELS", ())
+        yield
 
 
 @pytest.fixture
-def short_front(monkeypatch: pytest.MonkeyPatch) -> None:
+def short_front() -> Iterator[None]:
     """A search asks for three margins only what they cost."""
-    monkeypatch.setattr("vireport.optimise.search.LEVELS", (0.05, 0.14, 0.28))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vireport.optimise.search.LEVELS", (0.05, 0.14, 0.28))
+        yield
 
 
 @pytest.fixture(scope="module")
