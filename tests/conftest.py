@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import pickle
 import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +16,7 @@ from browser import Browser
 from hypothesis import settings
 
 if TYPE_CHECKING:
-    from vireport.design import Margins, Solution
-    from vireport.motions import Motions
-    from vireport.physics import Device
+    from vireport.design import Solution
     from vireport.study import Study
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -79,24 +79,51 @@ settings.load_profile("default")
 os.environ.update(TERM="dumb", NO_COLOR="1", COLUMNS="100")
 
 
+KNOWN = (
+    ("vireport.study.study", "solution_of"),
+    ("vireport.design.solution", "design_point"),
+    ("vireport.design.solution", "solve"),
+    ("vireport.design.point", "margins_of"),
+    ("vireport.design.point", "distortions"),
+    ("vireport.study.study", "shifts"),
+    ("vireport.disturbances", "disturbances_of"),
+    ("vireport.compliant", "own_stiffness"),
+    ("vireport.shocks", "withstood_by"),
+    ("vireport.design", "assess_tolerances"),
+)
+"""Pure functions that hundreds of tests have called with the same few devices, where they are called."""
+
+
+class Known:
+    """Answers of a pure function, each worked out once for equal arguments."""
+
+    asked = True
+    """Whether known answers are given: not where a test may have changed what they are worked out by."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function, self.answers = function, dict[bytes, Any]()
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        if not Known.asked:
+            return self.function(*arguments, **named)
+        key = pickle.dumps((arguments, named))
+        if key not in self.answers:
+            self.answers[key] = self.function(*arguments, **named)
+        return self.answers[key]
+
+
 @pytest.fixture(scope="session", autouse=True)
-def known_ends() -> Iterator[None]:
-    """The ends of a device's stable motions are looked for once: hundreds of tests analyse the same few devices."""
-    from vireport.design import point
+def known() -> Iterator[None]:
+    """What is found out about a device is found out once: hundreds of tests analyse the same few."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in KNOWN:
+            patch.setattr(f"{module}.{name}", Known(getattr(import_module(module), name)))
+        yield
 
-    search, known = point.margins_of, {}
 
-    def margins_of(device: Device, motions: Motions, *along: Any) -> Margins:
-        if along:
-            return search(device, motions, *along)
-        key = device, motions.d.tobytes(), motions.velocity_bottom.tobytes(), motions.stability.tobytes()
-        if key not in known:
-            known[key] = search(device, motions)
-        return known[key]
-
-    point.margins_of = margins_of
-    yield
-    point.margins_of = search
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let a test that puts something in another's place have everything worked out by what it has put there."""
+    Known.asked = "monkeypatch" not in getattr(item, "fixturenames", ())
 
 
 @pytest.fixture(scope="session")
@@ -112,15 +139,19 @@ def study_of() -> Callable[..., Study]:
 
 
 @pytest.fixture
-def without_a_front(monkeypatch: pytest.MonkeyPatch) -> None:
+def without_a_front() -> Iterator[None]:
     """A search does not ask what larger margins cost, which takes nine tenths of it."""
-    monkeypatch.setattr("vireport.optimise.search.LEVELS", ())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vireport.optimise.search.LEVELS", ())
+        yield
 
 
 @pytest.fixture
-def short_front(monkeypatch: pytest.MonkeyPatch) -> None:
+def short_front() -> Iterator[None]:
     """A search asks for three margins only what they cost."""
-    monkeypatch.setattr("vireport.optimise.search.LEVELS", (0.05, 0.14, 0.28))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vireport.optimise.search.LEVELS", (0.05, 0.14, 0.28))
+        yield
 
 
 @pytest.fixture(scope="module")

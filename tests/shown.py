@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
+from functools import lru_cache
 from itertools import takewhile
 
 from msgspec import Struct
@@ -119,6 +120,7 @@ Cell = Amount | Said | str | object
 Row = Mapping[str, Cell]
 
 
+@lru_cache(maxsize=64)  # whole pages are read over and over
 def plain(text: str) -> str:
     """A text with ordinary spaces, and without what is not seen."""
     return " ".join(text.translate(INVISIBLE).replace("\u00a0", " ").split())

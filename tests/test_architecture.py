@@ -25,10 +25,18 @@ IMPORTED_AS_SUCH = {("vireport.checks", name) for name in ("reference", "certifi
 """Modules that a package keeps out of its interface, as they import a heavy or an optional library."""
 
 
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """All statements in one, however deep; expressions, of which there are twenty times as many, import nothing."""
+    yield node
+    for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for inner in getattr(node, part, ()):
+            yield from statements(inner)
+
+
 @cache
 def imports(file: Path) -> list[tuple[str, str]]:
     """Each name that a file imports of vireport, and from where."""
-    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+    nodes = list(statements(ast.parse(file.read_text(encoding="utf-8"))))
     plain = [(name.name, "") for node in nodes if isinstance(node, ast.Import) for name in node.names]
     named = [
         (node.module or "", name.name) for node in nodes if isinstance(node, ast.ImportFrom) for name in node.names
@@ -36,11 +44,16 @@ def imports(file: Path) -> list[tuple[str, str]]:
     return [(module, name) for module, name in (*plain, *named) if module.startswith("vireport")]
 
 
+@cache
+def files_in(folder: str) -> list[Path]:
+    return sorted((ROOT / folder).rglob("*.py"))
+
+
 def imports_from_elsewhere(package: str, *folders: str) -> Iterator[tuple[Path, str, str]]:
     """What the files of some folders import of a package that they are not part of."""
     own = ROOT / "vireport" / package
     for folder in folders:
-        for file in sorted((ROOT / folder).rglob("*.py")):
+        for file in files_in(folder):
             if own not in file.parents:
                 for module, name in imports(file):
                     if module.split(".")[1:2] == [package]:

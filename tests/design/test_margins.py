@@ -214,13 +214,11 @@ def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
                             both = end.derivatives[DesignInput.RESTITUTION]
                             assert derivative == pytest.approx(both / 2, rel=1e-12)
                         continue
-                    step = mpf(10) ** -12 * (inputs[name.value] or 1)
+                    step = mpf(10) ** -15 * (inputs[name.value] or 1)  # of 40 digits, one side is enough
                     key = "moved" if name is DesignInput.RESTITUTION else name.value
-                    ahead, behind = (
-                        exact_end(device, inputs | {key: inputs.get(key, 0) + sign * step}, end) for sign in (1, -1)
-                    )
+                    ahead = exact_end(device, inputs | {key: inputs.get(key, 0) + step}, end)
                     scale = float(abs(exact / (inputs[name.value] or 1)))
-                    expected = float((ahead - behind) / (2 * step))
+                    expected = float((ahead - exact) / step)
                     assert derivative == pytest.approx(expected, rel=1e-8, abs=1e-9 * scale), (device, end, name)
 
 
@@ -422,7 +420,6 @@ def test_an_end_that_is_not_polished_is_known_to_its_bound(monkeypatch: pytest.M
 
     device = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
     exact = design_point(device, None).margins
-    monkeypatch.setattr("vireport.design.point.margins_of", margins.margins_of)
     monkeypatch.setattr(margins, "solve_one_to_one", never_settles)
     rough = design_point(device, None).margins
     assert len(rough) == len(exact) > 5

@@ -117,19 +117,19 @@ def hop(g: LONG, wall: int, t: LONG, u: LONG) -> tuple[LONG, LONG] | None:
     powers, orders = np.array(pressing(g, wall, t)), np.arange(1, TERMS + 1).astype(LONG)
     fall = powers / np.cumprod(orders)  # speed gained towards the membrane: sum of fall s^order
 
+    mean = (fall / (orders + 1))[::-1]
+    slope = (fall * orders / (orders + 1))[::-1]
+
     def short(s: LONG) -> LONG:
         """By how much the ball is past the membrane, over the time."""
-        return s * np.polyval((fall / (orders + 1))[::-1], s) - u
+        return s * np.polyval(mean, s) - u
 
     least = min(SHORT, u / (abs(powers[0]) + 4))
     grid = SHORT * (least / SHORT) ** FALLING
     past = np.flatnonzero(short(grid) >= 0)
     if not len(past):
         return None
-    low, high = grid[max(past[0] - 1, 0)], grid[past[0]]
-    for _ in range(75):
-        middle = (low + high) / 2
-        low, high = (low, middle) if short(middle) >= 0 else (middle, high)
+    _, high = crossing(short, partial(np.polyval, slope), grid[max(past[0] - 1, 0)], grid[past[0]])
     return high, high * np.polyval(fall[::-1], high) - u
 
 

@@ -48,12 +48,12 @@ def device_of(d: float, gbar: float, r: float) -> Device:
     return Device(0.1, r, 9.8, length, force, 2.0, 90.0 if gbar else 0.0)
 
 
-def held_against_the_own_simulator(seed: int, count: int) -> list[str]:
+def held_against_the_own_simulator(seed: int, count: int, compiled: bool = False) -> list[str]:
     rng, kinds = np.random.default_rng(seed), []
     for _ in range(count):
         device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
         groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-        told = found(device)
+        told = found(device, compiled)
         chaotic = told.destination is Destination.CHAOTIC
         expected = outcome(*groups[:3], impacts=120 if chaotic else 400) if told.decided else None
         if expected is None:
@@ -77,7 +77,7 @@ def test_a_few_random_devices_come_to_what_an_own_simulator_finds() -> None:
 
 @pytest.mark.slow
 def test_random_devices_come_to_what_an_own_simulator_finds() -> None:
-    kinds = held_against_the_own_simulator(2, 400)
+    kinds = held_against_the_own_simulator(2, 400, compiled=True)
     assert kinds.count("open") < 40
     assert kinds.count("chaotic") < 80
     assert all(kinds.count(kind) > 50 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))

@@ -90,6 +90,7 @@ def test_an_impact_moves_with_the_one_before_as_differences_say(case: str) -> No
     assert seen > 2
 
 
+@pytest.mark.slow  # it takes a compiler longer than all the others of this file together
 def test_the_compiled_search_is_the_interpreted_one() -> None:
     pytest.importorskip("numba")
     groups = Groups(np.array([0.3, 0.5, 0.7]), np.array([0.0, 0.3, 1.2]), 0.5, (), np.array([0.2, 0.1, 0.05]))

@@ -112,7 +112,8 @@ class DesignPoint(Struct, frozen=True, eq=False):
     stable : tuple of StableInterval
         For each other input, the range up to the first of these ends on either side.
     distortions : tuple of Distortion
-        The least harmonics of the force that end a stable motion; none where no motion is stable.
+        The least harmonics of the force that end a stable motion, see `with_distortions`; none where no motion is
+        stable.
     voltages : Voltages or None
         Of the motions; None where no energy is evaluated.
     conversion : Conversion or None
@@ -127,7 +128,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
     margins: tuple[Margin, ...]
     unresolved: tuple[DesignInput, ...]
     stable: tuple[StableInterval, ...]
-    distortions: tuple[Distortion, ...]
+    distortions: tuple[Distortion, ...] = ()
     voltages: Voltages | None = None
     conversion: Conversion | None = None
 
@@ -167,9 +168,16 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
             margins.append(margin_at(device, DesignInput(chosen), point, False, {}))
     margins = nearest_first(margins)
     stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
-    nearest = next((margin for margin in margins if margin.ends_stability), None)
-    distorted = distortions(device, motions, nearest)
-    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable, distorted)
+    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
+
+
+def with_distortions(device: Device, point: DesignPoint) -> DesignPoint:
+    """A design point with the least harmonics of the force that end a stable motion of it.
+
+    They take as long as all its margins: a search that climbs along margins does without.
+    """
+    nearest = next((margin for margin in point.margins if margin.ends_stability), None)
+    return replace(point, distortions=distortions(device, point.motions, nearest))
 
 
 def _labelled(margins: Sequence[Margin]) -> list[Margin]:

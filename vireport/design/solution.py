@@ -19,6 +19,7 @@ from vireport.design.point import (
     design_point,
     ending_beyond,
     stable_ranges,
+    with_distortions,
 )
 from vireport.motions import (
     BifurcationDiagram,
@@ -196,7 +197,7 @@ def solution_of(
     if unresolved := sweep.unresolved if sweep is not None else device.unresolved:
         raise NumericalError(unresolved)
     diagram = solve(sweep) if sweep is not None else None
-    point = design_point(device, diagram) if design else None
+    point = with_distortions(device, design_point(device, diagram)) if design else None
     if point is not None and tolerances is not None:
         stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable)
         point = replace(point, stable=tuple(stable))

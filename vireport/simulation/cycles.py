@@ -5,6 +5,7 @@ Turns the tail of a trajectory into a cycle with its word, its residual and its 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import exp, inf, log, nan, pi, sqrt
 
 import numpy as np
@@ -356,16 +357,31 @@ def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
     return complex(large), complex(determinant / large if large != 0 else 0.0)
 
 
+Told = tuple[str, float, bool]
+"""The letter of an impact, its speed, and whether the ball settles or rides after it."""
+
+
 def word_of(rows: Array) -> list[str]:
     """Letters of the impacts; ever slower hops that end in a ride are one letter with a tilde."""
+    return _letters(_told(rows))
+
+
+def _told(rows: Array) -> list[Told]:
+    """What a word is made of. As plain numbers: each turn of a cycle has its word, and rows of arrays are slow."""
+    stays = (rows[:, RIDING] + rows[:, SETTLING] > 0).tolist()
+    walls = ["B" if wall > 0 else "T" for wall in rows[:, WALL].tolist()]
+    return list(zip(walls, np.abs(rows[:, VELOCITY]).tolist(), stays, strict=True))
+
+
+def _letters(told: Sequence[Told]) -> list[str]:
     letters: list[str] = []
-    falling = 0  # impacts on this membrane at the end, each slower than the one before
-    for i, row in enumerate(rows):
-        letter = "B" if row[WALL] > 0 else "T"
-        again = i > 0 and rows[i - 1, WALL] == row[WALL] and letters[-1] == letter
-        falling = falling + 1 if again and abs(row[VELOCITY]) < abs(rows[i - 1, VELOCITY]) else 1
+    falling, last = 0, inf  # impacts on this membrane at the end, each slower than the one before
+    for letter, speed, stays in told:
+        again = bool(letters) and letters[-1] == letter
+        falling = falling + 1 if again and speed < last else 1
+        last = speed
         letters.append(letter)
-        if row[RIDING] + row[SETTLING] > 0:
+        if stays:
             letters[-falling:] = [letter + "~"]
     return letters
 
@@ -380,9 +396,10 @@ def chain_growth(model: Array, rows: Array) -> float:
 def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> Cycle:
     """Cycle that starts where its word does; of equal words, with the fastest impact."""
     n = len(rows)
-    letters = word_of(rows)
+    told = _told(rows)
+    letters = _letters(told)
     word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
-    turns = [i for i in range(n) if "".join(word_of(np.roll(rows, -i, axis=0))) == word]
+    turns = [i for i in range(n) if "".join(_letters(told[i:] + told[:i])) == word]
     rows = np.roll(rows, -max(turns, key=lambda i: abs(float(rows[i, VELOCITY]))), axis=0)
     phase, flight, velocity = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY))
     wall = rows[:, WALL].astype(np.int8)
