@@ -814,7 +814,59 @@ FRICTION = (
     ),
 )
 
+
+def falling(name: str, keys: str, more: str, *expected: tuple[int, str, str]) -> Bad:
+    """Build the case of keys of the device behind the length, in one row, with more at the end of the file."""
+    return bad(name, good_but(7, f"  length_m: 0.7\n  {keys}") + more, *expected)
+
+
+_FALLS = "it knows a restitution that does not fall with speed, and device.restitution_exponent is given"
+_LAW = "restitution_exponent: -0.1\n  restitution_speed_m_s: 2"
+_EXPONENT, _STATED = "device.restitution_exponent", "device.restitution_speed_m_s"
+
+FALLING = (
+    falling(
+        "a restitution that grows",
+        "restitution_exponent: 0.1",
+        "",
+        (8, _EXPONENT, "got 0.1, which is too large"),
+    ),
+    falling(
+        "a restitution that falls too fast", "restitution_exponent: -0.6", "", (8, _EXPONENT, "got -0.6, which is")
+    ),
+    falling(
+        "an exponent without a speed",
+        "restitution_exponent: -0.1",
+        "",
+        (8, _EXPONENT, "the speed is"),
+        (17, "sweep", _FALLS),
+    ),
+    falling(
+        "a speed without an exponent", "restitution_speed_m_s: 2", "", (8, _STATED, "the restitution does not dep")
+    ),
+    falling(
+        "a restitution at no speed",
+        "restitution_exponent: -0.1\n  restitution_speed_m_s: 0",
+        "",
+        (9, _STATED, "got 0, which is not positive (a number from 0.001 to 1000"),
+        (18, "sweep", _FALLS),
+    ),
+    falling(
+        "a restitution that falls, and what does not know it",
+        f"{_LAW}\n  friction: 0.1",
+        "motions: {}\nrequirements: {word: BT, inclination_from_deg: 20, inclination_to_deg: 30}\n"
+        "effects: [{effect: restitution_exponent, exponent: -0.1}]\n",
+        (10, "device.friction", "got 0.1, which is not known together with device.restitution_exponent"),
+        (19, "sweep", _FALLS),
+        (23, "motions", _RUBS),
+        (24, "requirements.word", _RUBS),
+        (24, "requirements.inclination_from_deg", _RUBS),
+        (24, "requirements.inclination_to_deg", _RUBS),
+        (25, "effects.0.effect", "the restitution falls with speed already, by"),
+    ),
+)
+
 BAD_SCENARIOS = (
     *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *RESTITUTIONS, *LEFT_OUT, *UNKNOWN),
-    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *HARMONICS, *FRICTION, *STRUCTURE, *SYNTAX, *SEVERAL),
+    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *HARMONICS, *FRICTION, *FALLING, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

@@ -199,7 +199,7 @@ def known(**results: object) -> SimpleNamespace:
     """A solution of which nothing is known but what is given."""
     nothing = {"diagram": None, "stable_ranges": (), "branches": (), "design": None, "membrane": None, "sweep": None}
     nothing |= {"critical_points": (), "horizontal": False, "within_membrane": True}
-    nothing |= {"device": SimpleNamespace(rubs=False)}
+    nothing |= {"device": SimpleNamespace(rubs=False, falls=False)}
     return SimpleNamespace(**nothing | results)
 
 
@@ -317,6 +317,16 @@ SAID = [
     ),
     ("VR003", {"solution": known(design=design(0))}, ["At s = 0.7 m, there is no solution."]),
     ("VR003", {"solution": known(design=design(1))}, ["the one solution is not admissible and stable."]),
+    (
+        "VR003",
+        {"solution": known(design=design(1, lost=0), device=SimpleNamespace(falls=True))},
+        ["looked for was what comes from the motions of a constant one. There may be others."],
+    ),
+    (
+        "VR003",
+        {"solution": known(design=design(1, lost=2), device=SimpleNamespace(falls=True))},
+        ["Of these 2 could not be followed so far, and there may be others."],
+    ),
     (
         "VR003",
         {

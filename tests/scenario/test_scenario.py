@@ -212,6 +212,8 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
             "restitution": 0.5,
             "restitution_bottom": None,
             "restitution_top": None,
+            "restitution_exponent": 0.0,
+            "restitution_speed_m_s": None,
             "length_m": 1.0,
             "membrane": None,
         },

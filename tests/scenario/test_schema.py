@@ -125,7 +125,7 @@ def test_template_has_every_key_and_the_defaults():
     assert loaded.given == {path for path in KEYS if "*" not in path} - instead
     plain = to_dict(loaded.scenario)
     without = {path: key["default"] for path, key in KEYS.items() if key.get("default") is not None}
-    assert len(without) == 30
+    assert len(without) == 31
     for path, default in without.items():
         value = plain
         for step in path.split("."):

@@ -1,4 +1,4 @@
-"""What knows a sine alone, or a ball without friction, is refused with the key's name before work begins."""
+"""What knows a sine alone, no friction or constant restitutions is refused with the key's name before work begins."""
 
 from __future__ import annotations
 
@@ -29,6 +29,11 @@ KEYS = [
         excitation=", harmonics: [{order: 2, percent: 1, phase_deg: 0}]",
     ),
     Refused("device.friction", {"device.friction": 0.05}, device=", friction: 0.1"),
+    Refused(
+        "device.restitution_exponent",
+        {"device.restitution_exponent": -0.1, "device.restitution_speed_m_s": 2.0},
+        device=", restitution_exponent: -0.1, restitution_speed_m_s: 2.0",
+    ),
 ]
 
 

@@ -96,7 +96,7 @@ def atlas(
         How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
-    device = sweep.device.frictionless("the families of all impact sequences")
+    device = sweep.device.plain_ball("the families of all impact sequences")
     model = Model(sweep.level, device.restitution, device.harmonics)
     search = _Search(solve(sweep), model, low, high, limits, progress, finest, openings)
     for family in _one_to_one(search):

@@ -8,8 +8,8 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.design import Solution, stable_motion
-from vireport.motions import eigenvalues, lap_decay
-from vireport.physics import Groups, wrapped
+from vireport.motions import eigenvalues
+from vireport.physics import wrapped
 from vireport.simulation import (
     BOTTOM,
     PHASE,
@@ -79,12 +79,12 @@ def reproduce(solution: Solution) -> Reproduction | None:
     if chosen is None:
         return None
     design, row = chosen
-    motions, r = design.motions, solution.device.restitution
-    needed = _periods_to_die_out(float(motions.trace[row]), float(motions.discriminant[row]), lap_decay(r))
+    motions, groups = design.motions, solution.device.groups(design.parameter, design.value)
+    decay = float(np.ravel(motions.select([row]).decay)[0])
+    needed = _periods_to_die_out(float(motions.trace[row]), float(motions.discriminant[row]), decay)
     periods = min(needed, MOST_PERIODS)
     velocity, phase = float(motions.velocity_bottom[row]), float(motions.phi_bottom[row])
-    harmonics, friction = solution.device.harmonics, solution.device.groups(design.parameter, design.value).friction
-    model = check_model(Groups(motions.d[row], motions.gbar[row], r, harmonics, friction))[0]
+    model = check_model(groups._replace(d=motions.d[row], gbar=motions.gbar[row]))[0]
     rows, _ = follow_one(model, (BOTTOM, 0.0, velocity * (1 + ASIDE), phase), 2 * periods, compiled=False)
     return Reproduction(
         value=design.value,

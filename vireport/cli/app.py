@@ -211,10 +211,9 @@ def run(
     certify = certify or (carried is not None and bool(carried.results.get("certificates")))
     _refuse_files_beside_json(json, "results", output, format_)
     if certify:
-        from vireport.study import refuse_friction, refuse_harmonics
+        from vireport.study import refuse_special
 
-        refuse_harmonics(loaded.scenario, "--certify")
-        refuse_friction(loaded.scenario, "--certify")
+        refuse_special(loaded.scenario, "--certify")
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
@@ -291,11 +290,10 @@ def accuracy(
     """Measure the error of every method against its run time, and compare compliant with rigid membranes."""
     loaded = _loaded(scenario, set_)
     from vireport.cli import accuracy_outputs
-    from vireport.study import refuse_friction, refuse_harmonics, refuse_unlike
+    from vireport.study import refuse_special, refuse_unlike
 
     refuse_unlike(loaded.scenario, "vireport accuracy")
-    refuse_harmonics(loaded.scenario, "vireport accuracy")
-    refuse_friction(loaded.scenario, "vireport accuracy")
+    refuse_special(loaded.scenario, "vireport accuracy")
     if output is not None:
         require_writable(output, accuracy_outputs.NAMES)
     with progress(quiet) as say:
@@ -406,15 +404,14 @@ def extremes(
         table_data,
         table_text,
     )
-    from vireport.study import refuse_friction, refuse_harmonics, refuse_unlike
+    from vireport.study import refuse_special, refuse_unlike
 
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
     loaded = None if scenario is None else _loaded(scenario, set_)
     if loaded is not None:
         refuse_unlike(loaded.scenario, "vireport extremes")
-        refuse_harmonics(loaded.scenario, "vireport extremes")
-        refuse_friction(loaded.scenario, "vireport extremes")
+        refuse_special(loaded.scenario, "vireport extremes")
     with progress(quiet) as say:
         outcomes = run_catalogue(loaded, say)
     printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)

@@ -217,7 +217,7 @@ def own_stiffness(solution: Solution) -> OwnStiffness | None:
 
     None where no ball mass is given or no 1:1 motion is stable.
     """
-    solution.device.frictionless("what long contacts change")
+    solution.device.plain_ball("what long contacts change")
     membrane, chosen = solution.membrane, rigid_motion(solution)
     if membrane is None or chosen is None:
         return None

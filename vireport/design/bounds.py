@@ -97,7 +97,7 @@ def _conversion_bounds(
     gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
     speeds = _speeds(around_length(device), design.motions, bounds)
     with np.errstate(all="ignore"):
-        exact = conversion(gains, speeds, membrane, dielectric, device.restitution, device.period_s, ROUNDED)
+        exact = conversion(gains, speeds, membrane, dielectric, design.motions.restitution, device.period_s, ROUNDED)
         numbers = {name: getattr(exact, name) for name in exact.__struct_fields__}
         return infinite_where_undefined(
             {name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()}

@@ -110,14 +110,15 @@ class Ray(Struct, frozen=True, eq=False):
         """The groups at a share."""
         (share,) = varied
         grown = Harmonic(self.order, share * self.cosine, share * self.sine)
-        # It is the last of them all, whether or not the force had something of it.
+        # It is the last of the harmonics, whether or not the force had something of it.
         return self.origin._replace(harmonics=added(self.origin.harmonics, grown))
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the share, shape (6, 1) where the force was a sine."""
-        rubbing = [] if self.origin.friction is None else [[0.0]]
-        others = len(self.at((0.0,)).numbers) - 2 - len(rubbing)
-        return np.array([*[[0.0]] * others, [self.cosine], [self.sine], *rubbing])
+        grown = self.at((0.0,))
+        before = 4 + 2 * len(grown.harmonics) - 2
+        after = len(grown.numbers) - before - 2
+        return np.array([*[[0.0]] * before, [self.cosine], [self.sine], *[[0.0]] * after])
 
 
 class _End(Struct, frozen=True, eq=False):

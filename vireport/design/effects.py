@@ -35,7 +35,7 @@ from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.design.speed_law import constant, falling, with_law
 from vireport.motions import Event
-from vireport.physics import FLOATS, Device, Groups, Harmonic, SpeedLaw, by_wall, with_harmonic
+from vireport.physics import FLOATS, Device, Groups, Harmonic, stated, with_harmonic
 from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
@@ -196,7 +196,7 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
 def _of_friction(device: Device, size: float, _: Margin) -> Sequence[Device]:
     """More friction of the ball; none of one that does not bounce, and upright there is none."""
     rubbed = replace(device, friction=device.friction + size)
-    return [rubbed] if rubbed.rubs and min(by_wall(device.restitution)) > 0 else ()
+    return [rubbed] if rubbed.rubs and min(stated(device.restitution)) > 0 else ()
 
 
 CHANGES: Mapping[LeftOut, Callable[[Device, float, Margin], Sequence[Device]]] = {
@@ -291,7 +291,7 @@ def _least_margin(device: Device, origin: _Origin) -> float:
         return 0.0
     for end in endings(device, followed, LINES, (-1.0, 1.0)):
         # A law that bends at the largest restitution is followed no farther: that counts as an end.
-        if end.event is Event.LOST and not isinstance(device.restitution, SpeedLaw):
+        if end.event is Event.LOST and not device.falls:
             raise NumericalError(f"rounding does not resolve where stable motion ends along {', '.join(end.inputs)}")
         for varied in end.inputs if end.event is not Event.SWEEP_END else ():
             value = float(device.value_of(varied))
@@ -380,7 +380,7 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
     """The stable motions of a changed device."""
     # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found, and those of a
     # ball without friction, and of restitutions that do not fall with speed, to one with it and to those that do.
-    design, falls = origin.device, isinstance(device.restitution, SpeedLaw)
+    design, falls = origin.device, device.falls
     own, force = constant(device) if falls else device, device.harmonics if design.harmonics else ()
     plain = replace(own, harmonics=force, friction=design.friction)
     same = plain == design

@@ -7,7 +7,7 @@ from which the values of the inputs follow exactly.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from math import cos, inf, nan, pi, sin
+from math import cos, inf, log, nan, pi, sin
 from typing import Any
 
 import numpy as np
@@ -289,16 +289,18 @@ def differentiated(harmonics: Sequence[Harmonic], more: Sequence[Harmonic] = HAR
     return *harmonics, *(own for own in more if own.order not in {other.order for other in harmonics})
 
 
-class _Groups:
+class OwnGroups:
     """The groups themselves as what varies."""
 
     def __init__(self, groups: Groups[Any]) -> None:
         self.like = groups
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
+        """The groups of some numbers."""
         return self.like.with_numbers(varied)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
+        """The derivatives of `Groups.numbers` by themselves."""
         return np.eye(len(self.like.numbers))
 
 
@@ -342,7 +344,7 @@ def normal_of(
         pressed = np.abs(groups.pull(groups.wave(np.pi * motion.time, ARRAYS).force))
         condition = Condition(event, held=int(np.argmin(pressed)))
     _, gradient = condition.linearised(motion.word, x, groups, np.eye(len(groups.numbers)))
-    gradients = np.vstack([linearised(motion.word, x, _Groups(groups))[1], gradient])
+    gradients = np.vstack([linearised(motion.word, x, OwnGroups(groups))[1], gradient])
     if not np.isfinite(gradients).all():
         return np.full(len(groups.numbers), np.nan)
     own = 2 * len(motion.word)
@@ -367,19 +369,30 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
     which stands for those of each; the border has a cusp in gbar, in the difference of both restitutions and in even
     harmonics, which part what is one motion. With friction f, 2 S = pi [(1-r) v + n f], and the multiplier is -1 where
     (1+r) v = n [a + f (1-r)/(1+r)].
+
+    Where the restitution falls with speed, r is that of the impact and s = (1 + exponent) r minus the derivative of the
+    velocity after it: (1+s) and (1-s) are the derivatives of (1+r) v and (1-r) v by v. The half map then has the trace
+    r + s - (1+s) n a/v and the determinant r s, so that a multiplier is -1 under the same condition.
     """
-    r, velocity, phase = float(groups.restitution), float(motion.velocity[0]), pi * float(motion.time[0])
+    velocity, phase = float(motion.velocity[0]), pi * float(motion.time[0])
+    r, slope = map(float, groups.rebound(1, velocity))
     n = motion.word.periods
     sine, cosine = sin(phase), cos(phase)
     here, rate = wave(sine, cosine, groups.harmonics), force_rate(sine, cosine, groups.harmonics)
-    rows = np.array([[pi * (1 - r), 1 + r], [-2 * here.force, -n * rate]])
-    impulse, force = np.linalg.solve(rows, [n * (1 + r) / 2, 2 * here.impulse / pi**2])
+    rows = np.array([[pi * (1 - slope), 1 + slope], [-2 * here.force, -n * rate]])
+    impulse, force = np.linalg.solve(rows, [n * (1 + slope) / 2, 2 * here.impulse / pi**2])
     normal = [1.0, 0.0, float(velocity * (force - pi * impulse - n / 2)), 0.0]
     for own in groups.harmonics:
         s, c = sin(own.order * phase), cos(own.order * phase)
         of_cosine = -2 * impulse * s / own.order - n * force * c + 2 * c / (pi * own.order) ** 2
         of_sine = 2 * impulse * c / own.order - n * force * s + 2 * s / (pi * own.order) ** 2
         normal += [float(of_cosine), float(of_sine)] if own.order % 2 else [nan, nan]
+    if groups.law is not None:
+        law = groups.law.each(float)
+        stated, exponent, speed = law.bottom, law.exponent, law.speed
+        by_r = normal[2]
+        normal[2] = by_r * r / stated
+        normal += [by_r * r * log(velocity / speed), -by_r * exponent * r / speed]
     if groups.friction is not None:
         normal[2] += float(2 * force * n * groups.friction / (1 + r) ** 2)
         normal.append(float(n * (pi * impulse - force * (1 - r) / (1 + r))))
@@ -396,16 +409,17 @@ def _derivatives(
     """Derivatives of the value of an input at which motion ends, with respect to the others and by harmonics."""
     at = device.with_values({varied: point.sweep_value})
     slopes = {name: float(normal[:4] @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
-    harmonics = normal[4:]
+    orders = differentiated(device.harmonics)
+    harmonics, more = np.split(normal[4:], [2 * len(orders)])
+    if at.falls:
+        slopes = {name: slope + float(more[1]) * at.law_slope(name) for name, slope in slopes.items()}
     if at.rubs:
-        *_, by_friction = normal
-        harmonics = normal[4:-1]
-        slopes = {name: slope + float(by_friction) * at.friction_slope(name) for name, slope in slopes.items()}
+        slopes = {name: slope + float(more[-1]) * at.friction_slope(name) for name, slope in slopes.items()}
     own = slopes.pop(varied)
     # Where inputs overlap, the other moves the value itself as well.
     derivatives = {name: (-slope / own if own else inf) + carried(varied, name) for name, slope in slopes.items()}
     by_harmonics = {}
-    for harmonic, parts in zip(differentiated(device.harmonics), harmonics.reshape(-1, 2), strict=True):
+    for harmonic, parts in zip(orders, harmonics.reshape(-1, 2), strict=True):
         cosine, sine = (float(-part / own) if own else inf for part in parts)
         by_harmonics[harmonic.order] = (cosine, sine) if np.isfinite([cosine, sine]).all() else None
     return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}, by_harmonics

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -13,6 +14,7 @@ from vireport.base import NumericalError
 from vireport.design.distortion import Distortion, distortions
 from vireport.design.lines import line_of, mirrored, reach
 from vireport.design.margins import SAME_POINT, Margin, margin_at, margins_of, nearest_first
+from vireport.design.speed_law import constant, motions_under_law
 from vireport.motions import (
     FARTHEST,
     NO_TOLERANCE,
@@ -25,15 +27,19 @@ from vireport.motions import (
     Sweep,
     Symmetry,
     find_motions,
+    in_decimals,
     motions_of,
     orbits,
     place_at,
+    place_of,
     settable,
 )
 from vireport.physics import (
     NO_GRAVITY,
     Conversion,
     Device,
+    Restitutions,
+    SpeedLaw,
     Voltages,
 )
 from vireport.scenario import DesignInput, Parameter, ScalarInput
@@ -118,6 +124,8 @@ class DesignPoint(Struct, frozen=True, eq=False):
         Of the motions; None where no energy is evaluated.
     conversion : Conversion or None
         Of the motions; None where the membrane's dielectric is not given.
+    lost : int
+        Motions that are not followed to a restitution that falls with speed, see `speed_law.UnderLaw`.
     """
 
     parameter: Parameter
@@ -131,6 +139,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
     distortions: tuple[Distortion, ...] = ()
     voltages: Voltages | None = None
     conversion: Conversion | None = None
+    lost: int = 0
 
     def endings(self, *kinds: Event) -> list[Margin]:
         """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
@@ -157,7 +166,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
     """
     chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
     value = float(device.value_of(chosen))
-    motions, families, errors = motions_at(device, chosen)
+    (motions, families, errors), lost = _found_at(device, chosen)
     ends = margins_of(device, motions)
     margins = list(ends.found) if diagram is not None else _labelled(ends.found)
     for point in diagram.critical_points if diagram is not None else ():
@@ -168,7 +177,8 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
             margins.append(margin_at(device, DesignInput(chosen), point, False, {}))
     margins = nearest_first(margins)
     stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable.any() else ()
-    return DesignPoint(chosen, value, motions, families, errors, tuple(margins), ends.unresolved, stable)
+    found = chosen, value, motions, families, errors
+    return DesignPoint(*found, tuple(margins), ends.unresolved, stable, lost=lost)
 
 
 def with_distortions(device: Device, point: DesignPoint) -> DesignPoint:
@@ -232,13 +242,60 @@ def around_length(device: Device) -> Sweep:
     return Sweep(device, Parameter.LENGTH, device.length_m / 2, device.length_m * 2)
 
 
-def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]:
+Found = tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]
+"""Motions at a design point, their families, and the errors of u and of the phase."""
+
+
+def motions_at(device: Device, parameter: Parameter) -> Found:
     """All motions at a design point, their families, and the errors of u and of the phase.
 
-    Their `sweep_value` is that of `parameter`.
+    Their `sweep_value` is that of `parameter`. Where the restitution falls with speed they are those that come from
+    the motions of constant ones.
     """
+    return _found_at(device, parameter)[0]
+
+
+def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
+    """The same, and how many are lost on the way from constant restitutions."""
+    lost, restitution = 0, device.restitution
+    if isinstance(restitution, SpeedLaw):
+        places, restitution, lost = _under_law(device)
+    else:
+        places = _in_closed_form(device)
     sweep = around_length(device)
     n, level = device.period_ratio, sweep.level
+    d, _, _, harmonics, rubbed = device.groups(Parameter.LENGTH, device.length_m)
+    friction = None if rubbed is None else Friction(rubbed)
+    at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in places], dtype=float) for k in range(1, 5))
+    orbit = orbits(at_u, at_phi, restitution, n, harmonics=harmonics, friction=friction)
+    motions = motions_of(sweep, level, orbit, restitution)
+    motions.sweep_value[:] = getattr(device, parameter)
+    motions.d[:] = d
+    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+    order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
+    families = tuple(Symmetry.SYMMETRIC if places[i].symmetric else Symmetry.ASYMMETRIC for i in order)
+    return (motions.select(order), families, (error_u[order], error_phi[order])), lost
+
+
+class _Place(NamedTuple):
+    """A motion at a design point: whether it is its own mirror image, u, the phase, and the errors of both."""
+
+    symmetric: bool
+    u: float
+    phi: float
+    error_u: float
+    error_phi: float
+
+    @staticmethod
+    def rounded(symmetric: bool, u: float, phi: float) -> _Place:
+        """One that was solved for beyond doubles."""
+        return _Place(symmetric, u, phi, float(np.spacing(abs(u))), float(np.spacing(phi)))
+
+
+def _in_closed_form(device: Device) -> list[_Place]:
+    """Every motion of a device with constant restitutions."""
+    sweep = around_length(device)
+    n = device.period_ratio
     groups = device.groups(Parameter.LENGTH, device.length_m)
     d, gbar, r, harmonics, rubbed = groups
     friction = None if rubbed is None else Friction(rubbed)
@@ -252,19 +309,21 @@ def motions_at(device: Device, parameter: Parameter) -> tuple[Motions, tuple[Sym
         except NumericalError:
             if gap > 0:  # on a fold, to rounding: two motions in one
                 place = float(orbit.u[0]), float(np.mod(orbit.phi[0], 2 * np.pi))
-                rows.append((symmetric, *place, DOUBLE_ROOT, DOUBLE_ROOT))
+                rows.append(_Place(symmetric, *place, DOUBLE_ROOT, DOUBLE_ROOT))
             continue  # else a solution that passes through a membrane, where the equations degenerate
         exact = orbits(u, phi, r, n, harmonics=harmonics, friction=friction)
         if exact.velocity_bottom > 0 > exact.velocity_top:
-            rows.append((symmetric, u, phi, float(np.spacing(abs(u))), float(np.spacing(phi))))
-    at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in rows], dtype=float) for k in range(1, 5))
-    motions = motions_of(sweep, level, orbits(at_u, at_phi, r, n, harmonics=harmonics, friction=friction))
-    motions.sweep_value[:] = getattr(device, parameter)
-    motions.d[:] = d
-    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
-    order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
-    families = tuple(Symmetry.SYMMETRIC if rows[i][0] else Symmetry.ASYMMETRIC for i in order)
-    return motions.select(order), families, (error_u[order], error_phi[order])
+            rows.append(_Place.rounded(symmetric, u, phi))
+    return rows
+
+
+def _under_law(device: Device) -> tuple[list[_Place], Restitutions, int]:
+    """The motions of a device whose restitution falls with speed, the restitutions of their impacts, and those lost."""
+    constant_ones, *_ = motions_at(constant(device), Parameter.LENGTH)
+    law = motions_under_law(device, constant_ones)
+    with in_decimals():
+        places = [_Place.rounded(motion.symmetric, *place_of(motion)) for motion in law.motions]
+    return places, law.restitutions, law.lost
 
 
 def ending_beyond(

@@ -9,7 +9,19 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.motions import UNSTABLE, Friction, Motions, classify, find_motions, lap_decay, orbits
+from vireport.design.margins import OwnGroups
+from vireport.design.point import motions_at
+from vireport.motions import (
+    UNSTABLE,
+    Friction,
+    Motions,
+    classify,
+    find_motions,
+    lap_decay,
+    linearised,
+    motion_at,
+    orbits,
+)
 from vireport.physics import (
     SMALLEST_RESTITUTION,
     Device,
@@ -17,6 +29,7 @@ from vireport.physics import (
     by_wall,
     contacts,
     each,
+    stated,
     voltages,
 )
 from vireport.scenario import DesignInput, Parameter
@@ -68,19 +81,11 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     if not rows.size or r == 0:
         return None
     # The closed form needs a restitution below 1: upwards it is at most halfway there.
-    least, largest = min(by_wall(device.restitution)), max(by_wall(device.restitution))
+    least, largest = min(stated(device.restitution)), max(stated(device.restitution))
     highest = (1 + largest) / 2 - (largest - r)
     changed = np.array([max(r * (1 - UNSURE), r - least), min(r * (1 + UNSURE), highest)])
-    moved = device.with_values({DesignInput.RESTITUTION: changed}).restitution
-    own = device.groups(Parameter.LENGTH, device.length_m)
-    known = own._replace(d=np.full(2, own.d), gbar=np.full(2, own.gbar), restitution=moved, harmonics=device.harmonics)
-    others = find_motions(known, device.period_ratio)
     elasticity = 0.0
-    for k, other in enumerate(changed):
-        here = others.cell == k
-        decay = lap_decay(each(moved, itemgetter(k)))
-        stable = classify(others.trace[here], float(decay)) != UNSTABLE
-        velocities = others.orbit.velocity_bottom[here][stable & others.admissible[here]]
+    for other, velocities in zip(changed, _stable_velocities(device, changed), strict=True):
         if velocities.size < rows.size:
             return RestitutionEffect(float(other), 0.0)
         for before in motions.velocity_bottom[rows]:
@@ -90,11 +95,32 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     return RestitutionEffect(None, elasticity)
 
 
+def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
+    """Velocities at the bottom impact of the stable motions with other restitutions, of both membranes together."""
+    if device.falls:
+        others = (device.with_values({DesignInput.RESTITUTION: float(r)}) for r in restitutions)
+        found = (motions_at(other, Parameter.LENGTH)[0] for other in others)
+        return [motions.velocity_bottom[motions.stable] for motions in found]
+    moved = device.with_values({DesignInput.RESTITUTION: restitutions}).restitution
+    own = device.groups(Parameter.LENGTH, device.length_m)
+    known = own._replace(d=np.full(2, own.d), gbar=np.full(2, own.gbar), restitution=moved, harmonics=device.harmonics)
+    motions = find_motions(known, device.period_ratio)
+    velocities = []
+    for k in range(len(restitutions)):
+        here = motions.cell == k
+        decay = lap_decay(each(moved, itemgetter(k)))
+        stable = classify(motions.trace[here], float(decay)) != UNSTABLE
+        velocities.append(motions.orbit.velocity_bottom[here][stable & motions.admissible[here]])
+    return velocities
+
+
 def input_error(device: Device, motions: Motions) -> Floats:
     """How far one rounding of d and gbar moves q or the phase of each motion of a design point.
 
     By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
     """
+    if device.falls:
+        return _input_error_of_law(device, motions)
     r, n, u, phi = device.restitution, device.period_ratio, motions.u, motions.phi_bottom
     harmonics, rubbed = device.harmonics, device.groups(Parameter.LENGTH, device.length_m).friction
     friction = None if rubbed is None else Friction(rubbed)
@@ -114,6 +140,25 @@ def input_error(device: Device, motions: Motions) -> Floats:
     in_u = (np.abs(gbar_phi) * of_d + np.abs(d_phi) * of_gbar) / determinant
     in_phi = (np.abs(gbar_u) * of_d + np.abs(d_u) * of_gbar) / determinant
     return np.asarray(np.minimum(np.maximum(in_u, in_phi), 1.0))
+
+
+def _input_error_of_law(device: Device, motions: Motions) -> Floats:
+    """The same where the restitutions change with the velocities: by the derivatives of the motions' conditions."""
+    n, groups = device.period_ratio, device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    errors = []
+    for row in range(len(motions)):
+        motion = motion_at(motions, row, n)
+        x = np.concatenate([motion.velocity, motion.time, groups.numbers])
+        _, matrix = linearised(motion.word, x, OwnGroups(groups))
+        own = 2 * len(motion.word)
+        try:
+            moved = np.linalg.solve(matrix[:, :own], matrix[:, own : own + 2] * ROUNDING * np.array(groups[:2]))
+        except np.linalg.LinAlgError:
+            errors.append(1.0)
+            continue
+        *_, bottom, top = moved
+        errors.append(max(float(np.abs(top - bottom).sum()) / (2 * n), float(np.abs(bottom).sum()) * np.pi))
+    return np.asarray(np.minimum(errors, 1.0))
 
 
 def mass_elasticity(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> float:

@@ -218,7 +218,7 @@ def solution_of(
             gains, speeds = (volts.bottom_v, volts.top_v), impact_velocities(device, point.parameter, point.motions)
             with np.errstate(all="ignore"):  # beyond the range of doubles there is no number
                 converted = conversion(
-                    gains, speeds, membrane, membrane.dielectric, device.restitution, device.period_s
+                    gains, speeds, membrane, membrane.dielectric, point.motions.restitution, device.period_s
                 )
             point = replace(point, conversion=converted)
     return Solution(device, membrane, diagram, point)

@@ -1,4 +1,4 @@
-"""Stable motions of a design whose restitution falls with speed, followed from those with a constant one.
+"""Motions of a design whose restitution falls with speed, followed from those with a constant one.
 
 The exponent of the law grows from nothing. Of the constant restitutions all motions are known; with the law, those that
 come from them. A motion that only the law has is not looked for.
@@ -6,7 +6,7 @@ come from them. A motion that only the law has is not looked for.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,24 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import NumericalError
 from vireport.design.lines import Followed, Line, along, carried, mirrored
-from vireport.motions import Motions
+from vireport.motions import (
+    FARTHEST,
+    Curve,
+    Event,
+    Limits,
+    Motion,
+    Motions,
+    PathPoint,
+    Solved,
+    follow,
+    in_decimals,
+    motion_at,
+    neighbours,
+    off,
+    solve_motion,
+)
 from vireport.physics import FLOATS, Device, Groups, Restitutions, SpeedLaw, flight, stated
 from vireport.scenario import Parameter
 
@@ -23,6 +39,12 @@ Floats = NDArray[np.float64]
 
 BEHIND = 0.01
 """Exponent on the other side of zero: room for a curve that begins with none."""
+
+AT_LIMIT = 1e-6
+"""Share of the largest restitution of a law next to which an impact has it: there the law bends."""
+
+SAME = 1e-7
+"""Difference of two motions, in velocities and times, below which they are one."""
 
 
 class Falling(Struct, frozen=True, eq=False):
@@ -74,6 +96,125 @@ def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
     return carried(model, -BEHIND, most, stable, device.period_ratio, mirrored(device))
 
 
+class UnderLaw(Struct, frozen=True, eq=False):
+    """Motions of a device whose restitution falls with speed.
+
+    Attributes
+    ----------
+    motions : tuple of Solved
+        In decimals; what varies is minus the exponent.
+    restitutions : Restitutions
+        That the law gives the impacts of each, as arrays.
+    lost : int
+        Motions that are not followed up to the law: rounding does not let, or it takes the restitution of one of their
+        impacts to the largest that there is, where it bends.
+    """
+
+    motions: tuple[Solved, ...]
+    restitutions: Restitutions
+    lost: int
+
+
+def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
+    """The 1:1 motions that come from those of a device's `constant` restitutions, to the last digit.
+
+    Stable or not, each is followed while the exponent grows, and where a pitchfork parts a symmetric one into two,
+    these as well. A motion that only the law has is not found.
+
+    Parameters
+    ----------
+    device : Device
+        All inputs given, its restitution a `SpeedLaw`.
+    constant_ones : Motions
+        At the design point with constant restitutions.
+
+    Raises
+    ------
+    NumericalError
+        If the law takes the restitution of an impact to its limit in a motion that is stable.
+    """
+    most, flat = -float(device.restitution.exponent), mirrored(device)
+    word = motion_at(constant_ones, 0, device.period_ratio).word if len(constant_ones) else None
+    if word is None:
+        return UnderLaw((), Restitutions(np.array([]), np.array([]), 1 - most), 0)
+    curve = Curve(word, Falling(along(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
+    starts = []
+    for row in np.flatnonzero(constant_ones.admissible):
+        x = curve.vector(motion_at(constant_ones, int(row), device.period_ratio))
+        x[-1] = 0.0
+        way = curve.tangent(x)
+        starts.append((PathPoint(curve, x, way if way[-1] > 0 else -way), flat and constant_ones.u[row] == 0))
+    found: list[tuple[Motion, bool]] = []
+    lost = 0
+    while starts:
+        start, symmetric = starts.pop(0)
+        trail = follow(curve, start)
+        for at, event in trail.events:
+            if event is Event.PITCHFORK and symmetric:
+                starts += [(beside, False) for beside in _parted(curve, trail.points[at].x)]
+        x, event = trail.points[-1].x, trail.events[-1][1]
+        if event is Event.SWEEP_END and x[-1] < most / 2:
+            continue  # it has met another at a fold
+        limited = _at_limit(device, curve, x)
+        lost += 1 if limited or event is Event.LOST else 0
+        if event is Event.SWEEP_END and not limited and all(_differ(x, curve.vector(other)) for other, _ in found):
+            found.append((curve.motion(x), symmetric))
+    with in_decimals():
+        solved = tuple(_solved(device, motion, symmetric) for motion, symmetric in found)
+        bottom, top = (
+            np.array([float(own.groups.rebound(wall, own.x[i])[0]) for own in solved])
+            for i, wall in enumerate(word.walls)
+        )
+    return UnderLaw(solved, Restitutions(bottom, top, 1 - most), lost)
+
+
+def _parted(curve: Curve, x: Floats) -> Iterator[PathPoint]:
+    """The asymmetric motions next to a pitchfork, on both sides."""
+    for begins, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, Limits(2, curve.word.periods)):
+        if begins is Event.PITCHFORK:
+            yield first
+            yield from (beside for _, beside in off(curve, x, -vertex.tangent))
+
+
+def _differ(x: Floats, other: Floats) -> bool:
+    return bool(np.abs(x - other).max() > SAME)
+
+
+def _at_limit(device: Device, curve: Curve, x: Floats) -> bool:
+    """Whether the law takes the restitution of an impact of a motion to its limit, where it bends.
+
+    Raises
+    ------
+    NumericalError
+        If it does in a motion that is stable.
+    """
+    groups = curve.groups(x)
+    for wall, velocity in zip(curve.word.walls, x, strict=False):
+        r, slope = groups.rebound(wall, float(velocity))
+        if r == slope or r > (1 - AT_LIMIT) * flight.LARGEST_RESTITUTION:
+            if not curve.stability(x).attracts:
+                return True
+            speed = abs(velocity) * float(device.velocity_unit(Parameter.LENGTH, device.length_m))
+            raise NumericalError(
+                f"device.restitution_exponent: got {device.restitution.exponent:.6g}, with which the restitution of an "
+                f"impact at {speed:.3g} m/s, of a stable motion, would be {flight.LARGEST_RESTITUTION} or more "
+                "(allowed: an exponent nearer to 0, or a restitution that is stated at a lower speed)"
+            )
+    return False
+
+
+def _solved(device: Device, motion: Motion, symmetric: bool) -> Solved:
+    """A motion of the law, in decimals."""
+    exponent = device.restitution.exponent
+    return solve_motion(
+        lambda ops: Falling(along(Line.LENGTHS, device, ops).origin),
+        motion,
+        lambda x, groups, ops: x[-1] + ops.exact(exponent),
+        symmetric,
+        FARTHEST,
+    )
+
+
 def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float | None = None) -> Device | None:
     """The device with restitutions that fall with the speed of the impact, as its own at one speed.
 
@@ -91,15 +232,20 @@ def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float 
     Returns
     -------
     Device or None
-        None where a restitution is zero, which has no law, or as large as the largest that a law gives, or where
-        nothing is stable.
+        None where it falls with speed already, where a restitution is zero, which has no law, or as large as the
+        largest that a law gives, or where nothing is stable.
 
     Notes
     -----
     One speed for both: membranes that are alike stay alike, and the bottom, which is struck faster, rebounds less.
     """
     rows, bottom_top = np.flatnonzero(motions.stable), stated(device.restitution)
-    if not rows.size or min(bottom_top) == 0 or max(bottom_top) >= flight.LARGEST_RESTITUTION:
+    if (
+        not rows.size
+        or isinstance(device.restitution, SpeedLaw)
+        or min(bottom_top) == 0
+        or max(bottom_top) >= flight.LARGEST_RESTITUTION
+    ):
         return None
     if speed_m_s is None:
         row = int(rows[0])

@@ -145,7 +145,7 @@ def disturbances_of(
         reached = None if targets else _reached(solution, found)
         others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
         return Disturbances(found, recovery=recovery, reached=reached, by_starts=others)
-    device.frictionless("what it does when the force sets in at any moment")
+    device.plain_ball("what it does when the force sets in at any moment")
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
     ramp = None

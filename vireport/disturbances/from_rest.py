@@ -137,9 +137,8 @@ class Target(NamedTuple):
     @staticmethod
     def of(motions: Motions) -> tuple[Target, ...]:
         """The stable ones of some motions."""
-        stable = motions.stable
-        phase, velocity, trace = motions.phi_bottom[stable], motions.velocity_bottom[stable], motions.trace[stable]
-        return targets_of(phase, velocity, trace, motions.wall_gap[stable], motions.decay)
+        own = motions.select(motions.stable)
+        return targets_of(own.phi_bottom, own.velocity_bottom, own.trace, own.wall_gap, own.decay)
 
 
 def targets_of(

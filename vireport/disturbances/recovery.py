@@ -51,9 +51,10 @@ def recovery_of(solution: Solution) -> Recovery | None:
         return None
     motions, device = design.motions, solution.device
     trace, error = np.abs(motions.trace[motions.stable]), bounds["trace"][motions.stable]
+    decay = motions.select(motions.stable).decay
     # The modulus grows with that of the trace, or is the root of the determinant.
     least, found, most = (
-        _periods(float(largest_modulus(size, motions.decay).max()), device.period_ratio)
+        _periods(float(largest_modulus(size, decay).max()), device.period_ratio)
         for size in (np.maximum(trace - error, 0), trace, trace + error)
     )
     return Recovery(found, found / float(device.frequency_hz), max(most - found, found - least))

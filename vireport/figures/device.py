@@ -123,7 +123,8 @@ def path(
     impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
     times, distances, start = [], [], 0.0
     gravities = (gbar, gbar) if friction is None else (gbar + friction, gbar - friction)
-    walls = zip((d / 2, -d / 2), by_wall(motions.restitution), gravities, strict=True)
+    restitutions = (float(r[row]) if np.ndim(r) else r for r in by_wall(motions.restitution))
+    walls = zip((d / 2, -d / 2), restitutions, gravities, strict=True)
     for (phi, velocity, share), (wall, r, gravity) in zip(impacts, walls, strict=True):
         elapsed = np.linspace(0.0, 2 * period_ratio * share, SAMPLES)
         phase, after = float(phi[row]), flight.reflect(float(velocity[row]), r)

@@ -131,6 +131,8 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     count = len(design.motions)
     place = f"{design.parameter.symbol} = {design.parameter.show(design.value)}"
     yield Sentence({0: "none", 1: "one"}.get(count, "several"), {"place": place, "count": count})
+    if results.solution.device.falls:
+        yield Sentence("lost" if design.lost else "by_law", {"count": design.lost})
     stable = results.atlas.stable_at(design.value) if results.atlas is not None else []
     if stable:
         yield Sentence("instead", {"others": ", ".join(dict.fromkeys(family.name for family, _ in stable))})
@@ -269,7 +271,7 @@ def _breakdown(results: Evidence) -> Iterator[Sentence]:
 def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
     from vireport.gate.impacts import other_motions
 
-    design, device = results.solution.design, results.solution.device
+    design = results.solution.design
     if design is None or design.conversion is None:
         return
     for motion, impacts in other_motions(results):
@@ -283,10 +285,11 @@ def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
     if efficiency > 1:
         gained = float(converted.energy_bottom_j[worst] + converted.energy_top_j[worst])
         numbers = {"gained_mj": 1e3 * gained, "lost_mj": 1e3 * gained / efficiency, "percent": 100 * efficiency}
-        if device.alike:
-            yield Sentence("gains", {**numbers, "restitution": float(device.restitution)})
+        # Of restitutions that fall with speed, those of this motion's impacts.
+        bottom, top = (float(np.ravel(r)[0]) for r in by_wall(design.motions.select([worst]).restitution))
+        if bottom == top:
+            yield Sentence("gains", {**numbers, "restitution": bottom})
         else:
-            bottom, top = by_wall(device.restitution)
             yield Sentence("gains_apart", {**numbers, "bottom": bottom, "top": top})
 
 

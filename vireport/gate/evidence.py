@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution, contact_share
 from vireport.motions import impact_velocities
-from vireport.physics import Word, by_wall
+from vireport.physics import SpeedLaw, Word, by_wall
 from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
@@ -314,10 +314,17 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         if membrane is None or not bottom.size:
             return None
         device = self.solution.device
-        if device.alike:
+        if device.alike and not isinstance(device.restitution, SpeedLaw):
             return contact_share(np.minimum(bottom, -top), membrane, device.restitution, frequency)
-        speeds = zip((bottom, -top), by_wall(device.restitution), strict=True)
-        shares = [contact_share(speed, membrane, r, frequency) for speed, r in speeds]
+        if isinstance(law := device.restitution, SpeedLaw):
+            impacts = [*((1, v) for v in bottom.tolist()), *((-1, v) for v in top.tolist())]
+            shares = [
+                contact_share(np.array([abs(v)]), membrane, law.at(wall, v)[0], np.array([f]))
+                for (wall, v), f in zip(impacts, np.tile(frequency, 2), strict=True)
+            ]
+        else:
+            speeds = zip((bottom, -top), by_wall(device.restitution), strict=True)
+            shares = [contact_share(speed, membrane, r, frequency) for speed, r in speeds]
         return max((share for share in shares if share is not None), default=None)
 
 

@@ -20,12 +20,13 @@ from vireport.motions.points import (
     motion_at,
     one_to_one,
     place_at,
+    place_of,
     point_of,
     polished,
     solve_one_to_one,
 )
 from vireport.motions.pointwise import PointwiseMotions, differentiated_motions, find_motions
-from vireport.motions.polish import DECIMALS, FARTHEST, Solved, in_decimals, newton
+from vireport.motions.polish import DECIMALS, FARTHEST, Solved, in_decimals, newton, solve_motion
 from vireport.motions.stability import (
     STABILITIES,
     UNSTABLE,
@@ -128,6 +129,7 @@ __all__ = [
     "openings",
     "orbits",
     "place_at",
+    "place_of",
     "point_bounds",
     "point_of",
     "polished",
@@ -138,6 +140,7 @@ __all__ = [
     "sample",
     "settable",
     "solve",
+    "solve_motion",
     "solve_one_to_one",
     "stopped",
     "table",

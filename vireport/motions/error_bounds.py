@@ -38,6 +38,7 @@ from vireport.physics import (
     UNIT,
     Groups,
     Harmonic,
+    Restitutions,
     Rounded,
     Word,
     by_wall,
@@ -97,7 +98,7 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Float
 
 
 def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
-    r, n, held = each(m.restitution, Rounded), sweep.device.period_ratio, sweep.level.held
+    r, n, held = _known_restitution(m.restitution), sweep.device.period_ratio, sweep.level.held
     delta_u, delta_phi = _place_bounds(sweep, m) if given is None else given
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
@@ -114,7 +115,7 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     velocity_top = _from(orbit.velocity_top, m.velocity_top)
     # A turning point moves with the start of its flight: with the velocity, the phase and the acceleration there.
     period = 2 * n
-    most = max(by_wall(m.restitution))
+    most = np.maximum(*by_wall(m.restitution))
     speed = most * np.maximum(m.velocity_bottom, -m.velocity_top)
     turning = (
         period * most * np.maximum(velocity_bottom, velocity_top)
@@ -150,6 +151,14 @@ def _from(exact: Rounded, stored: Floats) -> Floats:
 def _unless_lost(bound: Floats, stored: Floats) -> Floats:
     """No bound where it would be larger than a number that diverges there."""
     return np.where(bound > np.maximum(np.abs(stored), 1.0), np.inf, bound)
+
+
+def _known_restitution(restitution: Any) -> Any:
+    """Restitutions with the error to which they are known: that of rounding where motions have their own by a law."""
+    if not isinstance(restitution, Restitutions) or type(restitution.slope) is int:
+        return each(restitution, Rounded)
+    bottom, top, slope = (Rounded(r, UNIT * r) for r in (restitution.bottom, restitution.top, restitution.slope))
+    return Restitutions(bottom, top, slope)
 
 
 def _known(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:

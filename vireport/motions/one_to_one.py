@@ -21,7 +21,7 @@ from vireport.motions.stability import (
 )
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.motions.turning import wall_gap
-from vireport.physics import Device
+from vireport.physics import Device, each
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -53,7 +53,8 @@ class Motions(Struct, frozen=True, eq=False):
     admissible : ndarray of bool
         Whether the ball stays between the membranes: the gap is positive.
     restitution : float or Restitutions
-        r, on which the type of stability rests: of both membranes, or of each.
+        r, on which the type of stability rests: of both membranes, or of each; arrays, of each motion its own, where
+        it falls with speed.
     """
 
     sweep_value: Floats
@@ -77,19 +78,21 @@ class Motions(Struct, frozen=True, eq=False):
         return len(self.d)
 
     @property
-    def decay(self) -> float:
-        """Root of the determinant of DP: r^2, the product of the restitution coefficients over both impacts."""
-        return float(lap_decay(self.restitution))
+    def decay(self) -> Any:
+        """Root of the determinant of DP, see `lap_decay`: a number, or of each motion its own."""
+        decay = lap_decay(self.restitution)
+        return decay if np.ndim(decay) else float(decay)
 
     @property
     def determinant(self) -> Floats:
-        """Determinant of DP: r^4 for every motion, Eq. (A.3), or (r_b r_t)^2."""
+        """Determinant of DP: r^4 for every motion, Eq. (A.3), or the square of `decay`."""
         return np.full(len(self), determinant_of(self.restitution))
 
     def select(self, index: Any) -> Motions:
         """The motions picked by an index or mask, or in another order."""
         names = (name for name in self.__struct_fields__ if name != "restitution")
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
+        own = each(self.restitution, lambda r: r[index] if np.ndim(r) else r)
+        return replace(self, **{name: getattr(self, name)[index] for name in names}, restitution=own)
 
     @property
     def words(self) -> list[str]:
@@ -108,12 +111,21 @@ def impact_velocities(device: Device, parameter: Parameter, motions: Motions) ->
     return unit * motions.velocity_bottom, unit * motions.velocity_top
 
 
-def motions_of(sweep: Sweep, level: Level, orbit: Orbits) -> Motions:
+def motions_of(sweep: Sweep, level: Level, orbit: Orbits, restitution: Any = None) -> Motions:
     """Evaluate everything that is known of the motions on a sweep's level.
 
     The group that the sweep holds is given its exact value.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    level : Level
+        Of the sweep.
+    orbit : Orbits
+    restitution : float or Restitutions, optional
+        Of these motions; that of the device by default.
     """
-    r = sweep.device.restitution
+    r = sweep.device.restitution if restitution is None else restitution
     d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
     if level.held is Held.GBAR:
         gbar[:] = level.value

@@ -99,6 +99,7 @@ def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
     """Jacobians of the flight from the bottom to the top impact of a motion, and of the flight back."""
     at_bottom, at_top = orbit.waves
     r_bottom, r_top = by_wall(r)
+    slope_bottom, slope_top = r.slopes if isinstance(r, Restitutions) else (r, r)
     if orbit.friction is None:
         bottom, top = orbit.gbar + at_bottom.force, orbit.gbar + at_top.force
         back, down = top, bottom
@@ -107,19 +108,24 @@ def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
         bottom, top = upward + at_bottom.force, upward + at_top.force
         back, down = downward + at_top.force, downward + at_bottom.force
     return (
-        flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r_bottom),
-        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, back, down, r_top),
+        flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r_bottom, slope_bottom),
+        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, back, down, r_top, slope_top),
     )
 
 
 def lap_decay(r: Any) -> Any:
-    """The root of the determinant of DP of a 1:1 motion: r^2, or r_b r_t where the membranes are not alike."""
+    """The root of the determinant of DP of a 1:1 motion: r^2, or r_b r_t where the membranes are not alike.
+
+    Of restitutions that fall with speed it is (r_b s_b r_t s_t)^(1/2), s the `Restitutions.slopes`.
+    """
     bottom, top = by_wall(r)
+    if isinstance(r, Restitutions) and type(r.slope) is not int:
+        return r.slope * (bottom * top)
     return bottom * top
 
 
 def determinant_of(r: Any) -> Any:
-    """The determinant of DP of a 1:1 motion: r^4, Eq. (A.3), or (r_b r_t)^2."""
+    """The determinant of DP of a 1:1 motion: r^4, Eq. (A.3), or the square of `lap_decay`."""
     return lap_decay(r) ** 2 if isinstance(r, Restitutions) else r**4
 
 

@@ -134,6 +134,9 @@ class Device(Struct, Generic[Quantity], frozen=True):
         bottom, top = (given.pop(varied) for varied in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
         if given[DesignInput.RESTITUTION] is None:
             given[DesignInput.RESTITUTION] = _restitution(bottom, top)
+        exponent, speed = scenario.device.restitution_exponent, scenario.device.restitution_speed_m_s
+        if exponent:
+            given[DesignInput.RESTITUTION] = SpeedLaw(*by_wall(given[DesignInput.RESTITUTION]), exponent, speed)
         return Device(
             **given,
             gravity_m_s2=scenario.gravity_m_s2,
@@ -164,34 +167,54 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return replace(self, restitution=restitution, **others)
 
     def of_sine(self, what: str) -> Device[Quantity]:
-        """The device, for what knows a force that is a sine alone and a ball without friction.
+        """The device, for what knows a force that is a sine alone, and of the ball what `plain_ball` says.
 
         Raises
         ------
         UsageError
-            If the force has harmonics, or the ball friction.
+            If the force has harmonics, or as `plain_ball`.
         """
         if self.harmonics:
             allowed = "allowed: a sine, without excitation.harmonics"
             raise UsageError(f"of a force with harmonics {what} is not known ({allowed})")
-        return self.frictionless(what)
+        return self.plain_ball(what)
 
-    def frictionless(self, what: str) -> Device[Quantity]:
-        """The device, for what knows a ball without friction.
+    def plain_ball(self, what: str) -> Device[Quantity]:
+        """The device, for what knows a ball without friction, of which the restitution is constant.
 
         Raises
         ------
         UsageError
-            If it has friction.
+            If it has friction, or its restitution falls with speed.
         """
         if self.friction:
             raise UsageError(f"of a ball with friction {what} is not known (allowed: none, without device.friction)")
+        return self.constant_restitution(what)
+
+    def constant_restitution(self, what: str) -> Device[Quantity]:
+        """The device, for what knows restitutions that do not depend on the speed.
+
+        Raises
+        ------
+        UsageError
+            If they fall with speed.
+        """
+        if self.falls:
+            raise UsageError(
+                f"of a restitution that falls with speed {what} is not known "
+                "(allowed: a constant one, without device.restitution_exponent)"
+            )
         return self
 
     @property
     def rubs(self) -> bool:
         """Whether there is friction: upright, nothing presses the ball on the wall."""
         return bool(self.friction) and not np.all(self.inclination_deg == 90)
+
+    @property
+    def falls(self) -> bool:
+        """Whether the restitution falls with speed."""
+        return isinstance(self.restitution, SpeedLaw)
 
     @property
     def recoils(self) -> bool:
@@ -297,10 +320,18 @@ class Device(Struct, Generic[Quantity], frozen=True):
                 return float(own * cos(angle) / self.supported_kg)
         return 0.0
 
+    def law_slope(self, varied: DesignInput) -> float:
+        """Derivative of the speed at which restitutions are stated, in y_c, by an input, where they fall with speed."""
+        value = float(self.value_of(varied))
+        stated_at = float(self.restitution.speed / self.velocity_unit(Parameter.LENGTH, self.length_m))
+        if varied is DesignInput.AMPLITUDE:
+            return -stated_at / value
+        return stated_at / value if varied in (DesignInput.CAPSULE_MASS, DesignInput.FREQUENCY) else 0.0
+
     def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float, float]:
         """Derivatives of d, gbar and r of either membrane by an input, where all are given; d, gbar are the device's.
 
-        That of friction is `friction_slope`.
+        That of friction is `friction_slope`, that of the speed of a law `law_slope`.
         """
         value = float(self.value_of(varied))
         match varied:

@@ -24,10 +24,26 @@ class Restitutions(Struct, frozen=True):
 
     Membranes that are alike have one number in its place: terms that vanish with the difference are then left out, for
     their time and for the rounding that they would add to every error bound.
+
+    Attributes
+    ----------
+    bottom, top : array_like
+        r of each membrane.
+    slope : float
+        Minus the derivative of the velocity after an impact by the one before it, over r: 1, of the whole number, where
+        they are constant. Of those that a `SpeedLaw` gives the impacts of motions it is 1 + exponent.
     """
 
     bottom: Any
     top: Any
+    slope: Any = 1
+
+    @property
+    def slopes(self) -> tuple[Any, Any]:
+        """Minus those derivatives at the bottom and at the top; `bottom` and `top` themselves of constant ones."""
+        if type(self.slope) is int:
+            return self.bottom, self.top
+        return self.slope * self.bottom, self.slope * self.top
 
 
 class SpeedLaw(Struct, frozen=True):
@@ -79,7 +95,7 @@ def by_wall(restitution: Any) -> tuple[Any, Any]:
 def each(restitution: Any, function: Callable[[Any], Any]) -> Any:
     """What a function makes of one number for both membranes, or of each of `Restitutions` or of a `SpeedLaw`."""
     if isinstance(restitution, Restitutions):
-        return Restitutions(function(restitution.bottom), function(restitution.top))
+        return Restitutions(function(restitution.bottom), function(restitution.top), restitution.slope)
     if isinstance(restitution, SpeedLaw):
         return restitution.each(function)
     return function(restitution)

@@ -255,6 +255,21 @@ class Rounded:
     __radd__ = __add__
     __rmul__ = __mul__
 
+    def __pow__(self, exponent: Any) -> Rounded:
+        b = _rounded(exponent)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            value = self.value**b.value
+            # x^p moves by the factor exp(p d(ln x) + ln(x) dp), and ln x at most by -ln(1 - error/x).
+            moved = -np.log1p(-self.error / self.value) * (np.abs(b.value) + b.error)
+            change = np.expm1(moved + np.abs(np.log(self.value)) * b.error)
+            error = np.where(self.value > self.error, np.abs(value) * (change + FUNCTION), np.inf)
+        return Rounded(value, error + UNDERFLOW)
+
+    @property
+    def real(self) -> Any:
+        """The doubles themselves, by which it is decided what holds for a number."""
+        return self.value
+
     def sin(self) -> Rounded:
         """Sine."""
         value = np.sin(self.value)

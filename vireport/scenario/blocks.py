@@ -198,6 +198,25 @@ class DeviceBlock(Block):
     restitution_top: float | None = _restitution(
         "Restitution at the top", "That of the top membrane, with restitution_bottom instead of restitution.", 0.525
     )
+    restitution_exponent: float = _key(
+        0.0,
+        "Restitution exponent",
+        "1",
+        "Exponent with which the restitution of either membrane falls with the speed of the impact: "
+        "r (speed/restitution_speed_m_s)^exponent.",
+        example=-0.1,
+        ge=STEEPEST_RESTITUTION,
+        le=0.0,
+    )
+    restitution_speed_m_s: float | None = _key(
+        None,
+        "Restitution speed",
+        "m/s",
+        "Speed of the impact at which the restitution is as given. Required with restitution_exponent.",
+        example=5.0,
+        ge=SLOWEST_STATED,
+        le=FASTEST_STATED,
+    )
     length_m: float | None = _swept(Parameter.LENGTH, "Length", "m", "Distance s between the membranes.", 0.7)
     membrane: MembraneBlock | None = _key(
         None,

@@ -56,13 +56,57 @@ SINE_ONLY = "accuracy", "tolerances", "design", "map"
 PROVE = "disturbances.prove"
 """What is not proved of such a force."""
 
-FRICTION = "device.friction"
+FRICTION, EXPONENT, STATED = "device.friction", "device.restitution_exponent", "device.restitution_speed_m_s"
 
-FRICTIONLESS_ONLY = "motions", "disturbances", *SINE_ONLY
-"""Blocks that ask for what is not known of a ball with friction."""
 
-FRICTIONLESS_REQUIREMENTS = "word", "words", "inclination_from_deg", "inclination_to_deg"
-"""Requirements that are judged of a ball without friction."""
+class Special(NamedTuple):
+    """A key of a ball that not everything knows, and what is not asked for where it is not 0.
+
+    Attributes
+    ----------
+    key : str
+        Its path.
+    plain : str
+        What is known without it.
+    blocks : tuple of str
+        Blocks that know no other.
+    requirements : tuple of str
+        Requirements that are judged of no other.
+    """
+
+    key: str
+    plain: str
+    blocks: tuple[str, ...]
+    requirements: tuple[str, ...]
+
+    @property
+    def alone(self) -> str:
+        """Why what does not know it is refused."""
+        return f"it knows {self.plain}, and {self.key} is given (leave one of them out)"
+
+
+_INCLINATIONS = "inclination_from_deg", "inclination_to_deg"
+
+SPECIAL = (
+    Special(
+        FRICTION,
+        "a ball without friction",
+        ("motions", "disturbances", *SINE_ONLY),
+        ("word", "words", *_INCLINATIONS),
+    ),
+    Special(
+        EXPONENT,
+        "a restitution that does not fall with speed",
+        ("sweep", "motions", "disturbances", *SINE_ONLY),
+        ("word", "words", *_INCLINATIONS),
+    ),
+)
+"""What is not known of a ball everywhere."""
+
+MOST_STATED = 0.99
+"""Restitution that one which falls with speed is below: that of slow impacts would be 1 and beyond."""
+
+_RESTITUTION_PATHS = tuple(f"device.{name}" for name in ("restitution", *RESTITUTIONS))
 
 NEAREST_RESTITUTIONS = 1e-9
 """Difference of two restitutions below which the motions next to where a pitchfork was are not resolved."""
@@ -135,7 +179,19 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
         if issubclass(model, MapFile)
         else (_required, _sweep, _simulation, _tolerances, _effects, _design)
     )
-    rules = (*own, _harmonics, _friction, _restitutions, _masses, _radii, _dielectric, _accuracy, _requirements)
+    rules = (
+        *own,
+        _harmonics,
+        _special,
+        _friction,
+        _falling,
+        _restitutions,
+        _masses,
+        _radii,
+        _dielectric,
+        _accuracy,
+        _requirements,
+    )
     return [finding for rule in rules for finding in rule(tree)]
 
 
@@ -253,23 +309,54 @@ def _harmonics(tree: _Tree) -> Iterator[Finding]:
             yield _rule(PROVE, alone)
 
 
+def _special(tree: _Tree) -> Iterator[Finding]:
+    """What does not know friction, or a restitution that falls with speed, is not asked for beside it."""
+    for special in SPECIAL:
+        if not tree.number(special.key):
+            continue
+        for path in special.blocks:
+            if not tree.absent(path) or path in tree.bare:
+                yield _rule(path, special.alone)
+        for key in special.requirements:
+            if tree.at(f"requirements.{key}") not in (None, False):
+                yield _rule(f"requirements.{key}", special.alone)
+
+
 def _friction(tree: _Tree) -> Iterator[Finding]:
-    """What does not know friction is not asked for beside it; a ball with friction bounces, at one inclination."""
+    """A ball with friction bounces, at one inclination."""
     if not (tree.number(FRICTION) or 0.0) > 0:
         return
-    without = f"it knows a ball without friction, and {FRICTION} is given (leave one of them out)"
-    for path in FRICTIONLESS_ONLY:
-        if not tree.absent(path) or path in tree.bare:
-            yield _rule(path, without)
-    for key in FRICTIONLESS_REQUIREMENTS:
-        if tree.at(f"requirements.{key}") not in (None, False):
-            yield _rule(f"requirements.{key}", without)
     if tree.at("sweep") is not None and tree.swept is Parameter.INCLINATION:
         along = "along a sweep of the inclination, with which friction changes, motions are not known"
         yield _rule("sweep.parameter", f"{along} (another parameter, or no {FRICTION})")
-    for path in ("device.restitution", *(f"device.{name}" for name in RESTITUTIONS)):
+    for path in _RESTITUTION_PATHS:
         if tree.number(path) == 0:
             yield _rule(path, f"got 0: a ball that does not bounce is known without friction only (no {FRICTION})")
+
+
+def _falling(tree: _Tree) -> Iterator[Finding]:
+    """A restitution that falls with speed is stated at one, below 1 at others, of a ball that bounces."""
+    given = not tree.absent(STATED) and STATED not in tree.wrong
+    if given and tree.absent(EXPONENT):
+        yield _rule(STATED, f"the restitution does not depend on the speed (give {EXPONENT}, or leave this out)")
+    exponent = tree.number(EXPONENT)
+    if not exponent:
+        return
+    if tree.absent(STATED):
+        yield _rule(EXPONENT, f"the speed is not given at which the restitution is as stated (give {STATED})")
+    for path in _RESTITUTION_PATHS:
+        value = tree.number(path)
+        if value is not None and not 0 < value < MOST_STATED:
+            allowed = f"above 0 and below {MOST_STATED}, or no {EXPONENT}"
+            yield _rule(path, f"got {value:.12g}, which has no restitution that falls with speed ({allowed})")
+    if tree.number(FRICTION):
+        yield _rule(FRICTION, f"got {tree.number(FRICTION):g}, which is not known together with {EXPONENT} (give one)")
+    rows = tree.at("effects")
+    for k, row in enumerate(rows if isinstance(rows, list) else []):
+        if isinstance(row, dict) and row.get("effect") == LeftOut.RESTITUTION_SPEED:
+            yield _rule(
+                f"effects.{k}.effect", f"the restitution falls with speed already, by {EXPONENT} (leave it out)"
+            )
 
 
 def _masses(tree: _Tree) -> Iterator[Finding]:

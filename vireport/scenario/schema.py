@@ -10,16 +10,20 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vireport.scenario.blocks import CapsuleMotion, Need, Scenario, percent_key
+from vireport.scenario.blocks import CapsuleMotion, LeftOut, Need, Scenario, percent_key
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.rules import (
     DIELECTRIC,
-    FRICTIONLESS_ONLY,
-    FRICTIONLESS_REQUIREMENTS,
+    EXPONENT,
+    FRICTION,
+    MOST_STATED,
     RANGES,
     RESTITUTIONS,
     SINE_ONLY,
+    SPECIAL,
+    STATED,
     SWITCHES,
+    Special,
     judged_at_design,
     needing,
 )
@@ -96,24 +100,64 @@ _SINE_ONLY = {
 }
 
 
-# What only knows a ball without friction is not asked for beside it; such a ball bounces, at one inclination.
-_FRICTIONLESS_ONLY = {
+_BOUNCES = "restitution", *RESTITUTIONS
+
+
+def _own_key(path: str) -> str:
+    return path.rpartition(".")[2]
+
+
+def _of_special(special: Special, **more: Any) -> dict[str, Any]:
+    """That what does not know a key of the ball is not asked for where that is not 0, and further properties."""
+    key = _own_key(special.key)
+    given = {"type": "number", "not": {"const": 0}}
+    return {
+        "if": {
+            "required": ["device"],
+            "properties": {"device": {"type": "object", "required": [key], "properties": {key: given}}},
+        },
+        "then": {
+            "properties": {
+                **{block: {"type": "null"} for block in special.blocks if block in Scenario.model_fields},
+                "requirements": {"properties": {key: {"enum": [None, False]} for key in special.requirements}},
+                **more,
+            }
+        },
+    }
+
+
+# A ball with friction bounces, at one inclination; a restitution that falls is stated at a speed, of a ball without it.
+_MORE_OF_SPECIAL: dict[str, dict[str, Any]] = {
+    FRICTION: {
+        "sweep": {"properties": {"parameter": {"not": {"const": Parameter.INCLINATION.value}}}},
+        "device": {"properties": {name: {"not": {"const": 0}} for name in _BOUNCES}},
+    },
+    EXPONENT: {
+        "device": {
+            "required": [_own_key(STATED)],
+            "properties": {
+                _own_key(STATED): {"type": "number"},
+                _own_key(FRICTION): {"maximum": 0},
+                **{name: {"exclusiveMinimum": 0, "exclusiveMaximum": MOST_STATED} for name in _BOUNCES},
+            },
+        },
+        "effects": {
+            "items": {"properties": {"effect": {"not": {"const": LeftOut.RESTITUTION_SPEED.value}}}},
+        },
+    },
+}
+
+# A speed at which a restitution is stated that does not depend on it is a slip.
+_STATED_ALONE = {
     "if": {
         "required": ["device"],
         "properties": {
-            "device": {
-                "type": "object",
-                "required": ["friction"],
-                "properties": {"friction": {"type": "number", "exclusiveMinimum": 0}},
-            }
+            "device": {"required": [_own_key(STATED)], "properties": {_own_key(STATED): {"type": "number"}}}
         },
     },
     "then": {
         "properties": {
-            **{block: {"type": "null"} for block in FRICTIONLESS_ONLY if block in Scenario.model_fields},
-            "requirements": {"properties": {key: {"enum": [None, False]} for key in FRICTIONLESS_REQUIREMENTS}},
-            "sweep": {"properties": {"parameter": {"not": {"const": Parameter.INCLINATION.value}}}},
-            "device": {"properties": {name: {"not": {"const": 0}} for name in ("restitution", *RESTITUTIONS)}},
+            "device": {"required": [_own_key(EXPONENT)], "properties": {_own_key(EXPONENT): {"type": "number"}}}
         }
     },
 }
@@ -147,7 +191,8 @@ def schema() -> dict[str, Any]:
         *map(_limits_of_sweep, Parameter),
         _RESTITUTIONS,
         _SINE_ONLY,
-        _FRICTIONLESS_ONLY,
+        *(_of_special(special, **_MORE_OF_SPECIAL[special.key]) for special in SPECIAL),
+        _STATED_ALONE,
         *_NEED_BALL,
         _all_or_none("device.membrane", DIELECTRIC),
         _SOME_TOLERANCE,

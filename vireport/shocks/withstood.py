@@ -162,7 +162,7 @@ def withstood_by(
         Shock that must be withstood [m/s]: where none leads out up to the largest impact velocity, it is looked
         further, up to this one.
     """
-    design, device = solution.design, solution.device.frictionless("what shocks lead to")
+    design, device = solution.design, solution.device.plain_ball("what shocks lead to")
     if design is None or not design.motions.stable.any():
         return None
     at = Parameter.LENGTH, device.length_m

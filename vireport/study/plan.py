@@ -170,6 +170,10 @@ FRICTIONLESS = Precondition(
     lambda scenario, _: not scenario.device.friction,
     "it knows a ball without friction, and device.friction is given",
 )
+CONSTANT = Precondition(
+    lambda scenario, _: not scenario.device.restitution_exponent,
+    "it knows a restitution that does not fall with speed, and device.restitution_exponent is given",
+)
 ODD_HARMONICS = Precondition(
     lambda scenario, _: all(own.order % 2 or not own.percent for own in scenario.excitation.harmonics),
     "the force has an even harmonic: no motion is symmetric",
@@ -289,7 +293,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY, ONE_RESTITUTION), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, ONE_RESTITUTION, COMPLIANT, BALL), "the scenario has an accuracy block"),
-    DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS), "the ball mass is given"),
+    DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (ONE_RESTITUTION, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(
         Task.FIGURE_STIFFNESS,
@@ -362,32 +366,25 @@ def refuse_unlike(scenario: Scenario, what: str) -> None:
         )
 
 
-def refuse_harmonics(scenario: Scenario, what: str) -> None:
-    """Refuse a scenario whose force has harmonics for what knows a sine alone, before anything is computed.
+def refuse_special(scenario: Scenario, what: str) -> None:
+    """Refuse a scenario for what knows a sine and a plain ball alone, before anything is computed.
 
     Raises
     ------
     UsageError
-        If it has.
+        If the force has harmonics, or the ball friction or a restitution that falls with speed.
     """
+    device = scenario.device
     if scenario.excitation.distorted:
         raise UsageError(
             f"{what} knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)"
         )
-
-
-def refuse_friction(scenario: Scenario, what: str) -> None:
-    """Refuse a scenario whose ball has friction for what knows none, before anything is computed.
-
-    Raises
-    ------
-    UsageError
-        If it has.
-    """
-    if scenario.device.friction:
-        raise UsageError(
-            f"{what} knows a ball without friction, and device.friction is given (leave one of them out, or give 0)"
-        )
+    for value, known, key in (
+        (device.friction, "a ball without friction", "device.friction"),
+        (device.restitution_exponent, "a restitution that does not fall with speed", "device.restitution_exponent"),
+    ):
+        if value:
+            raise UsageError(f"{what} knows {known}, and {key} is given (leave one of them out, or give 0)")
 
 
 def refuse_undecidable(scenario: Scenario) -> None:

@@ -28,6 +28,7 @@ from vireport.design import (
 from vireport.motions import (
     NO_BOUND,
     Branch,
+    Claim,
     Event,
     Motions,
     Point,
@@ -40,6 +41,7 @@ from vireport.physics import (
     Fitting,
     Groups,
     Membrane,
+    Restitutions,
     Shaker,
     Voltages,
 )
@@ -289,7 +291,17 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "margins_unresolved": list(design.unresolved),
         "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable],
         "distortion": [_distortion(distortion) for distortion in design.distortions],
+        **_by_law(design),
     }
+
+
+def _by_law(design: DesignPoint) -> dict[str, Any]:
+    """Of a restitution that falls with speed: that of each impact, and what is claimed of the motions."""
+    r = design.motions.restitution
+    if not isinstance(r, Restitutions) or not np.ndim(r.bottom):
+        return {}
+    own = {"restitution_bottom": r.bottom.tolist(), "restitution_top": r.top.tolist()}
+    return {**own, "claim": Claim.FOLLOWED, "not_followed": design.lost}
 
 
 def _distortion(distortion: Distortion) -> dict[str, Any]:

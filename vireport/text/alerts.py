@@ -155,6 +155,10 @@ CATALOGUE = (
             "none": "At {place}, there is no solution.",
             "one": "At {place}, the one solution is not admissible and stable.",
             "several": "At {place}, none of the {count} solutions is admissible and stable.",
+            "by_law": "The restitution falls with speed: looked for was what comes from the motions of a constant one. "
+            "There may be others.",
+            "lost": "The restitution falls with speed: looked for was what comes from the motions of a constant one. "
+            "Of these {count} could not be followed so far, and there may be others.",
             "instead": "Stable there: {others}.",
             "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
             "{motion}. A block '{block}:' shows it.",

@@ -1,0 +1,266 @@
+"""Devices whose restitution falls with speed: motions and ends of stable motion against the raw map in 40 digits."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from scipy.optimize import fsolve
+
+from vireport.base import NumericalError
+from vireport.design import Effect, around_length, design_point, motions_at, shifts
+from vireport.design.lines import Line
+from vireport.design.margins import margins_of
+from vireport.design.speed_law import constant, motions_under_law
+from vireport.motions import Event, Symmetry, one_to_one_bounds
+from vireport.physics import Device, Harmonic, Restitutions, SpeedLaw
+from vireport.scenario import CapsuleMotion, DesignInput, LeftOut, Parameter
+from vireport.simulation import BOTTOM, PHASE, VELOCITY, check_model, follow_one
+
+PAPER = Device(0.1245, SpeedLaw(0.5, 0.5, -0.1, 2.0), 9.8, 0.6934, 3.0, 2.0, 45.0)
+LEVEL = replace(PAPER, length_m=0.5554, inclination_deg=0.0)
+FREE = {"capsule": CapsuleMotion.FREE, "ball_mass_kg": 0.0041}
+SINE = Harmonic(1, 1.0, 0.0)
+PARTS = (Harmonic.of(2, 3.0, 200.0), Harmonic.of(3, 2.0, 10.0))
+
+
+def random_device(rng: np.random.Generator, **more: object) -> Device:
+    bottom, top = rng.uniform(0.2, 0.8, 2).tolist()
+    law = SpeedLaw(bottom, bottom if rng.random() < 0.4 else top, rng.uniform(-0.3, -0.01), rng.uniform(0.5, 6.0))
+    angle = 0.0 if rng.random() < 0.3 else rng.uniform(1, 60)
+    return replace(Device(0.1245, law, 9.8, rng.uniform(0.3, 1.2), 3.0, 2.0, angle), **more)
+
+
+class Exact:
+    """A device's flights and impacts, by its inputs in SI and nothing of the package."""
+
+    def __init__(self, device: Device) -> None:
+        mass, force, self.beta = mp.mpf(device.capsule_mass_kg), mp.mpf(device.amplitude_n), device.inclination_deg
+        ball = mp.mpf(device.ball_mass_kg) if device.capsule is CapsuleMotion.FREE else 0
+        self.d = 4 * mass * mp.mpf(device.length_m) * mp.mpf(device.frequency_hz) ** 2 / force
+        self.gbar = (mass + ball) * mp.mpf(device.gravity_m_s2) * mp.sin(mp.radians(mp.mpf(self.beta))) / force
+        self.unit = force / (2 * mass * mp.mpf(device.frequency_hz))
+        self.law = device.restitution
+        self.parts = [
+            (1, mp.mpf(1), mp.mpf(0)),
+            *((h.order, mp.mpf(h.cosine), mp.mpf(h.sine)) for h in device.harmonics),
+        ]
+
+    def force(self, t, k):
+        x = [(j * mp.pi * t - k * mp.pi / 2, (j * mp.pi) ** k, a, b) for j, a, b in self.parts]
+        return sum((a * mp.cos(angle) + b * mp.sin(angle)) / scale for angle, scale, a, b in x)
+
+    def arrival(self, wall, t0, v, t1):
+        """Velocity at a later time, and by how much the ball then misses the other wall."""
+        stated = mp.mpf(self.law.bottom if wall > 0 else self.law.top)
+        after = -stated * (wall * v * self.unit / mp.mpf(self.law.speed)) ** mp.mpf(self.law.exponent) * v
+        s = t1 - t0
+        way = after * s + self.gbar * s * s / 2 + self.force(t1, 2) - self.force(t0, 2) - self.force(t0, 1) * s
+        return after + self.gbar * s + self.force(t1, 1) - self.force(t0, 1), way + wall * self.d
+
+    def missed(self, v0, v1, t0, t1, period=2):
+        at_top, up = self.arrival(1, t0, v0, t1)
+        at_bottom, down = self.arrival(-1, t1, v1, t0 + period)
+        return [at_top - v1, up, at_bottom - v0, down]
+
+    def map_of(self, v0, t0, t1):
+        """Trace and determinant of the return map, by differences of the flights in 40 digits."""
+        step = mp.mpf(10) ** -14
+
+        def lap(v, t):
+            at_top = mp.findroot(lambda x: self.arrival(1, t, v, x)[1], t1)
+            speed = self.arrival(1, t, v, at_top)[0]
+            end = mp.findroot(lambda x: self.arrival(-1, at_top, speed, x)[1], t0 + 2)
+            return self.arrival(-1, at_top, speed, end)[0], end
+
+        (a, c), (b, d) = (
+            [(p - q) / (2 * step) for p, q in zip(lap(v0 + x, t0 + y), lap(v0 - x, t0 - y), strict=True)]
+            for x, y in ((step, 0), (0, step))
+        )
+        return a + d, a * d - b * c
+
+
+def check_motions(device: Device) -> int:
+    """Hold each motion of a device within its bounds to the raw map in 40 digits, and to the simulation if stable."""
+    motions, _, errors = motions_at(device, Parameter.LENGTH)
+    bounds = one_to_one_bounds(around_length(device), motions, errors)
+    model = check_model(device.groups(Parameter.LENGTH, device.length_m))[0]
+    for row in range(len(motions)):
+        v0, v1 = float(motions.velocity_bottom[row]), float(motions.velocity_top[row])
+        t0 = float(motions.phi_bottom[row]) / np.pi
+        with mp.workdps(40):
+            exact = Exact(device)
+            x = mp.findroot(exact.missed, (v0, v1, t0, t0 + 1 + 2 * float(motions.u[row])), tol=1e-30)
+            assert abs(x[0] - v0) <= bounds["velocity_bottom"][row] < 1e-9
+            assert abs(x[1] - v1) <= bounds["velocity_top"][row] < 1e-9
+            assert abs(mp.pi * x[2] - mp.mpf(float(motions.phi_bottom[row]))) <= bounds["phi_bottom"][row]
+            trace, determinant = exact.map_of(x[0], x[2], x[3])
+        assert abs(trace - motions.trace[row]) <= bounds["trace"][row] + 1e-8 * abs(motions.trace[row])
+        assert float(motions.determinant[row]) == pytest.approx(float(determinant), rel=1e-8)
+        if motions.stable[row]:
+            rows, _ = follow_one(model, (BOTTOM, 0.0, v0, np.pi * t0), 20, compiled=False)
+            assert rows[-1, VELOCITY] == pytest.approx(v0, abs=1e-6)
+            assert rows[-1, PHASE] == pytest.approx(np.pi * t0, abs=1e-6)
+    return len(motions)
+
+
+KINDS = {"alone": {}, "harmonics": {"harmonics": PARTS}, "free": FREE, "both": FREE | {"harmonics": PARTS}}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("count", [3, pytest.param(8, marks=pytest.mark.slow)])
+def test_motions_are_those_of_the_raw_map(count: int, kind: str) -> None:
+    rng = np.random.default_rng(25)
+    assert sum(check_motions(random_device(rng, **KINDS[kind])) for _ in range(count)) >= count
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(8, marks=pytest.mark.slow)])
+def test_ends_of_stable_motion_are_those_of_the_raw_map(count: int) -> None:
+    """At a period doubling tr + 1 + det = 0, at a fold tr = 1 + det, to the last digits of a double."""
+    rng, held = np.random.default_rng(3), 0
+    while held < count:
+        device = random_device(rng, inclination_deg=45.0)
+        for margin in design_point(device, None).margins:
+            sign = {Event.PERIOD_DOUBLING: 1, Event.FOLD: -1}.get(margin.event)
+            if sign is None or margin.parameter not in (DesignInput.FREQUENCY, DesignInput.CAPSULE_MASS):
+                continue
+            at, motion = device.with_values({margin.parameter: margin.sweep_value}), margin.point.motion
+            with mp.workdps(40):
+                exact = Exact(at)
+                values = (*motion.velocity, *motion.time)
+                assert max(map(abs, exact.missed(*map(mp.mpf, values)))) < 1e-13
+                trace, determinant = exact.map_of(*(mp.mpf(values[k]) for k in (0, 2, 3)))
+            slope = 1e-12 * max(1, abs(trace)) / min(abs(values[0]), abs(values[1])) ** 2
+            assert abs(trace + sign * (1 + determinant)) < max(slope, 1e-9), margin.name
+            held += 1
+
+
+@pytest.mark.parametrize("device", [PAPER, LEVEL], ids=["inclined", "level"])
+def test_derivatives_are_those_of_the_ends_of_other_devices(device: Device) -> None:
+    """Of the mass, the force and the frequency, too, with which the speed changes at which restitutions are stated."""
+    kinds = (Event.PITCHFORK,) if device is LEVEL else (Event.PERIOD_DOUBLING,)
+    end = next(margin for margin in design_point(device, None).margins if margin.event in kinds)
+    assert end.parameter is DesignInput.FREQUENCY
+    for varied in (DesignInput.CAPSULE_MASS, DesignInput.AMPLITUDE, DesignInput.RESTITUTION):
+        values, step = [], 1e-5 * device.value_of(varied)
+        for sign in (-1, 1):
+            other = device.with_values({varied: device.value_of(varied) + sign * step})
+            found = margins_of(other, motions_at(other, Parameter.LENGTH)[0], [Line.FREQUENCIES], (-1.0,)).found
+            values.append(next(margin.sweep_value for margin in found if margin.event is end.event))
+        assert end.derivatives[varied] == pytest.approx((values[1] - values[0]) / (2 * step), rel=1e-6), varied
+
+
+def test_the_end_is_where_the_table_of_effects_has_it() -> None:
+    plain = replace(PAPER, restitution=0.5)
+    (row,) = shifts(plain, design_point(plain, None), [Effect(LeftOut.RESTITUTION_SPEED, -0.1, 2.0)]).rows
+    end = design_point(PAPER, None).endings()[0]
+    assert row.event is end.event
+    assert row.value == pytest.approx(end.sweep_value, rel=1e-12)
+
+
+def test_the_period_of_a_simulated_ball_doubles_where_the_margin_says() -> None:
+    end = design_point(PAPER, None).endings()[0]
+    for share, doubled in ((1 + 1e-3, False), (1 - 1e-3, True)):
+        device = PAPER.with_values({end.parameter: end.sweep_value * share})
+        model = check_model(device.groups(Parameter.LENGTH, device.length_m))[0]
+        point = end.point.closed
+        start = (BOTTOM, 0.0, point.velocity_bottom * 1.001, point.phi_bottom)
+        rows, _ = follow_one(model, start, 4000, compiled=False)
+        bottom = rows[rows[:, 0] == BOTTOM][-8:, VELOCITY]
+        assert bool(abs(bottom[-1] - bottom[-2]) > 1e-3) is doubled
+        assert abs(bottom[-1] - bottom[-3]) < 1e-3
+
+
+def found_by_newton(device: Device, rng: np.random.Generator, tries: int) -> list[np.ndarray]:
+    """Motions of the raw map in doubles from random starts, that stay between the membranes."""
+    exact, found = device.groups(Parameter.LENGTH, device.length_m).as_floats(), []
+    law = exact.restitution
+
+    def force(t, k):
+        return np.cos(np.pi * t - k * np.pi / 2) / np.pi**k
+
+    def legs(x):
+        v0, v1, t0, t1 = x
+        for wall, v, start, end in ((1, v0, t0, t1), (-1, v1, t1, t0 + 2)):
+            r = min((law.bottom if wall > 0 else law.top) * (abs(v) / law.speed) ** law.exponent, 0.99)
+            yield wall, -r * v, start, end - start
+
+    def at(after, start, s):
+        speed = after + exact.gbar * s + force(start + s, 1) - force(start, 1)
+        return speed, (after - force(start, 1)) * s + exact.gbar * s * s / 2 + force(start + s, 2) - force(start, 2)
+
+    def missed(x):
+        (wall, a, t, s), (other, b, u, w) = legs(x)
+        (top, up), (bottom, down) = at(a, t, s), at(b, u, w)
+        return [top - x[1], up + wall * exact.d, bottom - x[0], down + other * exact.d]
+
+    def inside(x):
+        ways = (wall * exact.d / 2 + at(a, t, np.linspace(0, s, 1001)[1:-1])[1] for wall, a, t, s in legs(x))
+        return all((np.abs(way) < exact.d / 2).all() for way in ways)
+
+    for _ in range(tries):
+        start = rng.uniform(0, 2)
+        guess = [rng.uniform(0.05, 2.5), -rng.uniform(0.05, 2.5), start, start + rng.uniform(0.2, 1.8)]
+        x, _, ended, _ = fsolve(missed, guess, full_output=True, xtol=1e-13)
+        if ended != 1 or np.abs(missed(x)).max() > 1e-10 or x[0] < 1e-6 or x[1] > -1e-6 or not 0 < x[3] - x[2] < 2:
+            continue
+        if inside(x):
+            found.append(x)
+    return found
+
+
+@pytest.mark.parametrize("count", [6, pytest.param(50, marks=pytest.mark.slow)])
+def test_random_starts_find_no_motion_that_is_not_listed(count: int) -> None:
+    """But for those with an impact at the largest restitution, where the law bends: these are counted as lost."""
+    rng, found = np.random.default_rng(1), 0
+    for _ in range(count):
+        device = random_device(rng)
+        motions, *_ = motions_at(device, Parameter.LENGTH)
+        law = device.groups(Parameter.LENGTH, device.length_m).as_floats().restitution
+        for v0, v1, t0, _ in found_by_newton(device, rng, 40):
+            if max(law.at(1, v0)[0], law.at(-1, v1)[0]) >= 0.99:
+                assert design_point(device, None).lost
+                continue
+            turned = np.abs((np.pi * t0 - motions.phi_bottom + np.pi) % (2 * np.pi) - np.pi)
+            away = np.maximum(np.abs(motions.velocity_bottom - v0), np.abs(motions.velocity_top - v1))
+            assert np.maximum(turned, away).min(initial=np.inf) < 1e-6, (device, v0, v1)
+            found += 1
+    assert found > 20 * count
+
+
+def test_motions_part_at_a_pitchfork_on_the_way_to_the_law() -> None:
+    """Symmetric for a constant restitution, asymmetric and stable with the law: each with its mirror image."""
+    device = replace(LEVEL, length_m=0.4, restitution=SpeedLaw(0.5, 0.5, -0.2, 6.0))
+    plain, *_ = motions_at(constant(device), Parameter.LENGTH)
+    assert plain.stable.any()
+    motions, families, _ = motions_at(device, Parameter.LENGTH)
+    assert not plain.u.any()
+    first, second = (k for k, family in enumerate(families) if family is Symmetry.ASYMMETRIC)
+    assert motions.stable.tolist() == [True, True, False, False]
+    assert motions.u[first] == pytest.approx(-motions.u[second], rel=1e-12)
+    assert motions.velocity_bottom[first] == pytest.approx(-motions.velocity_top[second], rel=1e-12)
+
+
+def test_a_law_that_takes_a_stable_motion_to_the_largest_restitution_is_refused() -> None:
+    device = replace(PAPER, restitution=SpeedLaw(0.5, 0.5, -0.5, 50.0))
+    with pytest.raises(NumericalError, match=r"device\.restitution_exponent: got -0\.5, with which the restitution"):
+        design_point(device, None)
+
+
+def test_without_motions_there_are_none() -> None:
+    found = motions_under_law(PAPER, motions_at(replace(PAPER, restitution=0.5), Parameter.LENGTH)[0].select([]))
+    assert found.motions == ()
+    assert found.lost == 0
+
+
+def test_restitutions_of_a_law_have_a_slope_and_constant_ones_none() -> None:
+    assert Restitutions(0.4, 0.6).slopes == (0.4, 0.6)
+    assert Restitutions(0.4, 0.6, 0.9).slopes == pytest.approx((0.36, 0.54), rel=1e-15)
+    motions, *_ = motions_at(PAPER, Parameter.LENGTH)
+    law = PAPER.groups(Parameter.LENGTH, PAPER.length_m).as_floats().restitution
+    for row in range(len(motions)):
+        own = motions.select([row])
+        r = law.at(1, own.velocity_bottom[0])[0], law.at(-1, own.velocity_top[0])[0]
+        assert (own.restitution.bottom[0], own.restitution.top[0]) == pytest.approx(r, rel=1e-13)
+        assert own.decay[0] == pytest.approx(0.9 * r[0] * r[1], rel=1e-13)
