@@ -352,7 +352,10 @@ SAID = [
     ),
     (
         "VR003",
-        {"solution": known(design=design(1), device=SimpleNamespace(rubs=True)), "from_rest": come_to("BT")},
+        {
+            "solution": known(design=design(1), device=SimpleNamespace(rubs=True, falls=False)),
+            "from_rest": come_to("BT"),
+        },
         ["simulation: BT. A block 'simulation:' shows it. In that motion friction stops the ball between two impacts"],
     ),
     (
