@@ -158,7 +158,7 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def impacts(self) -> Impacts:
         """The impacts of stable motions, and what they come to."""
-        return impacts_of(self.speeds, *self.generated, self._membranes)
+        return impacts_of(*self.generated, self._membranes)
 
     def worst(self, values: Floats, least: bool) -> Floats:
         """Return the least or the largest number of the stable motions of each design; NaN where it has none."""

@@ -44,10 +44,8 @@ class Impacts(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    speeds : tuple
-        Size of the relative velocity at each impact of a period [m/s].
     gains : tuple
-        U_imp - Uin at each, Eq. (5.2) [V]; () where no energy is evaluated.
+        U_imp - Uin at each impact of a period, Eq. (5.2) [V]; () where no energy is evaluated.
     average_v : array_like or None
         U_ave, their mean, Eq. (5.1) [V].
     deflection_m : array_like or None
@@ -62,7 +60,6 @@ class Impacts(Struct, frozen=True, eq=False):
         Highest electric field in a membrane, and the one that it withstands [V/m].
     """
 
-    speeds: tuple[Any, ...]
     gains: tuple[Any, ...] = ()
     average_v: Any = None
     deflection_m: Any = None
@@ -99,17 +96,15 @@ def generated(
     return volts, conversion(gains, speeds, membrane, membrane.dielectric, restitution, period_s)
 
 
-def impacts_of(
-    speeds: tuple[Any, Any], volts: Voltages | None, converted: Conversion | None, membrane: Membrane | None
-) -> Impacts:
-    """Impacts of 1:1 motions, with their speeds at the bottom and at the top, and what they generate."""
+def impacts_of(volts: Voltages | None, converted: Conversion | None, membrane: Membrane | None) -> Impacts:
+    """Impacts of 1:1 motions by what those at the bottom and at the top generate."""
     if volts is None or membrane is None:
-        return Impacts(speeds)
+        return Impacts()
     gained = (volts.bottom_v, volts.top_v), volts.average_v, volts.deflection_m, membrane.active_radius_m
     if converted is None:
-        return Impacts(speeds, *gained)
+        return Impacts(*gained)
     withstood = cast(Dielectric, membrane.dielectric).breakdown_field_v_m
-    return Impacts(speeds, *gained, converted.power_mw, converted.efficiency, converted.field_v_m, withstood)
+    return Impacts(*gained, converted.power_mw, converted.efficiency, converted.field_v_m, withstood)
 
 
 def at_design(results: Evidence) -> Impacts:
@@ -121,7 +116,7 @@ def at_design(results: Evidence) -> Impacts:
         Where there is no such motion.
     """
     solution, design = results.solution, results.design
-    device, motions, bounds = solution.device, design.motions, cast(dict[str, Floats], solution.bounds.design)
+    motions, bounds = design.motions, cast(dict[str, Floats], solution.bounds.design)
 
     def known(values: Any, name: str) -> Rounded:
         return Rounded(values[motions.stable], bounds[name][motions.stable])
@@ -130,12 +125,9 @@ def at_design(results: Evidence) -> Impacts:
         names = record.__struct_fields__
         return type(record)(*(known(getattr(record, name), name) for name in names))
 
-    frequency = {Parameter.FREQUENCY: Rounded(device.frequency_hz)}
-    unit = device.with_values(frequency).velocity_unit(Parameter.LENGTH, device.length_m)
-    bottom, top = known(motions.velocity_bottom, "velocity_bottom"), known(-motions.velocity_top, "velocity_top")
     volts = None if design.voltages is None else all_known(design.voltages)
     converted = None if design.conversion is None else all_known(design.conversion)
-    return impacts_of((unit * bottom, unit * top), volts, converted, solution.membrane)
+    return impacts_of(volts, converted, solution.membrane)
 
 
 def followed(results: Evidence) -> Iterator[tuple[Family, Impacts]]:
@@ -160,16 +152,15 @@ def _followed(speeds: Floats, membrane: Membrane | None, restitution: Floats, pe
     def known(value: Any) -> Rounded:
         return Rounded(float(value), FOLLOWED_ERROR * float(value))
 
-    impacts = tuple(map(known, speeds))
     if membrane is None:
-        return Impacts(impacts)
+        return Impacts()
     gains, deepest = generated_voltage(speeds, membrane), deflection(speeds, membrane).max()
     gained = tuple(map(known, gains)), known(gains.mean()), known(deepest), membrane.active_radius_m
     if (dielectric := membrane.dielectric) is None:
-        return Impacts(impacts, *gained)
+        return Impacts(*gained)
     converted = conversion_of_word(gains, speeds, membrane, dielectric, restitution, period_s)
     power, efficiency, field = map(known, converted)
-    return Impacts(impacts, *gained, power, efficiency, field, dielectric.breakdown_field_v_m)
+    return Impacts(*gained, power, efficiency, field, dielectric.breakdown_field_v_m)
 
 
 def other_motions(results: Evidence) -> list[tuple[str, Impacts]]:

@@ -321,7 +321,7 @@ def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowes
         speeds = unit * bottom, unit * top
         output = generated(speeds, membrane, 0.0, period_s)
         columns.append(objectives(bottom, bottom, *output, period_s))
-        judged.append((impacts_of(speeds, *output, membrane), device.shaker(Parameter.LENGTH, device.length_m)))
+        judged.append((impacts_of(*output, membrane), device.shaker(Parameter.LENGTH, device.length_m)))
     largest = columns[0][problem.objective]
     if problem.objective is Objective.POWER and problem.most_efficient is not None:
         # Restitution 0 above makes the efficiency one of all the kinetic energy: the power that the fastest impacts
