@@ -17,6 +17,7 @@ import argparse
 import json
 import multiprocessing
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -46,6 +47,9 @@ TESTS = {
     "vireport/text": ("tests/text", "tests/gate"),
 }
 """Quick tests beside those that read back, by the beginning of a file's path; else those of its package."""
+
+HEADING = re.compile(r"^(\S+):$", re.MULTILINE)
+"""A file of `faults.yaml`."""
 
 
 def tests_of(file: str) -> tuple[str, ...]:
@@ -164,7 +168,11 @@ def main() -> int:
     asked.add_argument("--check", action="store_true", help="tell only which faults cannot be planted")
     asked.add_argument("--record", action="store_true", help="keep the counts for docs/accuracy.md")
     given = asked.parse_args()
-    table = yaml.safe_load((ROOT / "tools" / "faults.yaml").read_text(encoding="utf-8"))
+    text = (ROOT / "tools" / "faults.yaml").read_text(encoding="utf-8")
+    if twice := [file for file, count in Counter(HEADING.findall(text)).items() if count > 1]:
+        print(f"headings that stand more than once, of which YAML keeps the last: {', '.join(twice)}")
+        return 2
+    table = yaml.safe_load(text)
     faults = [(file, *fault) for file, of in table.items() if given.only in file for fault in of]
     for file, old, _ in (lost := [fault for fault in faults if places_of(*fault[:2]) != 1]):
         print(f"{file}: {old!r} stands there {places_of(file, old)} times, and not once")
