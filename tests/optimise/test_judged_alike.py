@@ -33,8 +33,9 @@ VARIED = (
     *("{path: excitation.amplitude_n, from: 2, to: 5}", "{path: inclination_deg, from: 5, to: 80}"),
     *("{path: device.restitution, from: 0.35, to: 0.65}", "{path: device.length_m, from: 0.6, to: 0.85}"),
 )
-DESIGNS, FEW = 16, 6
-"""Random designs on which run and search are held against each other; those whose medians are required."""
+DESIGNS, FEW, WRITTEN = 16, 6, 2
+"""Random designs on which run and search are held against each other; those whose medians are required; those of which
+the run has outputs: what only these show, as outcomes along a sweep, takes three times as long and decides nothing."""
 
 
 APART = {LimitKind.WORDS: 1, LimitKind.RANGE: 2}
@@ -88,7 +89,7 @@ def required(requirements: tuple[Requirement, ...], designs: np.ndarray) -> dict
         else:
             limits[requirement.key] = {requirement.key: 1e-9 if kind is LimitKind.AT_LEAST else 1e9}
     loose = problem_of(loads(scenario(requirements, joined(limits))))
-    found = [lines for lines, stable in (run(loose, t) for t in designs[:FEW]) if stable]
+    found = [lines for lines, stable in (run(loose, t, ()) for t in designs[:FEW]) if stable]
     for requirement in requirements:
         key = requirement.key
         if requirement.demand.kind in (LimitKind.AT_LEAST, LimitKind.AT_MOST):
@@ -112,14 +113,13 @@ def judged_alike(requirements: tuple[Requirement, ...], count: int) -> dict[str,
     grid = DesignGrid(together, (2,) * len(VARIED), designs, evaluate(together, designs))
     outcomes: dict[str, set[bool]] = {requirement.key: set() for requirement in requirements}
     for row, t in enumerate(designs):
-        # What only outputs show, as outcomes along a sweep, takes three times as long and decides nothing.
-        lines, stable = run(together, t, ("json",) if row < FEW else ())
+        lines, stable = run(together, t, ("json",) if row < WRITTEN else ())
         point = grid.judge(t)
         assert stable == bool(grid.cells.stable[row]) == (point is not None)
         if point is None:
             continue
         # Of a required word outputs tell the share of starts that come to it as well.
-        told = {"why"} if row < FEW else set()
+        told = {"why"} if row < WRITTEN else set()
         for own in point.study.criteria:
             one, other = own.to_dict(), lines[own.key].to_dict()
             assert {key: one[key] for key in one.keys() - told} == {key: other[key] for key in other.keys() - told}

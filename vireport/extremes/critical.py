@@ -259,7 +259,7 @@ def _distance(first: Point, second: Point) -> float:
 
 def _nearest_pair(harvester: Harvester) -> PointPair | None:
     """The period doubling and the graze whose motions are nearest to each other; None where there is none."""
-    points = harvester.over().solution.critical_points
+    points = harvester.critical_points()
     doubling = [point for point in points if point.event is Event.PERIOD_DOUBLING]
     grazing = [point for point in points if point.event is Event.GRAZING and point.rest is None]
     return min(((a, b) for a in doubling for b in grazing), key=lambda pair: _distance(*pair), default=None)

@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import plain
+from vireport.motions import Point, Sweep, solve
 from vireport.physics import Device, Groups, Membrane
 from vireport.scenario import Loaded, Parameter, loads
 from vireport.study import (
@@ -97,6 +98,11 @@ class Harvester(Struct, frozen=True):
     def over(self, d: tuple[float, float] = WIDE) -> Study:
         """The study with the length swept over a range of d."""
         return self.study((Parameter.LENGTH, self.length(d[0]), self.length(d[1])))
+
+    def critical_points(self) -> tuple[Point, ...]:
+        """Those over the range `WIDE` of d, without all else that a run finds out."""
+        low, high = WIDE
+        return solve(Sweep(self.device, Parameter.LENGTH, self.length(low), self.length(high))).critical_points
 
 
 PAPER = Harvester(
