@@ -40,6 +40,7 @@ def found(device: Device) -> tuple[Motions, tuple[Distortion, ...], Margin]:
 @pytest.mark.parametrize("device", [INCLINED, LEVEL, NEAR_PITCHFORK, UNEQUAL])
 def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_digits(device: Device) -> None:
     motions, told, _ = found(device)
+    assert [each.order for each in told] == [2, 3]
     own = motions.stable & ((motions.u >= 0) | (device.inclination_deg > 0))
     motion = motion_at(motions, int(np.argmax(own)), 1)
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
