@@ -64,14 +64,15 @@ def test_every_share_and_phase_is_a_motion_of_the_raw_maps(u: float, phi: float,
     assert max(abs(float(x)) for x in missed(orbit, r, n)) < 1e-13 * size
 
 
-@settings(max_examples=20)
-@given(shares, restitutions, restitutions, ratios)
-def test_the_system_is_never_singular(u: float, b: float, t: float, n: int) -> None:
-    """D2 = u^2 + a_b a_t is at least a_b a_t, a = (1-r)/(2(1+r)); K(q) = -T^2 (1+r_b) D2."""
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_the_system_is_never_singular(n: int) -> None:
+    """D2 = u^2 + a_b a_t is at least a_b a_t, a = (1-r)/(2(1+r)); K(q) = -T^2 (1+r_b) D2: 2,000 cases each."""
+    rng = np.random.default_rng(n)
+    u, (b, t) = rng.uniform(-0.5, 0.5, 2000), np.where(rng.random((2, 2000)) < 0.1, 0.0, rng.random((2, 2000)))
     least = (1 - b) * (1 - t) / (4 * (1 + b) * (1 + t))
     found = coefficients(u, Restitutions(b, t), n).determinant / (-4 * n * n * (1 + b))
-    assert found >= least * (1 - 1e-12)
-    assert found == pytest.approx(u * u + least, rel=1e-12)
+    assert (found >= least * (1 - 1e-12)).all()
+    np.testing.assert_allclose(found, u * u + least, rtol=1e-11)
 
 
 @settings(max_examples=20)
