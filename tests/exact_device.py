@@ -27,10 +27,10 @@ class ExactDevice:
         self.gbar, self.friction = weight * mp.sin(across), mp.mpf(device.friction) * weight * mp.cos(across)
         self.unit = force / (2 * mass * mp.mpf(device.frequency_hz))
         self.restitution = device.restitution
-        self.parts = [
-            (1, mp.mpf(1), mp.mpf(0)),
-            *((h.order, mp.mpf(h.cosine), mp.mpf(h.sine)) for h in device.harmonics),
-        ]
+        self.parts = [(1, mp.mpf(1), mp.mpf(0))]
+        for order, percent, phase in ((own.order, *own.given) for own in device.harmonics):
+            share, angle = mp.mpf(percent) / 100, mp.radians(mp.mpf(phase))
+            self.parts.append((order, share * mp.cos(angle), -share * mp.sin(angle)))
 
     def restitution_of(self, wall, v):
         r = self.restitution
