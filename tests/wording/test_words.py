@@ -20,6 +20,7 @@ from vireport.design import Solution, Unmoved
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, OutcomeRange, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
+from vireport.measurement import BetterFit, NoFit, Open, Unfit, Unknown
 from vireport.membranes import Grade
 from vireport.motions import Event
 from vireport.physics import ElectricalCycle, Word
@@ -1212,6 +1213,65 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         "the "
         "motion; B1 moves by 2.5 times the margin to it, away from the motion.",
     ),
+]
+
+
+def explained(unknown: Unknown | None = None, others: tuple[Unknown, ...] = ()) -> BetterFit:
+    return BetterFit(unknown is None, unknown, 0.42, 1e-5, 1e-4, others)
+
+
+def misfit(accepted: bool = False, **of: object) -> SimpleNamespace:
+    usual = {"p_value": 0.5, "failure": None, "alternative": None, "explanation": None} | of
+    return thing(accepted=accepted, **usual)
+
+
+BOTH = (Unknown.RESTITUTION_BOTTOM, 0.01), (Unknown.LENGTH, -0.02)
+SAID += [
+    ("identify", "refused", (Open(impacts=12), True), "at least 12 impacts are needed"),
+    ("identify", "refused", (Open(combination=BOTH), True), "at the bottom +0.01, length −0.02 m together change no"),
+    ("identify", "refused", (Open(answers=(BOTH, BOTH)), False), "2 devices explain these impacts equally well: "),
+    ("identify", "refused", (Open(unstable=True), True), "no such motion lasts; what would help: reference the clock"),
+    ("identify", "refused", (Open(), False), "what would help: tap the device"),
+    ("identify", "reason", (misfit(True, p_value=None),), "nothing is left in these impacts"),
+    ("identify", "reason", (misfit(True),), "no test rejects the model"),
+    (
+        "identify",
+        "reason",
+        (misfit(explanation=explained()),),
+        "not independent, as they are where the model fits; ",
+    ),
+    ("identify", "reason", (misfit(explanation=explained()),), "with bottom and top exchanged the model fits"),
+    (
+        "identify",
+        "reason",
+        (misfit(alternative=Unknown.EXPONENT, explanation=explained(Unknown.LENGTH, (Unknown.DRIFT, Unknown.PHASE))),),
+        "contradict the exponent of the restitution against speed; were the length alone to blame, it would be 0.42 m "
+        "± 0.00001, with a timing error of 100 µs; as well would fit another drift of the clock, phase of the force",
+    ),
+    (
+        "identify",
+        "reason",
+        (misfit(alternative=Unknown.EXPONENT, explanation=explained(Unknown.EXPONENT)),),
+        "alone to blame, it would be 0.42 ±",
+    ),
+    *(
+        ("identify", "reason", (misfit(failure=NoFit(Unfit[name], value)),), part)
+        for name, value, part in (
+            ("SCATTER", 0.02, "a timing error of 20 ms would be needed"),
+            ("RESTITUTION", 1.25, "a restitution of 1.25 would be needed"),
+            ("PATH", 2.5, "beyond a membrane after 2.5 s"),
+            ("NO_MOTION", 0.0, "no motion fits these impacts"),
+        )
+    ),
+    ("identify", "summary", (9, 1e-4, 0, 0, 0), "9 impacts, timing error 100 µs."),
+    ("identify", "summary", (9, 1e-4, 2, 1, 1), "2 missed, 1 that is none, 1 flight left out."),
+    ("identify", "summary", (9, 1e-4, 2, 3, 2), "3 that are none, 2 flights left out."),
+    ("identify", "untested", ((), False), ""),
+    ("identify", "untested", ((Unknown.LENGTH,), True), "another length, exchanged membranes."),
+    ("identify", "untested", ((), True), "from the scenario: exchanged membranes."),
+    ("identify", "untested", ((Unknown.LENGTH,), False), "another length."),
+    ("identify", "not_used", ((),), ""),
+    ("identify", "not_used", (("voltage_v",),), "Read and not used: voltage_v."),
 ]
 
 

@@ -20,6 +20,7 @@ from traceback import format_exc
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
+from msgspec.structs import replace
 from typer.core import TyperGroup
 from typer.main import get_command
 
@@ -484,6 +485,53 @@ def portrait(
     run = Path(results).resolve().parent.name if Path(results).name == "results.json" else results
     folder = _writable_folder(output, run, "-portrait", json, NAMES)
     outcome = portrait_outcome(earlier, Path(results).name, at, json)
+    deliver(outcome, folder, quiet)
+
+
+class ClockReference(StrEnum):
+    """What time 0 of a record can be."""
+
+    FORCE = "force"
+
+
+@app.command()
+def identify(
+    scenario: ScenarioFile,
+    impacts: Annotated[
+        str, typer.Option(metavar="IMPACTS.csv", help="Measured impacts: time_s and membrane (bottom or top).")
+    ],
+    clock: Annotated[
+        ClockReference | None,
+        typer.Option(help="Time 0 is a maximum of the force; without it the force's phase is identified as well."),
+    ] = None,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY", help="What is identified; may be repeated. By default both restitutions."),
+    ] = None,
+    output: Folder = None,
+    json: Json = False,
+    set_: SetOption = None,
+    quiet: Quiet = False,
+) -> None:
+    """Identify restitutions and other inputs from measured impacts. With standard errors, tested against the model.
+
+    Exit code 1 if the impacts contradict the model; 3 if they do not hold what is asked for.
+    """
+    _refuse_files_beside_json(json, "result", output, None)
+    loaded = _loaded(scenario, set_)
+    from vireport.cli import identify_outputs
+
+    against = ("--impacts", [Path(impacts).name])
+    reference: tuple[str, list[str] | None] = ("--clock", None if clock is None else [clock.value])
+    options = (("--free", free), ("--json", json), ("--set", set_))
+    command = _command("identify", [scenario], against, reference, *options)
+    folder = _writable_folder(output, scenario, "-identified", json, identify_outputs.NAMES)
+    with progress(quiet) as say:
+        outcome = identify_outputs.outcome(loaded, impacts, clock is not None, free or [], command, json, say)
+    if json:
+        outcome = replace(outcome, files={})
+    elif quiet:
+        outcome = replace(outcome, printed="")
     deliver(outcome, folder, quiet)
 
 

@@ -1,0 +1,92 @@
+"""`vireport identify` as its users meet it: the example and its truth, files, exit codes, and the device it gives."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vireport import load
+from vireport.cli import main
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+SCENARIO, IMPACTS = str(EXAMPLES / "measured.yaml"), str(EXAMPLES / "measured-impacts.csv")
+TRUTH = {"restitution_bottom": 0.52, "restitution_top": 0.47}
+
+
+def identified(capsys, *arguments: str) -> dict:
+    assert main(["identify", SCENARIO, "--impacts", IMPACTS, "--json", *arguments]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_example_is_identified_with_its_truth(capsys, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    assert main(["identify", SCENARIO, "--impacts", IMPACTS, "--clock", "force", "-o", str(folder)]) == 0
+    printed = capsys.readouterr().out
+    page = (EXAMPLES.parent / "docs" / "identify.md").read_text()
+    assert all(line.strip() in page for line in printed.splitlines() if line.strip())
+    results = json.loads((folder / "identified.json").read_text())
+    assert results == identified(capsys, "--clock", "force") | {"provenance": results["provenance"]}
+    for row in results["identified"]:
+        assert row["from"] < TRUTH[row["name"]] < row["to"]
+        assert row["standard_error"] < 2e-4
+    assert results["timing_error_s"] == pytest.approx(1e-4, rel=0.1)
+    assert len(results["missed"]) == 7
+    assert len(results["false"]) == 1
+    assert results["misfit"]["accepted"]
+    scenario = load(folder / "identified.yaml").scenario
+    assert (folder / "identified.yaml").read_text() == results["scenario"]
+    for row in results["identified"]:
+        assert getattr(scenario.device, row["name"]) == row["value"]
+        assert getattr(scenario.tolerances, row["name"]) == pytest.approx(row["to"] - row["value"])
+    assert scenario.tolerances.length_m == 0.0002
+
+
+@pytest.mark.slow
+def test_the_identified_device_runs(capsys, tmp_path: Path) -> None:
+    (tmp_path / "identified.yaml").write_text(identified(capsys, "--clock", "force")["scenario"])
+    assert main(["run", str(tmp_path / "identified.yaml"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["design_point"]["stability"]
+
+
+def test_a_record_that_contradicts_the_model_gives_no_interval(capsys, tmp_path: Path) -> None:
+    swapped = Path(IMPACTS).read_text().replace("top", "x").replace("bottom", "top").replace("x", "bottom")
+    (tmp_path / "swapped.csv").write_text(swapped)
+    arguments = ["identify", SCENARIO, "--impacts", str(tmp_path / "swapped.csv"), "--clock", "force"]
+    assert main([*arguments, "-o", str(tmp_path / "out")]) == 1
+    assert "with bottom and top exchanged the model fits" in capsys.readouterr().out
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["identified.json"]
+    results = json.loads((tmp_path / "out" / "identified.json").read_text())
+    assert results["identified"] == results["covariance"] == []
+    assert results["scenario"] is None
+    assert results["misfit"]["alternative"] == "swapped_membranes"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--impacts", "/nowhere.csv"], 2, "/nowhere.csv cannot be read"),
+        (["--impacts", IMPACTS, "--free", "mass"], 2, "--free: unknown 'mass' (allowed: restitution, "),
+        (["--impacts", IMPACTS, "--free", "restitution", "--free", "restitution_top"], 2, "allowed: it alone"),
+        (["--impacts", IMPACTS, "--set", "device.friction=0.1", "--set", "tolerances="], 2, "of a ball with friction"),
+        (["--impacts", IMPACTS, "--json", "-o", "x"], 2, "--json prints the result"),
+        (["--impacts", SCENARIO], 2, "unknown column"),
+    ],
+)
+def test_what_is_malformed_is_refused_and_nothing_written(
+    arguments, code, message, capsys, tmp_path, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["identify", SCENARIO, *arguments]) == code
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_record_that_does_not_hold_the_answer_is_refused(capsys, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    head, *rows = Path(IMPACTS).read_text().splitlines(True)
+    Path("few.csv").write_text(head + "".join(rows[:8]))
+    assert main(["identify", SCENARIO, "--impacts", "few.csv"]) == 3
+    assert "the record is too short: at least 13 impacts" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["few.csv"]

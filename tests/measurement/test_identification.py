@@ -1,0 +1,319 @@
+"""What impacts say of a device, held against records whose truth is known, and against what they cannot say."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES, first
+from msgspec.structs import replace
+from scipy.special import stdtrit
+from synthetic import Truth, device_of, in_force_time, truth, word
+
+from vireport import load
+from vireport.measurement import ClockedDevice, Fitted, Unidentifiable, Unknown, fit, judged
+from vireport.measurement.flights import equations, velocities
+from vireport.measurement.inquiry import inquiry_of
+from vireport.physics import Device, SpeedLaw
+from vireport.scenario import DesignInput
+from vireport.simulation import Impact
+
+BOTTOM, TOP, BOTH, PHASE = (
+    Unknown.RESTITUTION_BOTTOM,
+    Unknown.RESTITUTION_TOP,
+    Unknown.RESTITUTION,
+    Unknown.PHASE,
+)
+EACH = BOTTOM, TOP
+
+REGIMES = {
+    "1:1 referenced": ("inclined", {}, 200, EACH),
+    "1:1 equal": ("horizontal", {"device__restitution": 0.8, "device__length_m": 0.4}, 100, (BOTH, PHASE)),
+    "2:1": ("inclined", {"device__length_m": 0.3}, 200, (*EACH, PHASE)),
+    "chaos": ("inclined", {"device__length_m": 0.42}, 100, (*EACH, PHASE)),
+    "horizontal": ("horizontal", {"device__length_m": 0.2}, 200, (*EACH, PHASE)),
+    "transient": ("inclined", {}, 0, (*EACH, PHASE)),
+}
+"""Example, what is set over it, impacts that are skipped, and what is identified."""
+
+
+@cache
+def known(name: str, impacts: int = 300) -> tuple[Device, Truth, tuple[Unknown, ...]]:
+    example, over, skipped, unknowns = REGIMES[name]
+    device = device_of(example, **over)
+    found = truth(device, impacts, skipped, Impact(1, 1.0, 0.3))
+    return device, found if PHASE in unknowns else in_force_time(found, device), unknowns
+
+
+def guessed(device: Device) -> ClockedDevice:
+    """What is known before: all but restitution and phase."""
+    return ClockedDevice(device.with_values({DesignInput.RESTITUTION: 0.6}))
+
+
+def fitted(device: Device, times, walls, unknowns, **of) -> Fitted:
+    found = fit(guessed(device), times, walls, unknowns, **of)
+    assert isinstance(found, Fitted), found
+    return found
+
+
+def off(found: Fitted, device: Device, phase: float) -> np.ndarray:
+    """Differences from the truth."""
+    own = found.adjusted
+    values = [
+        own.model.value_of(x) - (phase if x is PHASE else ClockedDevice(device).value_of(x)) for x in own.unknowns
+    ]
+    return np.array(
+        [(v + np.pi) % (2 * np.pi) - np.pi if x is PHASE else v for x, v in zip(own.unknowns, values, strict=True)]
+    )
+
+
+def corrupted(rng: np.random.Generator, known: Truth, error: float, missed: float, false: float):
+    """A record of the truth: times with errors, some impacts missing, some that are none."""
+    heard = rng.random(len(known.times)) >= missed
+    times = (known.times + error * rng.standard_normal(len(known.times)))[heard]
+    count = int(rng.binomial(len(known.times), false))
+    more = rng.uniform(known.times[0], known.times[-1], count)
+    times, walls = np.append(times, more), np.append(known.walls[heard], rng.choice([-1.0, 1.0], count))
+    order = np.argsort(times)
+    return times[order], walls[order], int((~heard).sum()), more
+
+
+def test_regimes_are_what_they_are_called() -> None:
+    words = {name: word(known(name)[1]) for name in REGIMES}
+    assert "BTBTBTBT" in words["1:1 referenced"]
+    assert "BBTBBTBBT" in words["2:1"]
+    flights = np.diff(known("chaos")[1].times)
+    assert min(np.abs(flights[k:] - flights[:-k]).max() for k in range(1, 100)) > 0.02
+
+
+def test_flights_have_the_velocities_of_the_simulation() -> None:
+    """The simulation integrates from its own state; times and phase alone give the same velocities."""
+    from vireport.scenario import Parameter
+    from vireport.simulation import FLIGHT, PHASE, VELOCITY, WALL, check_model, check_start, follow_one
+
+    device, *_ = known("chaos")
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    rows, _ = follow_one(check_model(groups)[0], check_start(Impact(1, 1.0, 0.3), float(groups.d)), 60, compiled=False)
+    t = np.concatenate([[0.0], np.cumsum(rows[1:, FLIGHT])]) / (2 * device.frequency_hz)
+    model = ClockedDevice(device, float(rows[0, PHASE]))
+    after, before = velocities(model, t[:-1], t[1:], rows[:-1, WALL], rows[1:, WALL])
+    np.testing.assert_allclose(before, rows[1:, VELOCITY], atol=1e-11)
+    np.testing.assert_allclose(after, -0.5 * rows[:-1, VELOCITY], atol=1e-11)
+
+
+def test_derivatives_are_those_of_differences() -> None:
+    device, own, _ = known("chaos")
+    device = device.with_values({DesignInput.RESTITUTION_TOP: 0.47})
+    model = ClockedDevice(device, own.phase, 0.02, 0.7, 1e-6)
+    flown = np.ones(len(own.times) - 1, dtype=bool)
+    unknowns = tuple(Unknown)
+    columns = equations(model, own.times, own.walls, flown, unknowns).by_unknown
+    for k, x in enumerate(unknowns):
+        step = 1e-6 * model.scale_of(x, float(own.times[-1]))
+        sides = [
+            equations(model.with_values((x,), np.array([model.value_of(x) + s * step])), own.times, own.walls, flown)
+            for s in (1, -1)
+        ]
+        difference = (sides[0].value - sides[1].value) / (2 * step)
+        np.testing.assert_allclose(columns[:, k], difference, atol=1e-7 * np.abs(difference).max(), err_msg=x)
+    by_time = equations(model, own.times, own.walls, flown).by_time
+    for place in (-1, 0, 1):
+        step = 1e-7
+        moved = own.times.copy()
+        moved[100 + place] += step
+        change = (
+            equations(model, moved, own.walls, flown).value[99]
+            - equations(model, own.times, own.walls, flown).value[99]
+        )
+        assert by_time[99, place + 1] == pytest.approx(change / step, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", first(2, REGIMES))
+def test_exact_times_give_exact_restitutions(name: str) -> None:
+    device, own, unknowns = known(name)
+    found = fitted(device, own.times, own.walls, unknowns)
+    assert np.abs(off(found, device, own.phase)).max() < 1e-12
+    assert not found.gaps
+    assert not found.false
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "records"),
+    [
+        ("1:1 referenced", 2e-4, 25),
+        *(pytest.param(name, 2e-4, 5, marks=pytest.mark.slow) for name in ("2:1", "chaos")),
+    ],
+)
+def test_errors_are_as_large_as_they_are_said_to_be(name: str, error: float, records: int) -> None:
+    """Squares of errors over standard errors are distributed as chi-square: neither too many nor too few."""
+    device, own, unknowns = known(name)
+    rng = np.random.default_rng(5)
+    squares, within = [], []
+    for _ in range(records):
+        times, walls, *_ = corrupted(rng, own, error, 0.0, 0.0)
+        found = fitted(device, times, walls, unknowns).adjusted
+        z = off(Fitted(found, None, times, walls), device, own.phase)
+        squares.append(z @ np.linalg.solve(found.covariance, z))
+        within.append(found.timing_error_s)
+        assert found.timing_error_s == pytest.approx(error, rel=0.25)
+    mean, spread = len(unknowns), np.sqrt(2 * len(unknowns) / records)
+    assert abs(np.mean(squares) - mean) < 4 * spread
+    assert np.mean(within) == pytest.approx(error, rel=0.03)
+
+
+@pytest.mark.slow
+def test_averages_of_single_restitutions_would_be_biased() -> None:
+    """Why the true times are unknowns: the mean of -u/W is off by many of its own standard errors in chaos."""
+    device, own, unknowns = known("chaos")
+    flown = np.ones(len(own.times) - 1, dtype=bool)
+    rng = np.random.default_rng(1)
+    means, likely = [], []
+    for _ in range(3):
+        times, walls, *_ = corrupted(rng, own, 5e-4, 0.0, 0.0)
+        alone = equations(ClockedDevice(device, own.phase), times, walls, flown)
+        means.append(np.mean(-alone.after / alone.before) - 0.5)
+        found = fitted(device, times, walls, unknowns)
+        likely.append(off(found, device, own.phase)[:2])
+    assert abs(np.mean(means)) > 10 * np.abs(np.mean(likely))
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"), [("1:1 referenced", 0), *(pytest.param("chaos", k, marks=pytest.mark.slow) for k in range(1))]
+)
+def test_missed_and_false_impacts_are_found(name: str, seed: int) -> None:
+    device, own, unknowns = known(name)
+    times, walls, missed, false = corrupted(np.random.default_rng(seed), own, 1e-4, 0.02, 0.005)
+    found = fitted(device, times, walls, unknowns)
+    z = off(found, device, own.phase) / [found.adjusted.deviation_of(x) for x in unknowns]
+    assert np.abs(z).max() < stdtrit(found.adjusted.freedom, 0.9999)
+    assert set(found.false) <= set(false)
+    told = [gap.missed_s for gap in found.gaps if gap.missed_s is not None]
+    for time in told:  # where an impact really was, and none is in the record
+        assert np.abs(own.times - time).min() < 5e-3
+        assert np.abs(times - time).min() > 5e-3
+    assert len(told) >= missed / 2
+    assert found.adjusted.timing_error_s == pytest.approx(1e-4, rel=0.2)
+
+
+def test_a_periodic_record_without_reference_does_not_tell_two_restitutions() -> None:
+    device, own, _ = known("1:1 referenced")
+    rng = np.random.default_rng(0)
+    times = own.times + 5e-4 * rng.standard_normal(len(own.times))
+    with pytest.raises(Unidentifiable) as refused:
+        fit(guessed(device), times, own.walls, (*EACH, PHASE))
+    assert PHASE in {x for x, _ in refused.value.left_open.combination}
+
+
+@pytest.mark.parametrize("missed", first(1, (0.0, 0.03)))
+def test_two_devices_that_make_the_same_record_are_both_told(missed: float) -> None:
+    """Of inclined 1:1 motion with equal restitutions; the other one, simulated, has the same flights."""
+    device, own, _ = known("1:1 referenced")
+    times, walls, *_ = corrupted(np.random.default_rng(0), own, 2e-5, missed, 0.0)
+    with pytest.raises(Unidentifiable) as refused:
+        fit(guessed(device), times, walls, (BOTH, PHASE))
+    answers = [dict(answer) for answer in refused.value.left_open.answers]
+    assert min(abs(answer[BOTH] - 0.5) for answer in answers) < 5e-4
+    other = max(answers, key=lambda answer: abs(answer[BOTH] - 0.5))
+    model = ClockedDevice(device.with_values({DesignInput.RESTITUTION: other[BOTH]}), other[PHASE])
+    k = int(np.flatnonzero(walls > 0)[10])
+    _, before = velocities(model, times[k - 1], times[k], walls[k - 1], walls[k])
+    start = Impact(1, float(before), float(other[PHASE] + 2 * np.pi * device.frequency_hz * times[k]))
+    again = truth(model.device, 300, 200, start)
+    np.testing.assert_allclose(sorted(np.diff(again.times)[:2]), sorted(np.diff(own.times)[:2]), atol=2e-5)
+
+
+def test_a_short_record_is_refused() -> None:
+    device, own, unknowns = known("chaos")
+    with pytest.raises(Unidentifiable) as refused:
+        fit(guessed(device), own.times[:9], own.walls[:9], unknowns)
+    assert refused.value.left_open.impacts == 13
+
+
+WRONG = {
+    Unknown.LENGTH: 1.01,
+    Unknown.FREQUENCY: 1.001,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [Unknown.FREQUENCY])
+def test_a_wrong_input_is_named_with_its_value(wrong: Unknown) -> None:
+    device, own, unknowns = known("chaos")
+    times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
+    true = ClockedDevice(device).value_of(wrong)
+    model = guessed(device).with_values((wrong,), np.array([true * WRONG[wrong]]))
+    said = judged(fit(model, times, walls, unknowns), model, times, walls, unknowns)
+    assert not said.accepted
+    assert said.explanation.unknown is wrong
+    assert abs(said.explanation.value - true) < 5 * said.explanation.standard_error
+
+
+@pytest.mark.slow
+def test_a_restitution_that_falls_with_speed_is_named_with_its_exponent() -> None:
+    device = replace(device_of("inclined", device__length_m=0.42), restitution=SpeedLaw(0.5, 0.5, -0.1, 2.0))
+    own = truth(device, 300, 100)
+    times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
+    model = guessed(device_of("inclined", device__length_m=0.42))
+    said = judged(fit(model, times, walls, (*EACH, PHASE)), model, times, walls, (*EACH, PHASE))
+    assert not said.accepted
+    assert said.explanation.unknown is Unknown.EXPONENT
+    assert said.explanation.value == pytest.approx(-0.1, abs=5 * said.explanation.standard_error)
+
+
+@pytest.mark.slow
+def test_exchanged_membranes_are_named() -> None:
+    device, own, unknowns = known("chaos")
+    times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
+    model = guessed(device)
+    said = judged(fit(model, times, -walls, unknowns), model, times, -walls, unknowns)
+    assert not said.accepted
+    assert said.explanation.swapped
+
+
+@pytest.mark.slow
+def test_a_clock_that_drifts_is_named() -> None:
+    device, own, unknowns = known("chaos")
+    times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
+    model, drifting = guessed(device), times - 1e-5 * times**2 / 2
+    said = judged(fit(model, drifting, walls, unknowns), model, drifting, walls, unknowns)
+    assert not said.accepted
+    assert said.explanation.unknown is Unknown.DRIFT
+    assert said.explanation.value == pytest.approx(1e-5, rel=0.1)
+
+
+@pytest.mark.parametrize("name", first(1, ("1:1 referenced", "chaos")))
+def test_a_true_model_is_accepted_and_what_would_not_show_is_told(name: str) -> None:
+    device, own, unknowns = known(name)
+    times, walls, *_ = corrupted(np.random.default_rng(4), own, 1e-4, 0.0, 0.0)
+    model = guessed(device)
+    said = judged(fit(model, times, walls, unknowns), model, times, walls, unknowns)
+    assert said.accepted
+    # A 1:1 record holds two numbers, and both are used.
+    assert (Unknown.LENGTH in said.untested) == (name == "1:1 referenced")
+
+
+def test_tolerances_of_what_is_known_are_carried() -> None:
+    """Of 1:1 motion nothing tells a wrong length: its tolerance must come out in the restitutions."""
+    device, own, _ = known("1:1 referenced")
+    times, walls, *_ = corrupted(np.random.default_rng(4), own, 1e-4, 0.0, 0.0)
+    deviations = []
+    for over in ({}, {"tolerances": {"length_m": 0.003, "distribution": "normal"}}):
+        inquiry = inquiry_of(load(EXAMPLES / "inclined.yaml", over).scenario, (), True)
+        found = fit(inquiry.model, times, walls, inquiry.unknowns, inquiry.priors)
+        deviations.append(found.adjusted.deviation_of(BOTTOM))
+    step = 1e-4
+    longer = guessed(device).with_values((Unknown.LENGTH,), np.array([device.length_m + step]))
+    moved = fit(longer, times, walls, EACH).adjusted.model.value_of(BOTTOM)
+    alone = fit(guessed(device), times, walls, EACH).adjusted.model.value_of(BOTTOM)
+    carried = abs(moved - alone) / step * 0.001
+    assert deviations[1] == pytest.approx(np.hypot(deviations[0], carried), rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_long_record_is_fitted() -> None:
+    device, own, unknowns = known("chaos", 5_000)
+    times, walls, *_ = corrupted(np.random.default_rng(4), own, 1e-4, 0.0, 0.0)
+    found = fitted(device, times, walls, unknowns)
+    z = off(found, device, own.phase) / [found.adjusted.deviation_of(x) for x in unknowns]
+    assert np.abs(z).max() < 4

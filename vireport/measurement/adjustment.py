@@ -1,0 +1,257 @@
+"""Maximum likelihood of impacts whose times all have errors: the true times are unknowns beside the parameters.
+
+Errors e of the measured times are the least, sum e^2, with which all equations c(times - e, parameters) = 0 hold:
+condition adjustment with unknowns (Gauss and Helmert). Each equation has three times, so that its normal equations are
+of a matrix with five diagonals, and all takes a time that grows as the record. Averages of the restitutions of single
+impacts would be biased instead: the error of one time is in its neighbours' numerator and denominator.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base import NumericalError
+from vireport.measurement.flights import Array, ClockedDevice, Equations, Mask, Unknown, equations
+
+MOST_STEPS = 20
+LARGEST_STEP = 0.3
+"""Share of a flight by which a time moves in a step at most."""
+
+SLACK = 0.01
+"""By how much an equation may fail, over what the timing error makes of it. Where a chaotic motion nearly touches a
+motion that goes another way, the equations hold at no times that are near the measured ones, or at two: without any
+slack the steps halve for ever, and one such place in thousands of impacts outweighs all others."""
+
+SETTLED = 1e-3
+"""Change over its standard error below which steps end."""
+
+LEAST_SHARE = 1e-3
+"""Singular value of a combination of unknowns, over the largest, up to which a record leaves it open: what the noise of
+its times makes of a periodic motion is less, and an impact in a thousand that differs is more."""
+
+ROUNDING = 1e-14
+"""Error of a time over the length of a record that is no error of its measurement."""
+
+
+class Prior(Struct, frozen=True):
+    """What is known of an input beside the record: a value with a standard deviation, in its unit."""
+
+    unknown: Unknown
+    value: float
+    deviation: float
+
+
+class Weights:
+    """The covariance of the equations' values for errors of times with deviation 1 s, factorised: M = L L'."""
+
+    def __init__(self, own: Equations) -> None:
+        from scipy.linalg import LinAlgError, cholesky_banded  # type: ignore[import-untyped]
+
+        b, k = own.by_time, own.impacts
+        m = len(k)
+        band = np.zeros((3, m))
+        band[0] = (1 + SLACK**2) * np.einsum("ij,ij->i", b, b)
+        # Two equations share the times that both are of: two of neighbours, one of the next but one.
+        for apart in (1, 2):
+            if m > apart:
+                steps = k[apart:] - k[:-apart]
+                near, far = steps == 1, steps == 2
+                shared = near * (b[:-apart, 1] * b[apart:, 0] + b[:-apart, 2] * b[apart:, 1])
+                band[apart, : m - apart] = shared + far * b[:-apart, 2] * b[apart:, 0]
+        try:
+            self.factor = cholesky_banded(band, lower=True, check_finite=False)
+        except (LinAlgError, ValueError) as error:
+            raise NumericalError("the equations of the impacts depend on one another") from error
+        if not np.isfinite(self.factor).all():
+            raise NumericalError("the equations of the impacts are not finite")
+
+    def whitened(self, columns: Array) -> Array:
+        """L^-1 of columns: what each adds to those before it, over its standard deviation."""
+        from scipy.linalg.lapack import dtbtrs  # type: ignore[import-untyped]
+
+        own = columns.reshape(len(columns), -1)
+        solved, _ = dtbtrs(self.factor, own, uplo="L")
+        return np.asarray(solved).reshape(columns.shape)
+
+    def returned(self, columns: Array) -> Array:
+        """L'^-1 of columns."""
+        from scipy.linalg.lapack import dtbtrs
+
+        solved, _ = dtbtrs(self.factor, columns.reshape(len(columns), -1), uplo="L", trans="T")
+        return np.asarray(solved).reshape(columns.shape)
+
+
+class Adjusted(Struct, frozen=True, eq=False):
+    """Impacts and parameters that fit together exactly, nearest to what was measured.
+
+    Attributes
+    ----------
+    model : ClockedDevice
+    unknowns : tuple of Unknown
+    errors : Array (n,)
+        Of the measured times [s].
+    covariance : Array (p, p)
+        Of the unknowns, in their units.
+    information : Array (p, p)
+        What the record alone says of the unknowns for a timing error of 1 s: of an exact record the same.
+    freedom : int
+        Equations less what was fitted.
+    timing_error_s : float
+        Standard deviation of the errors.
+    equations : Equations
+        At the adjusted times.
+    innovations : Array (m + q,)
+        What each equation adds to those before it, over its standard deviation: independent, with deviation
+        `timing_error_s`. Then what each prior adds.
+    scaled_design : Array (m + q, p)
+        Derivatives of these by the unknowns over their scales.
+    scales : Array (p,)
+        See `ClockedDevice.scale_of`.
+    weights : Weights
+        Of the equations.
+    settled : bool
+        Whether further steps would change nothing.
+    """
+
+    model: ClockedDevice
+    unknowns: tuple[Unknown, ...]
+    errors: Array
+    covariance: Array
+    information: Array
+    freedom: int
+    timing_error_s: float
+    equations: Equations
+    innovations: Array
+    scaled_design: Array
+    scales: Array
+    weights: Weights
+    settled: bool
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares of the errors [s^2]."""
+        return float(self.innovations @ self.innovations)
+
+    def deviation_of(self, unknown: Unknown) -> float:
+        """Standard error of an unknown, in its unit."""
+        k = self.unknowns.index(unknown)
+        return float(np.sqrt(self.covariance[k, k]))
+
+
+def adjusted(
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    flown: Mask,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...] = (),
+) -> Adjusted:
+    """The most likely unknowns, and the errors of the times with which all equations hold.
+
+    Parameters
+    ----------
+    model : ClockedDevice
+        To start from.
+    times, walls, flown
+        Of the impacts, as measured: see `equations`.
+    unknowns : tuple of Unknown
+    priors : tuple of Prior
+        Of some unknowns.
+
+    Raises
+    ------
+    NumericalError
+        If the equations depend on one another.
+    """
+    span = float(times[-1] - times[0])
+    scales = np.array([model.scale_of(x, span) for x in unknowns])
+    true = times.copy()
+    known = np.array([[p.value, p.deviation] for x in unknowns for p in priors if p.unknown is x]).reshape(-1, 2)
+    where = np.array([i for i, x in enumerate(unknowns) for p in priors if p.unknown is x], dtype=int)
+    observed = {prior.unknown for prior in priors}
+    square, done = 0.0, False
+    for step in range(MOST_STEPS):
+        own = equations(model, true, walls, flown, unknowns)
+        weights = Weights(own)
+        around = own.impacts[:, None] + np.arange(-1, 2)
+        open_ = own.value + np.einsum("ij,ij->i", own.by_time, (times - true)[around])
+        white, columns = weights.whitened(open_), weights.whitened(own.by_unknown * scales)
+        freedom = len(open_) - len(unknowns) + len(where)
+        if step == 0:
+            square = float(white @ white) / max(freedom, 1)
+        # Unknowns of which something is known beforehand are observed once more, with a weight.
+        values = np.array([model.value_of(x) for x in unknowns])
+        weight = np.sqrt(square) / known[:, 1] if len(known) else np.empty(0)
+        more = np.zeros((len(where), len(unknowns)))
+        more[np.arange(len(where)), where] = weight * scales[where]
+        rest = weight * (values[where] - known[:, 0]) if len(known) else np.empty(0)
+        design, right = np.vstack([columns, more]), np.concatenate([white, rest])
+        inverse, move = _solved(design, right, np.array([x not in observed for x in unknowns]))
+        left = right + design @ move
+        square = float(left @ left) / max(freedom, 1)
+        errors = np.zeros_like(times)
+        np.add.at(errors, around, own.by_time * weights.returned(left[: len(white)])[:, None])
+        target = times - errors
+        flights = np.diff(true)
+        allowed = LARGEST_STEP * np.minimum(np.append(flights, np.inf), np.concatenate([[np.inf], flights]))
+        move_of_times = target - true
+        moved = np.clip(move_of_times, -allowed, allowed)
+        limit = max(1.0, float(np.abs(move).max(initial=0.0)) / 0.2)
+        true, values = true + moved / limit, values + scales * move / limit
+        values = _within(unknowns, values)
+        model = model.with_values(unknowns, values)
+        error = float(np.sqrt(square))
+        # Of exact times what is left is rounding, below which no step settles.
+        rounding = error < ROUNDING * span
+        settled = np.abs(move) <= SETTLED * np.sqrt(square * np.diag(inverse)) + 1e-13
+        times_settled = np.abs(move_of_times).max() <= SETTLED * error + ROUNDING * span
+        done = bool(limit == 1 and times_settled and (settled.all() or rounding))
+        if done:
+            break
+    covariance = square * inverse * np.outer(scales, scales)
+    information = columns.T @ columns / np.outer(scales, scales)
+    return Adjusted(
+        model,
+        unknowns,
+        times - true,
+        covariance,
+        information,
+        freedom,
+        error,
+        own,
+        left,
+        design,
+        scales,
+        weights,
+        done,
+    )
+
+
+def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
+    """The inverse of the normal matrix and the step of least squares; none along what the record leaves open.
+
+    Open are combinations of the unknowns that are free. Others are known beforehand, however little a record adds.
+    """
+    ways = np.eye(len(free))
+    if free.any():
+        _, s, v = np.linalg.svd(design[:, free], full_matrices=False)
+        kept = np.zeros((len(free), int(np.sum(s > LEAST_SHARE * s[0]))))
+        kept[free] = v[: kept.shape[1]].T
+        ways = np.hstack([kept, ways[:, ~free]])
+    own = design @ ways
+    size = np.linalg.norm(own, axis=0)
+    size[size == 0] = 1.0
+    inverse = ways / size @ np.linalg.pinv((own / size).T @ (own / size), hermitian=True) @ (ways / size).T
+    return inverse, -inverse @ (design.T @ right)
+
+
+def _within(unknowns: tuple[Unknown, ...], values: Array) -> Array:
+    """Values moved to where the device has a meaning."""
+    restitutions = {Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP}
+    positive = {Unknown.LENGTH, Unknown.AMPLITUDE, Unknown.CAPSULE_MASS, Unknown.FREQUENCY}
+    limits = [
+        (-0.5, 1.5) if x in restitutions else (1e-12, np.inf) if x in positive else (-np.inf, np.inf) for x in unknowns
+    ]
+    low, high = np.array(limits).reshape(-1, 2).T
+    return np.clip(values, low, high)

@@ -1,0 +1,257 @@
+"""What measured impacts must satisfy: an equation for each impact between two flights, and its derivatives.
+
+Two impact times and the phase of the force fix a flight: the equation of positions gives the velocity u just after its
+first impact, that of velocities the velocity W just before its last, Eqs. (2.11), (2.12). So the flights on both sides
+of an impact give its restitution without any further guess, for every motion: c = u + r W = 0.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from math import pi
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.physics import Device, flight, wave
+from vireport.scenario import DesignInput, Parameter
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+
+class Unknown(StrEnum):
+    """What is identified from impacts, or tried as an explanation of what does not fit; inputs by their keys."""
+
+    RESTITUTION = DesignInput.RESTITUTION.value
+    RESTITUTION_BOTTOM = DesignInput.RESTITUTION_BOTTOM.value
+    RESTITUTION_TOP = DesignInput.RESTITUTION_TOP.value
+    LENGTH = DesignInput.LENGTH.value
+    AMPLITUDE = DesignInput.AMPLITUDE.value
+    CAPSULE_MASS = DesignInput.CAPSULE_MASS.value
+    FREQUENCY = DesignInput.FREQUENCY.value
+    INCLINATION = DesignInput.INCLINATION.value
+    PHASE = "force_phase_rad"
+    EXPONENT = "restitution_exponent"
+    DRIFT = "clock_drift_per_s"
+
+    @property
+    def design_input(self) -> DesignInput | None:
+        """The input of the device that it is; None of the force's phase, the exponent and the clock's drift."""
+        return DesignInput(self.value) if self.value in set(DesignInput) else None
+
+    @property
+    def unit(self) -> str:
+        """Symbol of its unit, "" where it has none."""
+        known = self.design_input
+        return known.unit if known is not None else {"force_phase_rad": "rad", "clock_drift_per_s": "1/s"}.get(self, "")
+
+
+class ClockedDevice(Struct, frozen=True):
+    """A device, and how the record's clock stands to its force.
+
+    Attributes
+    ----------
+    device : Device
+        With all inputs given, constant restitutions and no friction.
+    phase : float
+        Of the force at time 0 of the record [rad].
+    exponent : float
+        Of the restitution against speed.
+    speed : float
+        At which restitutions are stated where they depend on speed [y_c].
+    drift : float
+        Rate at which the clock's rate changes [1/s]: a time t on it is t + drift t^2/2.
+    """
+
+    device: Device
+    phase: float = 0.0
+    exponent: float = 0.0
+    speed: float = 1.0
+    drift: float = 0.0
+
+    def value_of(self, unknown: Unknown) -> float:
+        """The value of an unknown, in its unit."""
+        known = unknown.design_input
+        if known is not None:
+            return float(self.device.value_of(known))
+        return {Unknown.PHASE: self.phase, Unknown.EXPONENT: self.exponent, Unknown.DRIFT: self.drift}[unknown]
+
+    def with_values(self, unknowns: tuple[Unknown, ...], values: Array) -> ClockedDevice:
+        """The model with other values of some unknowns."""
+        given = dict(zip(unknowns, map(float, values), strict=True))
+        inputs = {known: given[x] for x in unknowns if (known := x.design_input) is not None}
+        return replace(
+            self,
+            device=self.device.with_values(inputs),
+            phase=given.get(Unknown.PHASE, self.phase),
+            exponent=given.get(Unknown.EXPONENT, self.exponent),
+            drift=given.get(Unknown.DRIFT, self.drift),
+        )
+
+    def scale_of(self, unknown: Unknown, span_s: float) -> float:
+        """A change of an unknown that changes a record of a length by as much as it can be changed, in its unit.
+
+        1 for restitutions and exponent, the value itself, one radian of an angle, and of frequency and clock what
+        turns the force's phase by a radian between the ends of the record.
+        """
+        turn = 2 * pi * self.device.frequency_hz * span_s
+        match unknown:
+            case Unknown.INCLINATION:
+                return 180 / pi
+            case Unknown.FREQUENCY:
+                return self.device.frequency_hz / turn
+            case Unknown.DRIFT:
+                return 2 / (turn * span_s)
+            case Unknown.LENGTH | Unknown.AMPLITUDE | Unknown.CAPSULE_MASS:
+                return self.value_of(unknown)
+        return 1.0
+
+
+class Equations(Struct, frozen=True, eq=False):
+    """The equations of some impacts at some times, linearised there.
+
+    Attributes
+    ----------
+    impacts : Indices (m,)
+        The impact that each is of.
+    value : Array (m,)
+        c = u + r W [y_c].
+    by_time : Array (m, 3)
+        Derivatives by the times of the impact before it, of its own and of the one after it [y_c/s].
+    before, after : Array (m,)
+        Velocity just before the impact and just after it [y_c].
+    by_unknown : Array (m, p)
+        Derivatives by the unknowns asked for.
+    """
+
+    impacts: Indices
+    value: Array
+    by_time: Array
+    before: Array
+    after: Array
+    by_unknown: Array
+
+    @property
+    def spread(self) -> Array:
+        """Standard deviation of each value for independent errors of all times with deviation 1 s [y_c/s]."""
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.by_time, self.by_time)))
+
+
+def velocities(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls: Any) -> tuple[Any, Any]:
+    """Velocities just after the first and just before the last impact of flights between two times, as arrays [y_c].
+
+    Parameters
+    ----------
+    model : ClockedDevice
+    start, end : array_like
+        Times of both impacts [s].
+    walls, end_walls : array_like
+        Membranes, 1 of the bottom one, -1 of the top one.
+    """
+    return _both(model, start, end, walls, end_walls)[:2]
+
+
+def _both(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls: Any) -> tuple[Any, ...]:
+    """`velocities`, with the forces and impulses at both ends, the flight time and the distance covered over it."""
+    groups = model.device.groups(Parameter.LENGTH, model.device.length_m)
+    begun, ended = dimensionless(model, start), dimensionless(model, end)
+    duration = ended - begun
+    (force, impulse, path), (force_end, impulse_end, path_end) = (
+        wave(np.sin(x), np.cos(x), groups.harmonics) for x in (pi * begun + model.phase, pi * ended + model.phase)
+    )
+    across = (end_walls - walls) * groups.d / 2
+    # The velocity with which a flight that begins at rest covers what is missing, Eq. (2.12).
+    covered = flight.displacement(duration, 0.0, impulse, path, path_end, groups.gbar)
+    after = (across - covered) / duration
+    before = flight.velocity(duration, after, impulse, impulse_end, groups.gbar)
+    return after, before, force, impulse, force_end, impulse_end, duration, end_walls - walls
+
+
+def dimensionless(model: ClockedDevice, t: Any) -> Any:
+    """Times [s] of the record's clock in t_c = 1/(2 f)."""
+    return 2 * model.device.frequency_hz * (t + model.drift * t * t / 2)
+
+
+def equations(
+    model: ClockedDevice, times: Array, walls: Array, flown: Mask, unknowns: tuple[Unknown, ...] = ()
+) -> Equations:
+    """The equations of all impacts between two flights that are known to be one flight each.
+
+    Parameters
+    ----------
+    model : ClockedDevice
+    times : Array (n,)
+        Ascending [s].
+    walls : Array (n,)
+        1 at the bottom, -1 at the top.
+    flown : Mask (n - 1,)
+        Whether there was no other impact between one and the next.
+    unknowns : tuple of Unknown
+        By which they are differentiated.
+    """
+    device = model.device
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    after, before, force, _, force_end, _, duration, sides = _both(model, times[:-1], times[1:], walls[:-1], walls[1:])
+    inner = np.flatnonzero(flown[:-1] & flown[1:]) + 1
+    last, first = inner - 1, inner  # the flights that end and begin with the impact
+    wall = walls[inner]
+    bottom, top = (float(device.value_of(x)) for x in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
+    u, w = after[first], before[last]
+    share = np.ones_like(w)
+    if model.exponent:
+        share = (np.maximum(np.abs(w), 1e-300) / model.speed) ** model.exponent
+    r = np.where(wall > 0, bottom, top) * share
+    slope = (1 + model.exponent) * r
+    # Derivatives of a flight's velocities by its two times, from Eqs. (2.11), (2.12).
+    own_after = after / duration + groups.gbar + force
+    next_after = -before / duration
+    last_before = after / duration
+    own_before = -before / duration + groups.gbar + force_end
+    by_time = np.stack(
+        [slope * last_before[last], slope * own_before[last] + own_after[first], next_after[first]], axis=1
+    )
+    columns = [
+        _column(model, x, times, inner, by_time, (u, w, r, slope, share, wall), duration, sides) for x in unknowns
+    ]
+    by_unknown = np.stack(columns, axis=1) if columns else np.empty((len(inner), 0))
+    return Equations(inner, u + r * w, by_time * (2 * device.frequency_hz), w, u, by_unknown)
+
+
+def _column(
+    model: ClockedDevice,
+    unknown: Unknown,
+    times: Array,
+    inner: Indices,
+    by_time: Array,
+    impact: tuple[Array, ...],
+    duration: Array,
+    sides: Array,
+) -> Array:
+    """Derivatives of the equations by an unknown; `by_time` is by dimensionless times."""
+    _, w, r, slope, share, wall = impact
+    around = np.stack([inner - 1, inner, inner + 1], axis=1)
+
+    def moved(by: Array) -> Array:
+        return np.asarray(np.einsum("ij,ij->i", by_time, by[around]))
+
+    if unknown is Unknown.PHASE:
+        return np.asarray(by_time.sum(axis=1) / pi)
+    if unknown is Unknown.DRIFT:
+        return moved(model.device.frequency_hz * times * times)
+    if unknown is Unknown.EXPONENT:
+        return np.asarray(r * w * np.log(np.maximum(np.abs(w), 1e-300) / model.speed))
+    device, known = model.device, DesignInput(unknown.value)
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    by_d, by_gbar, by_bottom, by_top = device.slopes(known, float(groups.d), float(groups.gbar))
+    last, first = inner - 1, inner
+    column = np.where(wall > 0, by_bottom, by_top) * share * w
+    column = column + by_d / 2 * (sides[first] / duration[first] + slope * sides[last] / duration[last])
+    column = column + by_gbar / 2 * (slope * duration[last] - duration[first])
+    if known is DesignInput.FREQUENCY:
+        column = column + moved(dimensionless(model, times) / device.frequency_hz)
+    return np.asarray(column)

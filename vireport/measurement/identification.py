@@ -1,0 +1,361 @@
+"""What measured impacts say of a device: the most likely inputs with their covariance, or why they say nothing.
+
+A strictly periodic record holds few numbers, however long it is: of 1:1 motion one where its clock does not know the
+force, two where it does. What a record leaves open shows in the information that the fitted motion itself has of the
+unknowns, which no noise can add to.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from math import pi
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base import NumericalError, Progress
+from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, adjusted
+from vireport.measurement.flights import Array, ClockedDevice, Indices, Unknown, dimensionless, equations, velocities
+from vireport.measurement.screening import MANY, Gap, Screened, screened, typical, whole, without_flights
+from vireport.measurement.start import starts
+from vireport.physics import flight, wave
+from vireport.scenario import Parameter
+
+ROUNDS = 5
+"""Of screening and fitting, after which they agree or do not."""
+
+LEAST_EQUATIONS = 8
+"""More than there are unknowns, for a standard error to mean something."""
+
+WIDEST = 0.05
+"""Standard error of a combination over its scale beyond which errors do not spread linearly."""
+
+LARGEST_TIMING_ERROR = 0.005
+"""In periods of the force, beyond which impacts do not follow the model: errors have been tried up to 0.001."""
+
+AS_GOOD = 1.5
+"""Ratio of timing errors up to which two fits explain a record as well."""
+
+MOST_GAPS = 0.06
+"""Share of flights that no single missed impact explains beyond which the model does not fit."""
+
+EXACT = 1e-9
+"""Timing error in periods of the force below which times are exact, and what is left is rounding."""
+
+MOST_THROUGH = 0.02
+"""Share of flights through a membrane up to which these are impacts that were missed, and the model may fit."""
+
+GLANCE = 1000
+"""Impacts that a model is looked for in where only a good fit is of interest."""
+
+SAMPLES = 24
+"""Parts of a flight at whose ends the ball must be between the membranes."""
+
+LONGEST_PATTERN = 24
+"""Impacts of a motion that is looked for as one that repeats itself."""
+
+
+class Unfit(Enum):
+    """Why no motion of the device fits a record."""
+
+    NO_MOTION = auto()
+    SCATTER = auto()
+    GAPS = auto()
+    RESTITUTION = auto()
+    PATH = auto()
+
+
+class NoFit(Struct, frozen=True):
+    """Why a record was not explained, with the number that says so: a time [s], a share or a restitution."""
+
+    failure: Unfit
+    value: float
+
+
+class Open(Struct, frozen=True):
+    """What a record does not tell.
+
+    Attributes
+    ----------
+    combination : tuple of (Unknown, float)
+        Changes of unknowns that leave all impact times as they are, each in its unit; none where there are several
+        separate answers, or too few impacts.
+    answers : tuple of tuple of (Unknown, float)
+        Separate answers that explain the record as well.
+    impacts : int
+        Impacts that are needed; 0 where more of the same do not help.
+    unstable : bool
+        Whether all that was found are unstable motions, which do not last.
+    failed : NoFit or None
+        Why no fit was found that could be held against the model.
+    """
+
+    combination: tuple[tuple[Unknown, float], ...] = ()
+    answers: tuple[tuple[tuple[Unknown, float], ...], ...] = ()
+    impacts: int = 0
+    unstable: bool = False
+    failed: NoFit | None = None
+
+
+class Unidentifiable(NumericalError):
+    """A record that does not hold what is asked for."""
+
+    def __init__(self, left_open: Open) -> None:
+        super().__init__("the record does not hold what is asked for")
+        self.left_open = left_open
+
+
+class Fitted(Struct, frozen=True, eq=False):
+    """A record explained by a device.
+
+    Attributes
+    ----------
+    adjusted : Adjusted
+    screened : Screened
+    times, walls : Array
+        Of all impacts of the record, as measured.
+    """
+
+    adjusted: Adjusted
+    screened: Screened
+    times: Array
+    walls: Array
+
+    @property
+    def false(self) -> tuple[float, ...]:
+        """Times of rows that are no impacts [s]."""
+        return tuple(map(float, np.delete(self.times, self.screened.kept)))
+
+    @property
+    def gaps(self) -> tuple[Gap, ...]:
+        """Stretches without what was missed."""
+        return self.screened.gaps
+
+    @property
+    def lost(self) -> int:
+        """Flights that no single missed impact explains."""
+        return sum(gap.missed_s is None for gap in self.gaps)
+
+
+def fit(
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...] = (),
+    say: Progress = lambda what: None,
+    within_s: float = np.inf,
+) -> Fitted | NoFit:
+    """The most likely unknowns of a record.
+
+    Parameters
+    ----------
+    model : ClockedDevice
+        What is known; unknowns begin with its values.
+    times, walls : Array (n,)
+        Of the impacts: ascending [s], and 1 at the bottom, -1 at the top.
+    unknowns : tuple of Unknown
+    priors : tuple of Prior
+        Of further inputs, which are known with an uncertainty.
+    say : callable
+        Is told each step.
+    within_s : float
+        Timing error beyond which a fit is of no interest [s].
+
+    Raises
+    ------
+    Unidentifiable
+        If the record leaves some of the unknowns open.
+    """
+    if len(times) < (needed := len(unknowns) + LEAST_EQUATIONS + 2):
+        raise Unidentifiable(Open(impacts=needed))
+    say("finding the force's phase" if Unknown.PHASE in unknowns else "finding the restitutions")
+    fits: list[Fitted] = []
+    failures: list[NoFit] = []
+    # Whether another model fits within an error shows in the first impacts.
+    first = len(times) if np.isinf(within_s) else GLANCE
+    begun = starts(model, times[:first], walls[:first], unknowns, priors)
+    for k, start in enumerate(begun):
+        say(f"fitting the impacts ({k + 1} of {len(begun)})")
+        found = _settled(start, times, walls, unknowns, priors, within_s)
+        (fits if isinstance(found, Fitted) else failures).append(found)  # type: ignore[arg-type]
+    if Unknown.PHASE in unknowns and (doubted := [found for found in fits if found.gaps or found.false]):
+        # What was missed may hide another answer from the search, or the only one: look for it in what is left.
+        clean = min(doubted, key=lambda found: found.lost).screened
+        kept = clean.kept[:first]
+        for start in starts(model, times[kept], walls[kept], unknowns, priors, clean.flown[: len(kept) - 1]):
+            found = _settled(start, times, walls, unknowns, priors, within_s)
+            (fits if isinstance(found, Fitted) else failures).append(found)  # type: ignore[arg-type]
+    if not fits:
+        return min(failures, key=lambda failed: failed.value if failed.failure is Unfit.SCATTER else np.inf)
+    return _only(fits, unknowns)
+
+
+def _settled(
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...],
+    within_s: float,
+) -> Fitted | NoFit:
+    """Screen and fit in turn until neither changes the other."""
+    period = 1 / model.device.frequency_hz
+    error = typical(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool)), MANY)
+    if error > min(LARGEST_TIMING_ERROR * period, 3 * within_s):
+        return NoFit(Unfit.SCATTER, error)
+    known = whole(len(times))
+    every = (*unknowns, *(prior.unknown for prior in priors))
+    through = np.empty(0, dtype=np.intp)
+    found: Adjusted | None = None
+    for _ in range(ROUNDS):
+        # Exact times fail by rounding, which is not the same for all equations.
+        now = screened(model, times, walls, max(error, EXACT * period))
+        if len(through) and len(now.kept) == len(known.kept):
+            now = without_flights(now, times, through[now.flown[through]])
+        if found is not None and now.same_as(known) and found.settled:
+            break
+        known = now
+        count = int(np.sum(known.flown[:-1] & known.flown[1:]))
+        if count < len(unknowns) + LEAST_EQUATIONS:
+            return NoFit(Unfit.GAPS, 1 - count / (len(times) - 2))
+        try:
+            found = adjusted(model, times[known.kept], walls[known.kept], known.flown, every, priors)
+        except NumericalError:
+            return NoFit(Unfit.NO_MOTION, error)
+        model = found.model
+        # What was not recognised yet makes the fit's own error larger, and would hide in it.
+        left = equations(model, times[known.kept], walls[known.kept], known.flown)
+        error = min(found.timing_error_s, 2 * typical(left, MANY))
+        if error > LARGEST_TIMING_ERROR * period:
+            return NoFit(Unfit.SCATTER, error)
+        # An impact so slow that its loss is within the noise leaves a flight through a membrane.
+        through = np.union1d(through, _through(Fitted(found, known, times, walls))).astype(np.intp)
+        if len(through) > MOST_THROUGH * len(times):
+            return NoFit(Unfit.PATH, float(times[known.kept][through[0]]))
+    if found is None or not found.settled:
+        return NoFit(Unfit.NO_MOTION, error)
+    fitted = Fitted(found, known, times, walls)
+    if (unexplained := fitted.lost / (len(times) - 1)) > MOST_GAPS:
+        return NoFit(Unfit.GAPS, unexplained)
+    return _impossible(found) or fitted
+
+
+def _impossible(found: Adjusted) -> NoFit | None:
+    """Restitutions that are none, if a fit has such."""
+    restitutions = (Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP)
+    for x in found.unknowns:
+        if x in restitutions:
+            value, margin = found.model.value_of(x), 5 * found.deviation_of(x)
+            if value < -margin or value > 1 + margin:
+                return NoFit(Unfit.RESTITUTION, value)
+    return None
+
+
+def _through(fitted: Fitted) -> Indices:
+    """Flights in which the ball is beyond a membrane."""
+    found, kept = fitted.adjusted, fitted.screened.kept
+    times, walls = fitted.times[kept] - found.errors, fitted.walls[kept]
+    device = found.model.device
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    flown = np.flatnonzero(fitted.screened.flown)
+    start, end = times[flown], times[flown + 1]
+    after, before = velocities(found.model, start, end, walls[flown], walls[flown + 1])
+    unit = 2 * device.frequency_hz
+    begun = wave(*_circle(pi * dimensionless(found.model, start) + found.model.phase), groups.harmonics)
+    # A ball that is beyond a membrane for less than the timing error may not be.
+    room = float(groups.d) / 2 + 6 * found.timing_error_s * unit * max(np.abs(after).max(), np.abs(before).max())
+    beyond = np.zeros(len(flown), dtype=bool)
+    for share in np.arange(1, SAMPLES) / SAMPLES:
+        t = start + share * (end - start)
+        now = wave(*_circle(pi * dimensionless(found.model, t) + found.model.phase), groups.harmonics)
+        gone = flight.displacement(
+            dimensionless(found.model, t) - dimensionless(found.model, start),
+            after,
+            begun.impulse,
+            begun.path,
+            now.path,
+            groups.gbar,
+        )
+        beyond |= np.abs(walls[flown] * groups.d / 2 + gone) > room * (1 + 1e-9)
+    return flown[beyond]
+
+
+def _circle(x: Array) -> tuple[Array, Array]:
+    return np.sin(x), np.cos(x)
+
+
+def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
+    """The one fit that explains a record best; several that do so as well are no answer.
+
+    Of a motion that repeats itself only a stable one lasts.
+    """
+    least = min(found.adjusted.timing_error_s for found in fits)
+    rounding = EXACT / fits[0].adjusted.model.device.frequency_hz
+    good = [found for found in fits if found.adjusted.timing_error_s <= max(AS_GOOD * least, rounding)]
+    good = [found for k, found in enumerate(good) if not any(_alike(found, other) for other in good[:k])]
+    # A fit that gets rid of more of the record explains less of it.
+    fewest = min(found.lost for found in good)
+    good = [found for found in good if found.lost <= 1.5 * fewest + 3]
+    for found in good:
+        _require_information(found.adjusted, unknowns)
+    if good:
+        good = [found for found in good if not (_repeats(found) and growth(found) > 0)]
+    if not good:  # the lasting one may have been missed
+        raise Unidentifiable(Open(unstable=True))
+    if len(good) > 1:
+        raise Unidentifiable(
+            Open(answers=tuple(tuple((x, found.adjusted.model.value_of(x)) for x in unknowns) for found in good))
+        )
+    return good[0]
+
+
+def _alike(one: Fitted, other: Fitted) -> bool:
+    """Whether two fits are the same but for turns of the phase."""
+    a, b = one.adjusted, other.adjusted
+    turned = np.cos(a.model.phase - b.model.phase) > 1 - 1e-5
+    values = ((a.model.value_of(x), b.model.value_of(x), a.deviation_of(x)) for x in a.unknowns if x != Unknown.PHASE)
+    return bool(turned) and all(abs(x - y) <= max(deviation, 1e-6 * abs(x)) for x, y, deviation in values)
+
+
+def _require_information(found: Adjusted, unknowns: tuple[Unknown, ...]) -> None:
+    """Refuse what the fitted motion does not depend on."""
+    count = len(unknowns)
+    scales = found.scales[:count]
+    information = found.information[:count, :count] * np.outer(scales, scales)
+    values, vectors = np.linalg.eigh(information)
+    deviation = found.timing_error_s / np.sqrt(max(float(values[0]), 1e-300))
+    if values[0] > LEAST_SHARE**2 * values[-1] and deviation < WIDEST:
+        return
+    worst = vectors[:, 0] / vectors[np.argmax(np.abs(vectors[:, 0])), 0]
+    parts = tuple((x, 0.01 * float(v * s)) for x, v, s in zip(unknowns, worst, scales, strict=True) if abs(v) > 0.02)
+    raise Unidentifiable(Open(combination=parts))
+
+
+def _repeats(found: Fitted) -> bool:
+    """Whether a record, but for its first half, repeats a pattern of impacts within the timing error."""
+    kept, flown = found.screened.kept, found.screened.flown
+    half = len(kept) // 2
+    times, walls, flown = found.times[kept][half:], found.walls[kept][half:], flown[half:]
+    flights, together = np.diff(times), np.cumsum(~flown)
+    for count in range(1, LONGEST_PATTERN + 1):
+        if count >= len(flights) - 1:
+            return False
+        # Only where no flight was lost between the one and the other.
+        both = flown[:-count] & (together[count:] == together[:-count])
+        off = np.abs(flights[count:] - flights[:-count]) > 10 * found.adjusted.timing_error_s
+        off |= walls[count:-1] != walls[: -count - 1]
+        if both.sum() > 2 * count and off[both].mean() < 0.1:
+            return True
+    return False
+
+
+def growth(found: Fitted) -> float:
+    """Rate at which small deviations from the fitted motion grow, per impact: negative where it is stable."""
+    own = found.adjusted.equations
+    last, here, total, count = 0.3, 1.0, 0.0, 0
+    for b, c, d in own.by_time.tolist():
+        last, here = here, -(b * last + c * here) / d
+        size = abs(last) + abs(here)
+        last, here, total, count = last / size, here / size, total + np.log(size), count + 1
+    return float(total / max(count, 1))

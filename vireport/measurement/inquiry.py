@@ -1,0 +1,135 @@
+"""What is asked of a record: what the scenario knows, with which uncertainty, and what is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+
+from msgspec import Struct
+
+from vireport.base import Progress, UsageError
+from vireport.measurement.adjustment import Prior
+from vireport.measurement.flights import ClockedDevice, Unknown
+from vireport.measurement.identification import Fitted, NoFit, fit
+from vireport.measurement.misfit import Misfit, judged
+from vireport.measurement.records import Record
+from vireport.physics import Device, SpeedLaw
+from vireport.scenario import DesignInput, Distribution, Parameter, Scenario
+
+FREE = (
+    Unknown.RESTITUTION,
+    Unknown.RESTITUTION_BOTTOM,
+    Unknown.RESTITUTION_TOP,
+    Unknown.LENGTH,
+    Unknown.AMPLITUDE,
+    Unknown.FREQUENCY,
+    Unknown.INCLINATION,
+)
+"""What can be asked for."""
+
+EACH = Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
+
+
+class Inquiry(Struct, frozen=True):
+    """A device that is known but for some unknowns.
+
+    Attributes
+    ----------
+    model : ClockedDevice
+        What the scenario says.
+    unknowns : tuple of Unknown
+        The force's phase last, where the record's clock does not know it.
+    priors : tuple of Prior
+        Of inputs that are known with a tolerance.
+    """
+
+    model: ClockedDevice
+    unknowns: tuple[Unknown, ...]
+    priors: tuple[Prior, ...]
+
+
+class Identification(Struct, frozen=True, eq=False):
+    """What a record says.
+
+    Attributes
+    ----------
+    inquiry : Inquiry
+    found : Fitted or NoFit
+        Times of which are counted from `origin_s`.
+    misfit : Misfit
+    origin_s : float
+        Time on the record's clock from which the force's phase is counted [s].
+    """
+
+    inquiry: Inquiry
+    found: Fitted | NoFit
+    misfit: Misfit
+    origin_s: float
+
+
+def inquiry_of(scenario: Scenario, free: Sequence[str], referenced: bool) -> Inquiry:
+    """What is known and what is asked for.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    free : sequence of str
+        Keys of what is identified; both restitutions where there are none.
+    referenced : bool
+        Whether time 0 of the record is a maximum of the force.
+
+    Raises
+    ------
+    UsageError
+        If that does not fit together, or the model is not known to the identification.
+    """
+    unknown = [key for key in free if key not in FREE]
+    if unknown:
+        raise UsageError(f"--free: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(FREE)})")
+    unknowns = tuple(dict.fromkeys(map(Unknown, free))) or EACH
+    if Unknown.RESTITUTION in unknowns and set(EACH) & set(unknowns):
+        raise UsageError("--free: restitution is that of both membranes (allowed: it alone, or those of each)")
+    device = Device.of(scenario).frictionless("the identification from impacts")
+    if isinstance(device.restitution, SpeedLaw):
+        raise UsageError(
+            "of restitutions that fall with speed the identification from impacts is not known "
+            "(allowed: constant ones, without device.restitution_exponent)"
+        )
+    missing = [parameter.path for parameter in Parameter if getattr(device, parameter) is None]
+    if missing:
+        raise UsageError(f"{missing[0]} is not given: the device of the record is one design point (give its value)")
+    priors = tuple(_priors(scenario, device, unknowns))
+    return Inquiry(ClockedDevice(device), unknowns if referenced else (*unknowns, Unknown.PHASE), priors)
+
+
+def _priors(scenario: Scenario, device: Device, unknowns: tuple[Unknown, ...]) -> list[Prior]:
+    """The tolerances of what is not identified, as standard deviations."""
+    block = scenario.tolerances
+    if block is None:
+        return []
+    restitutions = {Unknown.RESTITUTION, *EACH}
+    taken = set(unknowns) | (restitutions if restitutions & set(unknowns) else set())
+    normal = block.distribution is Distribution.NORMAL
+    known = []
+    for varied in DesignInput:
+        if Unknown(varied.value) in taken or varied not in device.inputs:
+            continue
+        value = float(device.value_of(varied))
+        half = block.half_width(varied, value)
+        if half > 0:
+            known.append(Prior(Unknown(varied.value), value, half / (3 if normal else sqrt(3))))
+    return known
+
+
+def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress = lambda what: None) -> Identification:
+    """Identify what is asked for from a record, and test whether the model fits it.
+
+    Raises
+    ------
+    Unidentifiable
+        If the record leaves some of it open.
+    """
+    origin = 0.0 if referenced else float(record.times[0])
+    given = (inquiry.model, record.times - origin, record.walls, inquiry.unknowns, inquiry.priors)
+    found = fit(*given, say=say)
+    return Identification(inquiry, found, judged(found, *given, say=say), origin)

@@ -1,0 +1,240 @@
+"""Does the model fit? Tests against what may be wrong with it, each named, and what a record cannot test.
+
+The errors of the times are known only from the record itself, so that their size says little; that they are independent
+of one another, and of everything a wrong input would change, does. Every alternative has one parameter more. What it
+would take from the sum of squares, over what is left, is distributed as F where the model is true.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vireport.base import Progress
+from vireport.measurement.adjustment import LEAST_SHARE, Prior
+from vireport.measurement.flights import Array, ClockedDevice, Unknown, equations
+from vireport.measurement.identification import (
+    AS_GOOD,
+    EXACT,
+    Fitted,
+    NoFit,
+    Open,
+    Unfit,
+    Unidentifiable,
+    fit,
+)
+
+LEVEL = 0.01
+"""Probability at which a true model is rejected, by any of the tests."""
+
+LAGS = 4
+"""Impacts over which errors are held against one another."""
+
+ABOUT = 1.05
+"""Ratio of timing errors up to which two alternatives explain as much."""
+
+LEAST_CORRELATION = 0.04
+"""Correlation of errors with those of neighbouring impacts up to which standard errors are right to some per cent: that
+the equations are not linear makes smaller ones, which a record of 100,000 impacts would show."""
+
+FEWER = 0.5
+"""Ratio of timing errors from which another model explains what the given one does not."""
+
+ALTERNATIVES = (
+    Unknown.EXPONENT,
+    Unknown.FREQUENCY,
+    Unknown.DRIFT,
+    Unknown.LENGTH,
+    Unknown.AMPLITUDE,
+    Unknown.INCLINATION,
+)
+"""What may be wrong, the likeliest first."""
+
+
+class BetterFit(Struct, frozen=True):
+    """A model that fits where the given one does not.
+
+    Attributes
+    ----------
+    swapped : bool
+        Whether it is the same with bottom and top exchanged.
+    unknown : Unknown or None
+        What has another value.
+    value, standard_error : float
+        That value, in its unit, were it alone to blame.
+    timing_error_s : float
+        That is then left [s].
+    others : tuple of Unknown
+        What else, alone, would fit about as well.
+    """
+
+    swapped: bool
+    unknown: Unknown | None
+    value: float
+    standard_error: float
+    timing_error_s: float
+    others: tuple[Unknown, ...] = ()
+
+
+class Misfit(Struct, frozen=True):
+    """Whether a model fits a record.
+
+    Attributes
+    ----------
+    statistic : float or None
+        Of the test with the smallest probability: F of an alternative, or the sum of squares of correlations.
+    p_value : float or None
+        That probability times the number of tests. Both None where nothing was left to test.
+    accepted : bool
+    alternative : Unknown or None
+        The test's alternative; None of the correlation of errors with those of neighbouring impacts.
+    failure : NoFit or None
+        Why there was no fit to test.
+    explanation : BetterFit or None
+        What fits instead, if something does.
+    untested : tuple of Unknown
+        What might be wrong and would not show in this record.
+    swapped_untested : bool
+        Whether exchanged membranes would not show.
+    """
+
+    statistic: float | None
+    p_value: float | None
+    accepted: bool
+    alternative: Unknown | None = None
+    failure: NoFit | None = None
+    explanation: BetterFit | None = None
+    untested: tuple[Unknown, ...] = ()
+    swapped_untested: bool = False
+
+
+def judged(
+    found: Fitted | NoFit,
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...] = (),
+    say: Progress = lambda what: None,
+) -> Misfit:
+    """Test a fit, and look for what would fit where it does not; parameters are those of `fit`."""
+    say("testing the model")
+    given = (model, times, walls, unknowns, priors)
+    if isinstance(found, NoFit):
+        instead = _explanation(np.inf, *given, ALTERNATIVES)
+        searched = found.failure in (Unfit.NO_MOTION, Unfit.GAPS) or Unknown.PHASE in unknowns
+        if instead is None and searched:
+            raise Unidentifiable(Open(failed=found))  # it may be the search that failed, and not the model
+        return Misfit(None, None, False, failure=found, explanation=instead)
+    tests, untested = _tests(found, {*unknowns, *(prior.unknown for prior in priors)})
+    swapped = _swapped(*given, max(AS_GOOD * found.adjusted.timing_error_s, _exact(model)))
+    unseen = swapped is not None
+    if not tests:
+        return Misfit(None, None, True, untested=untested, swapped_untested=unseen)
+    p, statistic, alternative = min(tests, key=lambda test: test[0])
+    p = min(1.0, p * len(tests))
+    if p >= LEVEL:
+        return Misfit(statistic, p, True, untested=untested, swapped_untested=unseen)
+    likely = tuple(x for own, _, x in sorted(tests, key=lambda test: test[0]) if x and own * len(tests) < LEVEL)
+    explanation = _explanation(found.adjusted.timing_error_s, *given, likely)
+    return Misfit(statistic, p, False, alternative, None, explanation, untested)
+
+
+def _exact(model: ClockedDevice) -> float:
+    """Timing error below which times are exact [s]."""
+    return EXACT / model.device.frequency_hz
+
+
+def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...]]:
+    """Probability, statistic and alternative of each test; and the alternatives that the record cannot tell."""
+    from scipy.special import chdtrc, fdtrc  # type: ignore[import-untyped]
+
+    own = found.adjusted
+    kept, flown = found.screened.kept, found.screened.flown
+    model = replace(own.model, speed=float(np.median(np.abs(own.equations.before))))
+    true = found.times[kept] - own.errors
+    possible = tuple(x for x in ALTERNATIVES if x not in known)
+    columns = equations(model, true, found.walls[kept], flown, possible).by_unknown
+    scales = np.array([model.scale_of(x, float(true[-1] - true[0])) for x in possible])
+    white = np.zeros((len(own.innovations), len(possible)))
+    white[: len(columns)] = own.weights.whitened(columns * scales)
+    basis = np.linalg.qr(own.scaled_design)[0] if own.scaled_design.shape[1] else np.zeros((len(white), 0))
+    # Twice, as columns that are nearly within what was fitted lose their digits the first time.
+    rest = white - basis @ (basis.T @ white)
+    rest -= basis @ (basis.T @ rest)
+    size, rest_size = np.linalg.norm(white, axis=0), np.linalg.norm(rest, axis=0)
+    told = rest_size > LEAST_SHARE * np.maximum(size, 1e-300)
+    untested = tuple(x for x, tells in zip(possible, told, strict=True) if not tells)
+    if own.timing_error_s < _exact(model):
+        return [], untested
+    square = own.cost
+    tests: list[tuple[float, float, Unknown | None]] = []
+    for x, column, length in zip(possible, rest.T, rest_size, strict=True):
+        if x in untested:
+            continue
+        less = float(column @ own.innovations / length) ** 2
+        freedom = own.freedom - 1
+        f = less / max((square - less) / freedom, 1e-300)
+        tests.append((float(fdtrc(1, freedom, f)), f, x))
+    left = own.innovations[: len(columns)]
+    count = len(left)
+    correlated = [float(left[k:] @ left[:-k]) / float(left @ left) for k in range(1, LAGS + 1)]
+    q = count * (count + 2) * sum(r * r / (count - k) for k, r in enumerate(correlated, 1))
+    if max(map(abs, correlated)) > LEAST_CORRELATION:
+        tests.append((float(chdtrc(LAGS, q)), q, None))
+    return tests, untested
+
+
+def _swapped(
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...],
+    within_s: float,
+) -> BetterFit | None:
+    """The fit with bottom and top exchanged, if there is one with a timing error that is no larger than this [s]."""
+    try:
+        found = fit(model, times, -walls, unknowns, priors, within_s=within_s)
+    except Unidentifiable:
+        return None
+    if isinstance(found, NoFit) or found.adjusted.timing_error_s > within_s:
+        return None
+    return BetterFit(True, None, 0.0, 0.0, found.adjusted.timing_error_s)
+
+
+def _explanation(
+    error: float,
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...],
+    likely: tuple[Unknown, ...],
+) -> BetterFit | None:
+    """What explains a record with a timing error that is much less [s], or where an alternative was found likely."""
+    swapped = _swapped(model, times, walls, unknowns, priors, FEWER * error)
+    if swapped is not None:
+        return swapped
+    speed = float(np.median(np.abs(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool)).before)))
+    found: list[BetterFit] = []
+    for x in likely:
+        if x in unknowns or x in {prior.unknown for prior in priors}:
+            continue
+        try:
+            other = fit(replace(model, speed=speed), times, walls, (*unknowns, x), priors)
+        except Unidentifiable:
+            continue
+        if isinstance(other, Fitted) and other.adjusted.timing_error_s < error:
+            own = other.adjusted
+            found.append(BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s))
+    if not found:
+        return None
+    best = min(found, key=lambda one: one.timing_error_s)
+    others = tuple(
+        one.unknown
+        for one in found
+        if one is not best and one.unknown and one.timing_error_s < 1.05 * best.timing_error_s
+    )
+    return replace(best, others=others)

@@ -1,0 +1,236 @@
+"""Impacts as they were measured: a CSV of times and membranes, read strictly.
+
+A misread time is a wrong restitution, so nothing is guessed: each mistake is told with its line, what is there and what
+is allowed, and the first of them all together.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from difflib import get_close_matches
+from math import isfinite
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base import Mistake, ScenarioError, UsageError
+from vireport.measurement.flights import Array
+from vireport.text import visible
+
+TIME, MEMBRANE = "time_s", "membrane"
+UNUSED = "voltage_v", "velocity_m_s"
+"""Columns that may be there; their numbers are checked, and have no part in what is identified."""
+
+COLUMNS = TIME, MEMBRANE, *UNUSED
+SIDES = {"bottom": 1.0, "top": -1.0}
+LARGEST_RECORD = 200_000_000
+"""Bytes; an impact has some 20."""
+
+MOST_MISTAKES = 20
+"""That are told one by one."""
+
+FEWEST = 3
+"""Impacts of which one is between two flights."""
+
+LONGEST_FLIGHT, SHORTEST_FLIGHT = 20.0, 1e-3
+"""In periods of the force: a median beyond them is of a time in another unit."""
+
+
+class Record(Struct, frozen=True, eq=False):
+    """Impacts in the order of time.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    times : Array (n,)
+        Strictly ascending [s].
+    walls : Array (n,)
+        1 at the bottom membrane, -1 at the top one.
+    unused : tuple of str
+        Columns that were read and are not used.
+    """
+
+    name: str
+    times: Array
+    walls: Array
+    unused: tuple[str, ...] = ()
+
+
+def read_record(path: str, frequency_hz: float) -> Record:
+    """Read a record of impacts.
+
+    Parameters
+    ----------
+    path : str
+        Of a CSV file in UTF-8 with the columns ``time_s`` and ``membrane`` (bottom or top).
+    frequency_hz : float
+        Of the force, by which times in another unit are recognised.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read.
+    ScenarioError
+        With every mistake in it, by its line.
+    """
+    name = visible(path)
+    try:
+        with open(path, "rb") as file:
+            data = file.read(LARGEST_RECORD + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise UsageError(f"{name} cannot be read: {reason}") from error
+    if len(data) > LARGEST_RECORD:
+        raise _refused(name, 1, "", f"the file is larger than {LARGEST_RECORD // 10**6} MB (cut the record)")
+    return parse_record(data, name, frequency_hz)
+
+
+def parse_record(data: bytes, name: str, frequency_hz: float) -> Record:
+    """Read a record from the bytes of a file; see `read_record`."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise _refused(
+            name, line, "", f"byte 0x{data[error.start]:02X} is not UTF-8 (save the file as CSV in UTF-8)"
+        ) from None
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise _refused(name, line, "", "a zero byte: this is no text (allowed: CSV in UTF-8)")
+    rows = enumerate(csv.reader(io.StringIO(text, newline=""), strict=True), 1)
+    mistakes: list[Mistake] = []
+    try:
+        places, unused, head = _columns(rows, name)
+        times, walls, lines = _values(rows, places, unused, head, mistakes)
+    except csv.Error as error:
+        raise _refused(name, 1, "", f"{error} (allowed: CSV with commas)") from None
+    if not mistakes:
+        mistakes += _order(times, lines)
+    if mistakes:
+        raise ScenarioError(name, mistakes)
+    if len(times) < FEWEST:
+        count = f"{len(times)} impact{'s' * (len(times) != 1)}"
+        raise _refused(
+            name, lines[-1] if lines else 1, "", f"{count} (at least {FEWEST} are needed, and some tens to be of use)"
+        )
+    record = Record(name, np.array(times), np.array(walls), unused)
+    _require_seconds(record, lines[0], frequency_hz)
+    return record
+
+
+def _refused(name: str, line: int, path: str, message: str) -> ScenarioError:
+    return ScenarioError(name, [Mistake(line, path, message)])
+
+
+def _columns(rows: Iterator[tuple[int, list[str]]], name: str) -> tuple[dict[str, int], tuple[str, ...], int]:
+    """Places of the columns by their names, those that are not used, and the number of columns."""
+    line, head = next(((line, row) for line, row in rows if any(cell.strip() for cell in row)), (1, []))
+    example = f"the first line is {TIME},{MEMBRANE}"
+    if not head:
+        raise _refused(name, 1, "", f"the file is empty ({example}, an impact on each that follows)")
+    if len(head) == 1 and any(sign in head[0] for sign in ";\t"):
+        what = "semicolons" if ";" in head[0] else "tabs"
+        raise _refused(name, line, "", f"columns are separated by {what} (allowed: commas, and points in numbers)")
+    titles = [cell.strip() for cell in head]
+    mistakes = []
+    for title in titles:
+        if title not in COLUMNS:
+            close = get_close_matches(title, COLUMNS, 1, 0.5)
+            hint = f"; did you mean '{close[0]}'?" if close else ""
+            mistakes.append(Mistake(line, visible(title[:60]), f"unknown column{hint} (allowed: {', '.join(COLUMNS)})"))
+    mistakes += [Mistake(line, title, "the column stands twice") for title in COLUMNS if titles.count(title) > 1]
+    mistakes += [
+        Mistake(line, title, f"the column is missing ({example})") for title in (TIME, MEMBRANE) if title not in titles
+    ]
+    if mistakes:
+        raise ScenarioError(name, mistakes)
+    return {title: k for k, title in enumerate(titles)}, tuple(x for x in UNUSED if x in titles), len(titles)
+
+
+def _values(
+    rows: Iterator[tuple[int, list[str]]],
+    places: dict[str, int],
+    unused: tuple[str, ...],
+    head: int,
+    mistakes: list[Mistake],
+) -> tuple[list[float], list[float], list[int]]:
+    """Times, sides and lines of all impacts; what is wrong with them is added to the mistakes."""
+    times, walls, lines = [], [], []
+    time, membrane, others = places[TIME], places[MEMBRANE], [(name, places[name]) for name in unused]
+    for line, row in rows:
+        if not row or (len(row) == 1 and not row[0].strip()):
+            continue
+        if len(mistakes) >= MOST_MISTAKES:
+            mistakes.append(Mistake(line, "", "more mistakes may follow, which are not told one by one"))
+            break
+        if len(row) != head:
+            comma = " A decimal comma?" if len(row) > head else ""
+            mistakes.append(
+                Mistake(line, "", f"{len(row)} values for {head} columns.{comma} (allowed: points in numbers)")
+            )
+            continue
+        number = _number(row[time], line, TIME, mistakes)
+        side = SIDES.get(row[membrane].strip())
+        if side is None:
+            given = visible(row[membrane].strip()[:40])
+            close = get_close_matches(given.lower(), SIDES, 1)
+            hint = f"; did you mean '{close[0]}'?" if close else ""
+            mistakes.append(Mistake(line, MEMBRANE, f"'{given}' is no membrane{hint} (allowed: bottom, top)"))
+        for name, place in others:
+            if row[place].strip():
+                _number(row[place], line, name, mistakes)
+        if number is not None and side is not None:
+            times.append(number)
+            walls.append(side)
+            lines.append(line)
+    return times, walls, lines
+
+
+def _number(text: str, line: int, column: str, mistakes: list[Mistake]) -> float | None:
+    """A number of a cell; None where it is none, which is added to the mistakes."""
+    own = text.strip()
+    try:
+        value = float(own) if "_" not in own else None
+    except ValueError:
+        value = None
+    if value is None or not isfinite(value):
+        hint = "; decimal comma?" if own.count(",") == 1 else ""
+        what = f"'{visible(own[:40])}' is not a finite number{hint}" if own else "is empty"
+        mistakes.append(Mistake(line, column, f"{what} (allowed: a number with a decimal point, such as 0.2345)"))
+        return None
+    return value
+
+
+def _order(times: list[float], lines: list[int]) -> list[Mistake]:
+    """Impacts that are not after the one before them."""
+    allowed = "(allowed: ascending times, each once)"
+    wrong = np.flatnonzero(np.diff(times) <= 0)[:MOST_MISTAKES] + 1
+    found = []
+    for k in wrong.tolist():
+        which = "that" if times[k] == times[k - 1] else "before that"
+        found.append(Mistake(lines[k], TIME, f"{times[k]!r} s is {which} of line {lines[k - 1]} {allowed}"))
+    return found
+
+
+def _require_seconds(record: Record, line: int, frequency_hz: float) -> None:
+    """Refuse times in another unit.
+
+    Raises
+    ------
+    ScenarioError
+    """
+    periods = float(np.median(np.diff(record.times))) * frequency_hz
+    if SHORTEST_FLIGHT <= periods <= LONGEST_FLIGHT:
+        return
+    likely = " The times look like milliseconds." if LONGEST_FLIGHT < periods < 1e3 * LONGEST_FLIGHT else ""
+    raise _refused(
+        record.name,
+        line,
+        TIME,
+        f"half of the flights are {'longer' if periods > 1 else 'shorter'} than {periods:.3g} periods of the force."
+        f"{likely} "
+        f"(allowed: seconds, and excitation.frequency_hz in Hz: a median of {SHORTEST_FLIGHT:g} to {LONGEST_FLIGHT:g})",
+    )

@@ -1,0 +1,162 @@
+"""Which measured impacts are impacts, and between which others were missed, each held against the timing error.
+
+An impact that was missed makes one flight of two: both equations that need it fail. One that was none makes two flights
+of one: three fail. An equation has failed where it is beyond `FAILED` standard deviations of the timing error.
+"""
+
+from __future__ import annotations
+
+from statistics import NormalDist
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.measurement.flights import Array, ClockedDevice, Equations, Indices, Mask, equations
+
+FAILED = 6.0
+MOST, MANY = 0.8, 0.6
+"""Shares of the equations that agree in a fit, and that must agree for it to be looked at further."""
+
+PLACES = 100
+"""Times within a flight at which a missed impact is tried, before the best is refined."""
+
+
+class Gap(Struct, frozen=True):
+    """A stretch of a record whose flights are not used.
+
+    Attributes
+    ----------
+    start_s, end_s : float
+        Times of the impacts at its ends [s].
+    missed_s : float or None
+        Time of the one missed impact that explains it; None where none does.
+    """
+
+    start_s: float
+    end_s: float
+    missed_s: float | None
+
+
+class Screened(Struct, frozen=True, eq=False):
+    """A record without what is no impact, and which of its flights are flights.
+
+    Attributes
+    ----------
+    kept : Indices (n,)
+        Rows of the record that are impacts.
+    flown : Mask (n - 1,)
+        Whether there was no other impact between one of these and the next.
+    gaps : tuple of Gap
+    """
+
+    kept: Indices
+    flown: Mask
+    gaps: tuple[Gap, ...]
+
+    def same_as(self, other: Screened) -> bool:
+        """Whether both say the same of a record."""
+        return np.array_equal(self.kept, other.kept) and np.array_equal(self.flown, other.flown)
+
+
+def whole(count: int) -> Screened:
+    """A record of which nothing is doubted."""
+    return Screened(np.arange(count), np.ones(count - 1, dtype=bool), ())
+
+
+def typical(own: Equations, share: float = MOST) -> float:
+    """Timing error that most equations agree on [s], by that which a share of them keeps to.
+
+    A smaller share than usual would not do for a fit: of the four equations of a 3:1 motion three can always be met.
+    """
+    return float(np.quantile(np.abs(own.value) / own.spread, share)) / NormalDist().inv_cdf((1 + share) / 2)
+
+
+def screened(model: ClockedDevice, times: Array, walls: Array, timing_error_s: float) -> Screened:
+    """Find impacts that were missed and rows that are none, of a record [s] with a timing error [s]."""
+    kept = _without_false(model, times, walls, timing_error_s)
+    t, w = times[kept], walls[kept]
+    flown = np.ones(len(t) - 1, dtype=bool)
+    own = equations(model, t, w, flown)
+    gaps: list[Gap] = []
+    for run in _runs(own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]):
+        every = np.arange(run[0], run[-1])
+        if len(run) == 1:  # at an end of the record, or next to what is hardly beyond the noise: one of its flights
+            every = np.array([run[0] if run[0] + 2 >= len(t) else run[0] - 1])
+        single = every[::2]
+        flown[single] = False
+        own_gaps = [_gap(model, t, w, flown, k, timing_error_s) for k in single]
+        if (len(run) % 2 and len(run) > 1) or any(gap.missed_s is None for gap in own_gaps):
+            # Not one missed impact in every other flight: nothing is known of any of them.
+            flown[every] = False
+            own_gaps = [Gap(float(t[k]), float(t[k + 1]), None) for k in every] if len(every) > 1 else own_gaps
+        gaps += own_gaps
+    return Screened(kept, flown, tuple(gaps))
+
+
+def without_flights(known: Screened, times: Array, flights: Indices) -> Screened:
+    """A screened record without some more flights, of which nothing is known."""
+    flown = known.flown.copy()
+    flown[flights] = False
+    own = times[known.kept]
+    more = tuple(Gap(float(own[k]), float(own[k + 1]), None) for k in flights)
+    return Screened(known.kept, flown, (*known.gaps, *more))
+
+
+def _runs(failed: Indices) -> list[Indices]:
+    """Neighbours among equations that have failed."""
+    return [run for run in np.split(failed, np.flatnonzero(np.diff(failed) > 1) + 1) if len(run)]
+
+
+def _without_false(model: ClockedDevice, times: Array, walls: Array, timing_error_s: float) -> Indices:
+    """Rows that are left where each that explains all failures around it, as one that is no impact, is taken away."""
+    own = equations(model, times, walls, np.ones(len(times) - 1, dtype=bool))
+    failed = own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]
+    taken = []
+    for run in _runs(failed):
+        best = FAILED
+        row = -1
+        for k in range(max(run[0] - 1, 1), min(run[-1] + 2, len(times) - 1)):
+            near = np.array([i for i in range(run[0] - 3, run[-1] + 4) if 0 <= i < len(times) and i != k])
+            # What is next to the end of a record can be taken away without a trace: it is no evidence.
+            if near.searchsorted(k) < 2 or len(near) - near.searchsorted(k) < 2:
+                continue
+            rest = equations(model, times[near], walls[near], np.ones(len(near) - 1, dtype=bool))
+            around = (near[rest.impacts] >= run[0] - 1) & (near[rest.impacts] <= run[-1] + 1)
+            worst = float((np.abs(rest.value) / rest.spread)[around].max()) / timing_error_s
+            if worst < best:
+                best, row = worst, k
+        if row >= 0:
+            taken.append(row)
+    return np.setdiff1d(np.arange(len(times)), np.array(taken, dtype=int))
+
+
+def _gap(model: ClockedDevice, times: Array, walls: Array, flown: Mask, k: int, timing_error_s: float) -> Gap:
+    """What lies between impact k and the next: one missed impact on either membrane, if it explains both ends."""
+    start, end = float(times[k]), float(times[k + 1])
+    low, high = max(k - 1, 0), min(k + 2, len(times) - 1)
+    if (low < k and not flown[low]) or (high > k + 1 and not flown[k + 1]) or high - low < 2:
+        return Gap(start, end, None)
+    found: tuple[float, float] = (FAILED, np.nan)
+    for wall in (1.0, -1.0):
+        a, b = start, end
+        for _ in range(4):
+            tried = np.linspace(a, b, PLACES + 2)[1:-1]
+            worst = _misfit(model, times, walls, k, tried, wall) / timing_error_s
+            i = int(np.argmin(worst))
+            a, b = (tried[max(i - 1, 0)], tried[min(i + 1, PLACES - 1)])
+        found = min(found, (float(worst[i]), float(tried[i])))
+    return Gap(start, end, found[1] if found[0] < FAILED else None)
+
+
+def _misfit(model: ClockedDevice, times: Array, walls: Array, k: int, tried: Array, wall: float) -> Array:
+    """How far the equations around a flight fail with an impact in it at each of some times [s]."""
+    worst = np.zeros(len(tried))
+    # An own small record for each time tried, one after the other, with nothing between them.
+    low, high = max(k - 1, 0), min(k + 2, len(times) - 1)
+    before, after = times[low : k + 1], times[k + 1 : high + 1]
+    rows = np.stack([np.concatenate([before, [x], after]) for x in tried])
+    sides = np.tile(np.concatenate([walls[low : k + 1], [wall], walls[k + 1 : high + 1]]), len(tried))
+    within = np.tile(np.arange(rows.shape[1]) < rows.shape[1] - 1, len(tried))[:-1]
+    own = equations(model, rows.ravel(), sides, within)
+    np.maximum.at(worst, own.impacts // rows.shape[1], np.abs(own.value) / own.spread)
+    return worst
