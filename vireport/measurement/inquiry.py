@@ -13,7 +13,7 @@ from vireport.measurement.flights import ClockedDevice, Unknown
 from vireport.measurement.identification import Fitted, NoFit, fit
 from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record
-from vireport.physics import Device, SpeedLaw
+from vireport.physics import Device
 from vireport.scenario import DesignInput, Distribution, Parameter, Scenario
 
 FREE = (
@@ -89,12 +89,7 @@ def inquiry_of(scenario: Scenario, free: Sequence[str], referenced: bool) -> Inq
     unknowns = tuple(dict.fromkeys(map(Unknown, free))) or EACH
     if Unknown.RESTITUTION in unknowns and set(EACH) & set(unknowns):
         raise UsageError("--free: restitution is that of both membranes (allowed: it alone, or those of each)")
-    device = Device.of(scenario).frictionless("the identification from impacts")
-    if isinstance(device.restitution, SpeedLaw):
-        raise UsageError(
-            "of restitutions that fall with speed the identification from impacts is not known "
-            "(allowed: constant ones, without device.restitution_exponent)"
-        )
+    device = Device.of(scenario).plain_ball("the identification from impacts")
     missing = [parameter.path for parameter in Parameter if getattr(device, parameter) is None]
     if missing:
         raise UsageError(f"{missing[0]} is not given: the device of the record is one design point (give its value)")
