@@ -1,4 +1,4 @@
-"""Motions and ends of stable motion of devices as they are built, against their raw map in 40 digits."""
+"""Motions and ends of stable motion of devices as they are built, against their raw map in 50 digits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vireport.simulation import BOTTOM, PHASE, VELOCITY, check_model, follow_one
 
 
 class ExactDevice:
-    """The flights and impacts of a device in 40 digits, by its inputs in SI and nothing of the package."""
+    """The flights and impacts of a device in 50 digits, by its inputs in SI and nothing of the package."""
 
     def __init__(self, device: Device) -> None:
         mass, force = mp.mpf(device.capsule_mass_kg), mp.mpf(device.amplitude_n)
@@ -59,8 +59,8 @@ class ExactDevice:
         return [at_top - v1, up, at_bottom - v0, down]
 
     def map_of(self, v0, t0, t1):
-        """Trace and determinant of the return map, by differences of the flights in 40 digits."""
-        step = mp.mpf(10) ** -14
+        """Trace and determinant of the return map, by differences of the flights."""
+        step = mp.mpf(10) ** -18
 
         def lap(v, t):
             at_top = mp.findroot(lambda x: self.arrival(1, t, v, x)[1], t1)
@@ -76,14 +76,14 @@ class ExactDevice:
 
 
 def held_motions(device: Device) -> int:
-    """Hold each motion of a device within its bounds to the raw map in 40 digits, and to the simulation if stable."""
+    """Hold each motion of a device within its bounds to the raw map in 50 digits, and to the simulation if stable."""
     motions, _, errors = motions_at(device, Parameter.LENGTH)
     bounds = one_to_one_bounds(around_length(device), motions, errors)
     model = check_model(device.groups(Parameter.LENGTH, device.length_m))[0]
     for row in range(len(motions)):
         v0, v1 = float(motions.velocity_bottom[row]), float(motions.velocity_top[row])
         t0 = float(motions.phi_bottom[row]) / np.pi
-        with mp.workdps(40):
+        with mp.workdps(50):
             exact = ExactDevice(device)
             x = mp.findroot(exact.missed, (v0, v1, t0, t0 + 1 + 2 * float(motions.u[row])), tol=1e-30)
             assert abs(x[0] - v0) <= bounds["velocity_bottom"][row] < 1e-9
@@ -110,7 +110,7 @@ def held_ends(device: Device, inputs: Container[DesignInput]) -> int:
         if sign is None or margin.parameter not in inputs:
             continue
         at, motion = device.with_values({margin.parameter: margin.sweep_value}), margin.point.motion
-        with mp.workdps(40):
+        with mp.workdps(50):
             exact = ExactDevice(at)
             values = (*motion.velocity, *motion.time)
             assert max(map(abs, exact.missed(*map(mp.mpf, values)))) < 1e-13

@@ -70,6 +70,9 @@ SYMBOLS = {varied.path: varied.marked for varied in DesignInput} | {
 UNITS = {"1": "", "deg": "°", "m/s^2": "m/s²", "N/m^h": "N/mʰ"}
 """Units of the scenario format that are set in another way."""
 
+OF_LAW = "device.restitution_exponent"
+"""An input of which nothing is told where it is 0: the restitution then is what the row above it says."""
+
 NOT_A_QUANTITY = ("schema_version", "title")
 
 NOTHING = 1e-30
@@ -276,9 +279,9 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return float(unit * motions.velocity_bottom[0]), float(-unit * motions.velocity_top[0])
 
     def inputs(self) -> Iterator[InputRow]:
-        """Every value of the scenario, in the order of the format."""
+        """Every value of the scenario, in the order of the format, but `OF_LAW` where that is 0."""
         for entry in inputs(self.study.scenario):
-            if entry.path not in NOT_A_QUANTITY:
+            if entry.path not in NOT_A_QUANTITY and (entry.value or entry.path != OF_LAW):
                 swept = entry.unit == UNIT_OF_SWEPT
                 unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
                 symbol, origin = SYMBOLS.get(entry.path, ""), _origin(self.study, entry.path)
