@@ -15,7 +15,7 @@ from vireport.cli.outcome import CommandOutcome
 from vireport.measurement import Fitted, Identification, Unidentifiable, Unknown, answered, inquiry_of, read_record
 from vireport.scenario import DesignInput, Distribution, Loaded, Scenario, loads, to_dict
 from vireport.study import json_bytes, provenance_of
-from vireport.text import Table, numbers, plain_text, significant, texts
+from vireport.text import Table, bounded, numbers, plain_text, significant, texts
 from vireport.wording import Words
 
 NAMES = "identified.json", "identified.yaml"
@@ -171,7 +171,9 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
     rows = tuple(
         (
             WORDS("name_of", x),
-            *(significant(number, digits) for number, digits in ((v, 8), (e, 2), (v - half, 8), (v + half, 8))),
+            bounded(v, e / 100),  # to two digits of its standard error, as the ends of the interval
+            significant(e, 2),
+            *(bounded(end, e / 100) for end in (v - half, v + half)),
             x.unit,
         )
         for x, v, e, half in _rows(answer)
