@@ -18,7 +18,7 @@ from vireport.gate import Evidence, cause_of
 from vireport.gate.alerts import CAUSES
 from vireport.membranes import Grade
 from vireport.motions import Event, Stability, Symmetry
-from vireport.physics import Device, Fitting, Membrane
+from vireport.physics import Device, Fitting, Membrane, SpeedLaw
 from vireport.scenario import DesignInput, Loaded, Parameter
 from vireport.study import sweep_of
 from vireport.text import CATALOGUE, AlertCode, explanation
@@ -199,7 +199,7 @@ def known(**results: object) -> SimpleNamespace:
     """A solution of which nothing is known but what is given."""
     nothing = {"diagram": None, "stable_ranges": (), "branches": (), "design": None, "membrane": None, "sweep": None}
     nothing |= {"critical_points": (), "horizontal": False, "within_membrane": True}
-    nothing |= {"device": SimpleNamespace(rubs=False, falls=False)}
+    nothing |= {"device": SimpleNamespace(rubs=False, law=None)}
     return SimpleNamespace(**nothing | results)
 
 
@@ -319,12 +319,12 @@ SAID = [
     ("VR003", {"solution": known(design=design(1))}, ["the one solution is not admissible and stable."]),
     (
         "VR003",
-        {"solution": known(design=design(1, lost=0), device=SimpleNamespace(falls=True))},
+        {"solution": known(design=design(1, lost=0), device=SimpleNamespace(law=SpeedLaw(0.5, 0.5, -0.1, 1.0)))},
         ["looked for was what comes from the motions of a constant one. There may be others."],
     ),
     (
         "VR003",
-        {"solution": known(design=design(1, lost=2), device=SimpleNamespace(falls=True))},
+        {"solution": known(design=design(1, lost=2), device=SimpleNamespace(law=SpeedLaw(0.5, 0.5, -0.1, 1.0)))},
         ["Of these 2 could not be followed so far, and there may be others."],
     ),
     (
@@ -353,7 +353,7 @@ SAID = [
     (
         "VR003",
         {
-            "solution": known(design=design(1), device=SimpleNamespace(rubs=True, falls=False)),
+            "solution": known(design=design(1), device=SimpleNamespace(rubs=True, law=None)),
             "from_rest": come_to("BT"),
         },
         ["simulation: BT. A block 'simulation:' shows it. In that motion friction stops the ball between two impacts"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 from conftest import EXAMPLES
@@ -13,6 +14,7 @@ from vireport.compliant import own_stiffness
 from vireport.design import region_of
 from vireport.disturbances import disturbances_of
 from vireport.membranes import compliance
+from vireport.physics import flight
 from vireport.report import Report, render_html
 from vireport.scenario import DesignInput, load
 from vireport.shocks import withstood_by
@@ -43,6 +45,13 @@ def test_without_an_exponent_it_is_constant_to_the_last_bit(example) -> None:
         del own["overrides"]
         own["scenario"]["device"]["restitution_speed_m_s"] = None
         assert own == plain
+
+
+def test_what_may_be_stated_is_what_the_law_allows() -> None:
+    below = math.nextafter(flight.LARGEST_RESTITUTION, 0)
+    assert load(EXAMPLES / "inclined.yaml", POINT | FALLS | {"device.restitution": below})
+    with pytest.raises(ScenarioError, match=r"device\.restitution:"):
+        load(EXAMPLES / "inclined.yaml", POINT | FALLS | {"device.restitution": flight.LARGEST_RESTITUTION})
 
 
 def test_a_run_has_motions_margins_and_energies_and_says_what_it_claims(falling) -> None:

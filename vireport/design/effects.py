@@ -291,7 +291,7 @@ def _least_margin(device: Device, origin: _Origin) -> float:
         return 0.0
     for end in endings(device, followed, LINES, (-1.0, 1.0)):
         # A law that bends at the largest restitution is followed no farther: that counts as an end.
-        if end.event is Event.LOST and not device.falls:
+        if end.event is Event.LOST and device.law is None:
             raise NumericalError(f"rounding does not resolve where stable motion ends along {', '.join(end.inputs)}")
         for varied in end.inputs if end.event is not Event.SWEEP_END else ():
             value = float(device.value_of(varied))
@@ -380,7 +380,7 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
     """The stable motions of a changed device."""
     # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found, and those of a
     # ball without friction, and of restitutions that do not fall with speed, to one with it and to those that do.
-    design, falls = origin.device, device.falls
+    design, falls = origin.device, device.law is not None
     own, force = constant(device) if falls else device, device.harmonics if design.harmonics else ()
     plain = replace(own, harmonics=force, friction=design.friction)
     same = plain == design

@@ -215,7 +215,7 @@ def _counted(r: Any, grown: Any) -> Any:
 
 def line_of(varied: DesignInput, device: Device) -> Line:
     """The line on which an input moves a device."""
-    if varied is DesignInput.FREQUENCY and device.falls:
+    if varied is DesignInput.FREQUENCY and device.law is not None:
         return Line.FREQUENCIES
     return next(line for line in Line if varied in line.value)
 
@@ -362,7 +362,7 @@ def _inputs_along(lines: Sequence[Line], device: Device, gbar: float) -> dict[Li
     """The lines that differ from one another, and the inputs that move a device along each."""
     inputs: dict[Line, tuple[DesignInput, ...]] = {line: line.value for line in lines}
 
-    falls = device.falls
+    falls = device.law is not None
     if not falls:
         inputs.pop(Line.FREQUENCIES, None)
     elif Line.LENGTHS in inputs:

@@ -411,7 +411,7 @@ def _derivatives(
     slopes = {name: float(normal[:4] @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
     orders = differentiated(device.harmonics)
     harmonics, more = np.split(normal[4:], [2 * len(orders)])
-    if at.falls:
+    if at.law is not None:
         slopes = {name: slope + float(more[1]) * at.law_slope(name) for name, slope in slopes.items()}
     if at.rubs:
         slopes = {name: slope + float(more[-1]) * at.friction_slope(name) for name, slope in slopes.items()}

@@ -256,7 +256,7 @@ def motions_at(device: Device, parameter: Parameter) -> Found:
 
 
 def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
-    """The same, and how many are lost on the way from constant restitutions."""
+    """`motions_at`, and how many motions are lost on the way from constant restitutions."""
     lost, restitution = 0, device.restitution
     if isinstance(restitution, SpeedLaw):
         places, restitution, lost = _under_law(device)

@@ -97,7 +97,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
 
 def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
     """Velocities at the bottom impact of the stable motions with other restitutions, of both membranes together."""
-    if device.falls:
+    if device.law is not None:
         others = (device.with_values({DesignInput.RESTITUTION: float(r)}) for r in restitutions)
         found = (motions_at(other, Parameter.LENGTH)[0] for other in others)
         return [motions.velocity_bottom[motions.stable] for motions in found]
@@ -119,7 +119,7 @@ def input_error(device: Device, motions: Motions) -> Floats:
 
     By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
     """
-    if device.falls:
+    if device.law is not None:
         return _input_error_of_law(device, motions)
     r, n, u, phi = device.restitution, device.period_ratio, motions.u, motions.phi_bottom
     harmonics, rubbed = device.harmonics, device.groups(Parameter.LENGTH, device.length_m).friction
@@ -143,7 +143,7 @@ def input_error(device: Device, motions: Motions) -> Floats:
 
 
 def _input_error_of_law(device: Device, motions: Motions) -> Floats:
-    """The same where the restitutions change with the velocities: by the derivatives of the motions' conditions."""
+    """`input_error` of restitutions that change with the velocities, by the derivatives of the motions' conditions."""
     n, groups = device.period_ratio, device.groups(Parameter.LENGTH, device.length_m).as_floats()
     errors = []
     for row in range(len(motions)):

@@ -240,12 +240,7 @@ def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float 
     One speed for both: membranes that are alike stay alike, and the bottom, which is struck faster, rebounds less.
     """
     rows, bottom_top = np.flatnonzero(motions.stable), stated(device.restitution)
-    if (
-        not rows.size
-        or isinstance(device.restitution, SpeedLaw)
-        or min(bottom_top) == 0
-        or max(bottom_top) >= flight.LARGEST_RESTITUTION
-    ):
+    if not rows.size or device.law is not None or min(bottom_top) == 0 or max(bottom_top) >= flight.LARGEST_RESTITUTION:
         return None
     if speed_m_s is None:
         row = int(rows[0])

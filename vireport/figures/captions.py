@@ -23,7 +23,7 @@ from vireport.figures.curves import (
 )
 from vireport.figures.style import Picture
 from vireport.motions import eigenvalues
-from vireport.physics import RESTITUTIONS, Device, SpeedLaw
+from vireport.physics import RESTITUTIONS, Device
 from vireport.scenario import DesignInput, Parameter
 from vireport.study import Study, Task
 from vireport.text import AlertCode, exact, scaled
@@ -140,7 +140,7 @@ def harmonics_of(device: Device) -> list[str]:
 
 def _restitutions(device: Device) -> list[tuple[DesignInput, str]]:
     given = [name for name in device.inputs if name in RESTITUTIONS]
-    law = device.restitution if isinstance(device.restitution, SpeedLaw) else None
+    law = device.law
     falls = "" if law is None else f" (v/{exact(law.speed)} m/s)^{exact(law.exponent)}"
     return [(name, f"{name.symbol} = {exact(device.value_of(name))}{falls}") for name in given]
 

@@ -131,7 +131,7 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     count = len(design.motions)
     place = f"{design.parameter.symbol} = {design.parameter.show(design.value)}"
     yield Sentence({0: "none", 1: "one"}.get(count, "several"), {"place": place, "count": count})
-    if results.solution.device.falls:
+    if results.solution.device.law is not None:
         yield Sentence("lost" if design.lost else "by_law", {"count": design.lost})
     stable = results.atlas.stable_at(design.value) if results.atlas is not None else []
     if stable:
@@ -163,9 +163,8 @@ def _shown_by(end: FromRest, results: Evidence) -> str:
     from vireport.atlas import LOOKED_FOR
 
     cycle = end.cycle
-    followed = cycle is not None and not cycle.sticks and len(end.word) <= LOOKED_FOR
-    followed = followed and not results.solution.device.rubs
-    return "motions" if followed else "simulation"
+    short = cycle is not None and not cycle.sticks and len(end.word) <= LOOKED_FOR
+    return "motions" if short and not results.solution.device.rubs else "simulation"
 
 
 def _several_stable(results: Evidence) -> Iterator[Sentence]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.design import DesignPoint, Solution, contact_share
 from vireport.motions import impact_velocities
-from vireport.physics import SpeedLaw, Word, by_wall
+from vireport.physics import Word, by_wall
 from vireport.scenario import LimitKind, Parameter, RequirementsBlock
 
 if TYPE_CHECKING:
@@ -314,9 +314,9 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         if membrane is None or not bottom.size:
             return None
         device = self.solution.device
-        if device.alike and not isinstance(device.restitution, SpeedLaw):
+        if device.alike and device.law is None:
             return contact_share(np.minimum(bottom, -top), membrane, device.restitution, frequency)
-        if isinstance(law := device.restitution, SpeedLaw):
+        if (law := device.law) is not None:
             impacts = [*((1, v) for v in bottom.tolist()), *((-1, v) for v in top.tolist())]
             shares = [
                 contact_share(np.array([abs(v)]), membrane, law.at(wall, v)[0], np.array([f]))

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base import NumericalError
-from vireport.measurement.flights import Array, ClockedDevice, Equations, Mask, Unknown, equations
+from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Equations, Mask, Unknown, equations
 
 MOST_STEPS = 20
 LARGEST_STEP = 0.3
@@ -40,6 +40,11 @@ class Prior(Struct, frozen=True):
     unknown: Unknown
     value: float
     deviation: float
+
+
+def with_known(unknowns: tuple[Unknown, ...], priors: tuple[Prior, ...]) -> tuple[Unknown, ...]:
+    """All that is fitted: what is unknown, and then what is known with an uncertainty."""
+    return (*unknowns, *(prior.unknown for prior in priors))
 
 
 class Weights:
@@ -248,10 +253,9 @@ def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
 
 def _within(unknowns: tuple[Unknown, ...], values: Array) -> Array:
     """Values moved to where the device has a meaning."""
-    restitutions = {Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP}
     positive = {Unknown.LENGTH, Unknown.AMPLITUDE, Unknown.CAPSULE_MASS, Unknown.FREQUENCY}
     limits = [
-        (-0.5, 1.5) if x in restitutions else (1e-12, np.inf) if x in positive else (-np.inf, np.inf) for x in unknowns
+        (-0.5, 1.5) if x in RESTITUTIONS else (1e-12, np.inf) if x in positive else (-np.inf, np.inf) for x in unknowns
     ]
     low, high = np.array(limits).reshape(-1, 2).T
     return np.clip(values, low, high)

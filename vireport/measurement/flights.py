@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.physics import Device, flight, wave
+from vireport.physics import ARRAYS, Device, flight
 from vireport.scenario import DesignInput, Parameter
 
 Array = NDArray[np.float64]
@@ -49,6 +49,10 @@ class Unknown(StrEnum):
         """Symbol of its unit, "" where it has none."""
         known = self.design_input
         return known.unit if known is not None else {"force_phase_rad": "rad", "clock_drift_per_s": "1/s"}.get(self, "")
+
+
+RESTITUTIONS = Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
+"""That of both membranes together, and those of each."""
 
 
 class ClockedDevice(Struct, frozen=True):
@@ -153,23 +157,21 @@ def velocities(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls
     walls, end_walls : array_like
         Membranes, 1 of the bottom one, -1 of the top one.
     """
-    return _both(model, start, end, walls, end_walls)[:2]
+    return _flown(model, start, end, walls, end_walls)[:2]
 
 
-def _both(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls: Any) -> tuple[Any, ...]:
-    """`velocities`, with the forces and impulses at both ends, the flight time and the distance covered over it."""
+def _flown(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls: Any) -> tuple[Any, ...]:
+    """`velocities`, with the forces at both ends and the flight time."""
     groups = model.device.groups(Parameter.LENGTH, model.device.length_m)
     begun, ended = dimensionless(model, start), dimensionless(model, end)
     duration = ended - begun
-    (force, impulse, path), (force_end, impulse_end, path_end) = (
-        wave(np.sin(x), np.cos(x), groups.harmonics) for x in (pi * begun + model.phase, pi * ended + model.phase)
-    )
+    first, last = (groups.wave(pi * t + model.phase, ARRAYS) for t in (begun, ended))
     across = (end_walls - walls) * groups.d / 2
     # The velocity with which a flight that begins at rest covers what is missing, Eq. (2.12).
-    covered = flight.displacement(duration, 0.0, impulse, path, path_end, groups.gbar)
+    covered = flight.displacement(duration, 0.0, first.impulse, first.path, last.path, groups.gbar)
     after = (across - covered) / duration
-    before = flight.velocity(duration, after, impulse, impulse_end, groups.gbar)
-    return after, before, force, impulse, force_end, impulse_end, duration, end_walls - walls
+    before = flight.velocity(duration, after, first.impulse, last.impulse, groups.gbar)
+    return after, before, first.force, last.force, duration
 
 
 def dimensionless(model: ClockedDevice, t: Any) -> Any:
@@ -196,7 +198,7 @@ def equations(
     """
     device = model.device
     groups = device.groups(Parameter.LENGTH, device.length_m)
-    after, before, force, _, force_end, _, duration, sides = _both(model, times[:-1], times[1:], walls[:-1], walls[1:])
+    after, before, force, force_end, duration = _flown(model, times[:-1], times[1:], walls[:-1], walls[1:])
     inner = np.flatnonzero(flown[:-1] & flown[1:]) + 1
     last, first = inner - 1, inner  # the flights that end and begin with the impact
     wall = walls[inner]
@@ -215,9 +217,8 @@ def equations(
     by_time = np.stack(
         [slope * last_before[last], slope * own_before[last] + own_after[first], next_after[first]], axis=1
     )
-    columns = [
-        _column(model, x, times, inner, by_time, (u, w, r, slope, share, wall), duration, sides) for x in unknowns
-    ]
+    impact, sides = (w, r, slope, share, wall), walls[1:] - walls[:-1]
+    columns = [_column(model, x, times, inner, by_time, impact, duration, sides) for x in unknowns]
     by_unknown = np.stack(columns, axis=1) if columns else np.empty((len(inner), 0))
     return Equations(inner, u + r * w, by_time * (2 * device.frequency_hz), w, u, by_unknown)
 
@@ -233,7 +234,7 @@ def _column(
     sides: Array,
 ) -> Array:
     """Derivatives of the equations by an unknown; `by_time` is by dimensionless times."""
-    _, w, r, slope, share, wall = impact
+    w, r, slope, share, wall = impact
     around = np.stack([inner - 1, inner, inner + 1], axis=1)
 
     def moved(by: Array) -> Array:

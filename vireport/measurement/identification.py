@@ -14,11 +14,20 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base import NumericalError, Progress
-from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, adjusted
-from vireport.measurement.flights import Array, ClockedDevice, Indices, Unknown, dimensionless, equations, velocities
+from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, adjusted, with_known
+from vireport.measurement.flights import (
+    RESTITUTIONS,
+    Array,
+    ClockedDevice,
+    Indices,
+    Unknown,
+    dimensionless,
+    equations,
+    velocities,
+)
 from vireport.measurement.screening import MANY, Gap, Screened, screened, typical, whole, without_flights
 from vireport.measurement.start import starts
-from vireport.physics import flight, wave
+from vireport.physics import ARRAYS, flight
 from vireport.scenario import Parameter
 
 ROUNDS = 5
@@ -170,25 +179,30 @@ def fit(
     if len(times) < (needed := len(unknowns) + LEAST_EQUATIONS + 2):
         raise Unidentifiable(Open(impacts=needed))
     say("finding the force's phase" if Unknown.PHASE in unknowns else "finding the restitutions")
-    fits: list[Fitted] = []
-    failures: list[NoFit] = []
     # Whether another model fits within an error shows in the first impacts.
     first = len(times) if np.isinf(within_s) else GLANCE
     begun = starts(model, times[:first], walls[:first], unknowns, priors)
+    tried: list[Fitted | NoFit] = []
     for k, start in enumerate(begun):
         say(f"fitting the impacts ({k + 1} of {len(begun)})")
-        found = _settled(start, times, walls, unknowns, priors, within_s)
-        (fits if isinstance(found, Fitted) else failures).append(found)  # type: ignore[arg-type]
+        tried.append(_settled(start, times, walls, unknowns, priors, within_s))
+    fits = [found for found in tried if isinstance(found, Fitted)]
     if Unknown.PHASE in unknowns and (doubted := [found for found in fits if found.gaps or found.false]):
         # What was missed may hide another answer from the search, or the only one: look for it in what is left.
         clean = min(doubted, key=lambda found: found.lost).screened
         kept = clean.kept[:first]
-        for start in starts(model, times[kept], walls[kept], unknowns, priors, clean.flown[: len(kept) - 1]):
-            found = _settled(start, times, walls, unknowns, priors, within_s)
-            (fits if isinstance(found, Fitted) else failures).append(found)  # type: ignore[arg-type]
+        more = starts(model, times[kept], walls[kept], unknowns, priors, clean.flown[: len(kept) - 1])
+        tried += [_settled(start, times, walls, unknowns, priors, within_s) for start in more]
+        fits = [found for found in tried if isinstance(found, Fitted)]
     if not fits:
+        failures = (found for found in tried if isinstance(found, NoFit))
         return min(failures, key=lambda failed: failed.value if failed.failure is Unfit.SCATTER else np.inf)
     return _only(fits, unknowns)
+
+
+def exact_below(model: ClockedDevice) -> float:
+    """Timing error below which times are exact [s], see `EXACT`."""
+    return EXACT / model.device.frequency_hz
 
 
 def _settled(
@@ -205,12 +219,12 @@ def _settled(
     if error > min(LARGEST_TIMING_ERROR * period, 3 * within_s):
         return NoFit(Unfit.SCATTER, error)
     known = whole(len(times))
-    every = (*unknowns, *(prior.unknown for prior in priors))
+    every = with_known(unknowns, priors)
     through = np.empty(0, dtype=np.intp)
     found: Adjusted | None = None
     for _ in range(ROUNDS):
         # Exact times fail by rounding, which is not the same for all equations.
-        now = screened(model, times, walls, max(error, EXACT * period))
+        now = screened(model, times, walls, max(error, exact_below(model)))
         if len(through) and len(now.kept) == len(known.kept):
             now = without_flights(now, times, through[now.flown[through]])
         if found is not None and now.same_as(known) and found.settled:
@@ -243,9 +257,8 @@ def _settled(
 
 def _impossible(found: Adjusted) -> NoFit | None:
     """Restitutions that are none, if a fit has such."""
-    restitutions = (Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP)
     for x in found.unknowns:
-        if x in restitutions:
+        if x in RESTITUTIONS:
             value, margin = found.model.value_of(x), 5 * found.deviation_of(x)
             if value < -margin or value > 1 + margin:
                 return NoFit(Unfit.RESTITUTION, value)
@@ -262,27 +275,17 @@ def _through(fitted: Fitted) -> Indices:
     start, end = times[flown], times[flown + 1]
     after, before = velocities(found.model, start, end, walls[flown], walls[flown + 1])
     unit = 2 * device.frequency_hz
-    begun = wave(*_circle(pi * dimensionless(found.model, start) + found.model.phase), groups.harmonics)
+    left = dimensionless(found.model, start)
+    begun = groups.wave(pi * left + found.model.phase, ARRAYS)
     # A ball that is beyond a membrane for less than the timing error may not be.
     room = float(groups.d) / 2 + 6 * found.timing_error_s * unit * max(np.abs(after).max(), np.abs(before).max())
     beyond = np.zeros(len(flown), dtype=bool)
     for share in np.arange(1, SAMPLES) / SAMPLES:
-        t = start + share * (end - start)
-        now = wave(*_circle(pi * dimensionless(found.model, t) + found.model.phase), groups.harmonics)
-        gone = flight.displacement(
-            dimensionless(found.model, t) - dimensionless(found.model, start),
-            after,
-            begun.impulse,
-            begun.path,
-            now.path,
-            groups.gbar,
-        )
+        t = dimensionless(found.model, start + share * (end - start))
+        now = groups.wave(pi * t + found.model.phase, ARRAYS)
+        gone = flight.displacement(t - left, after, begun.impulse, begun.path, now.path, groups.gbar)
         beyond |= np.abs(walls[flown] * groups.d / 2 + gone) > room * (1 + 1e-9)
     return flown[beyond]
-
-
-def _circle(x: Array) -> tuple[Array, Array]:
-    return np.sin(x), np.cos(x)
 
 
 def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
@@ -291,8 +294,8 @@ def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
     Of a motion that repeats itself only a stable one lasts.
     """
     least = min(found.adjusted.timing_error_s for found in fits)
-    rounding = EXACT / fits[0].adjusted.model.device.frequency_hz
-    good = [found for found in fits if found.adjusted.timing_error_s <= max(AS_GOOD * least, rounding)]
+    most = max(AS_GOOD * least, exact_below(fits[0].adjusted.model))
+    good = [found for found in fits if found.adjusted.timing_error_s <= most]
     good = [found for k, found in enumerate(good) if not any(_alike(found, other) for other in good[:k])]
     # A fit that gets rid of more of the record explains less of it.
     fewest = min(found.lost for found in good)

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from vireport.base import Progress, UsageError
 from vireport.measurement.adjustment import Prior
-from vireport.measurement.flights import ClockedDevice, Unknown
+from vireport.measurement.flights import RESTITUTIONS, ClockedDevice, Unknown
 from vireport.measurement.identification import Fitted, NoFit, fit
 from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record
@@ -17,9 +17,7 @@ from vireport.physics import Device
 from vireport.scenario import DesignInput, Distribution, Parameter, Scenario
 
 FREE = (
-    Unknown.RESTITUTION,
-    Unknown.RESTITUTION_BOTTOM,
-    Unknown.RESTITUTION_TOP,
+    *RESTITUTIONS,
     Unknown.LENGTH,
     Unknown.AMPLITUDE,
     Unknown.FREQUENCY,
@@ -102,8 +100,7 @@ def _priors(scenario: Scenario, device: Device, unknowns: tuple[Unknown, ...]) -
     block = scenario.tolerances
     if block is None:
         return []
-    restitutions = {Unknown.RESTITUTION, *EACH}
-    taken = set(unknowns) | (restitutions if restitutions & set(unknowns) else set())
+    taken = set(unknowns) | (set(RESTITUTIONS) if set(RESTITUTIONS) & set(unknowns) else set())
     normal = block.distribution is Distribution.NORMAL
     known = []
     for varied in DesignInput:

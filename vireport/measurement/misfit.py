@@ -12,16 +12,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import Progress
-from vireport.measurement.adjustment import LEAST_SHARE, Prior
+from vireport.measurement.adjustment import LEAST_SHARE, Prior, with_known
 from vireport.measurement.flights import Array, ClockedDevice, Unknown, equations
 from vireport.measurement.identification import (
     AS_GOOD,
-    EXACT,
     Fitted,
     NoFit,
     Open,
     Unfit,
     Unidentifiable,
+    exact_below,
     fit,
 )
 
@@ -127,8 +127,8 @@ def judged(
         if instead is None and searched:
             raise Unidentifiable(Open(failed=found))  # it may be the search that failed, and not the model
         return Misfit(None, None, False, failure=found, explanation=instead)
-    tests, untested = _tests(found, {*unknowns, *(prior.unknown for prior in priors)})
-    swapped = _swapped(*given, max(AS_GOOD * found.adjusted.timing_error_s, _exact(model)))
+    tests, untested = _tests(found, {*with_known(unknowns, priors)})
+    swapped = _swapped(*given, max(AS_GOOD * found.adjusted.timing_error_s, exact_below(model)))
     unseen = swapped is not None
     if not tests:
         return Misfit(None, None, True, untested=untested, swapped_untested=unseen)
@@ -139,11 +139,6 @@ def judged(
     likely = tuple(x for own, _, x in sorted(tests, key=lambda test: test[0]) if x and own * len(tests) < LEVEL)
     explanation = _explanation(found.adjusted.timing_error_s, *given, likely)
     return Misfit(statistic, p, False, alternative, None, explanation, untested)
-
-
-def _exact(model: ClockedDevice) -> float:
-    """Timing error below which times are exact [s]."""
-    return EXACT / model.device.frequency_hz
 
 
 def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...]]:
@@ -166,7 +161,7 @@ def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float,
     size, rest_size = np.linalg.norm(white, axis=0), np.linalg.norm(rest, axis=0)
     told = rest_size > LEAST_SHARE * np.maximum(size, 1e-300)
     untested = tuple(x for x, tells in zip(possible, told, strict=True) if not tells)
-    if own.timing_error_s < _exact(model):
+    if own.timing_error_s < exact_below(model):
         return [], untested
     square = own.cost
     tests: list[tuple[float, float, Unknown | None]] = []
@@ -220,7 +215,7 @@ def _explanation(
     speed = float(np.median(np.abs(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool)).before)))
     found: list[BetterFit] = []
     for x in likely:
-        if x in unknowns or x in {prior.unknown for prior in priors}:
+        if x in with_known(unknowns, priors):
             continue
         try:
             other = fit(replace(model, speed=speed), times, walls, (*unknowns, x), priors)
@@ -235,6 +230,6 @@ def _explanation(
     others = tuple(
         one.unknown
         for one in found
-        if one is not best and one.unknown and one.timing_error_s < 1.05 * best.timing_error_s
+        if one is not best and one.unknown and one.timing_error_s < ABOUT * best.timing_error_s
     )
     return replace(best, others=others)

@@ -10,8 +10,8 @@ from math import cos, pi
 
 import numpy as np
 
-from vireport.measurement.adjustment import Prior
-from vireport.measurement.flights import Array, ClockedDevice, Mask, Unknown, equations
+from vireport.measurement.adjustment import Prior, with_known
+from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Mask, Unknown, equations
 from vireport.measurement.screening import MANY, MOST, typical
 
 PHASES = 72
@@ -37,8 +37,6 @@ HUBER, TUNING = 1.345, 4.685
 CLOCK = {Unknown.FREQUENCY, Unknown.DRIFT}
 """With which the phase turns away from a first guess in a long record."""
 
-RESTITUTIONS = Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
-
 
 def starts(
     model: ClockedDevice,
@@ -58,7 +56,7 @@ def starts(
         few = min(len(times), 10 * FIRST)
         first = _with_typical_restitutions(model, times[:few], walls[:few], flown, unknowns)
         return [_grown(first, times, walls, flown, unknowns, priors)]
-    every = {*unknowns, *(prior.unknown for prior in priors)}
+    every = {*with_known(unknowns, priors)}
     # What has not settled yet tells most of a motion that then repeats itself, and would be lost among the rest.
     parts = [
         min(len(times), FIRST // 2),
@@ -137,7 +135,7 @@ def _grown(
     priors: tuple[Prior, ...],
 ) -> ClockedDevice:
     """The model fitted to the first impacts, then to twice as many, up to all; or to enough, if no clock is unknown."""
-    every = {*unknowns, *(prior.unknown for prior in priors)}
+    every = {*with_known(unknowns, priors)}
     most = len(times) if every & CLOCK else min(len(times), ENOUGH)
     count = min(FIRST, most)
     while True:
@@ -156,7 +154,7 @@ def _fitted(
     priors: tuple[Prior, ...],
 ) -> ClockedDevice:
     """Least squares with Tukey's weights; along what the impacts leave open it does not move."""
-    every = (*unknowns, *(prior.unknown for prior in priors))
+    every = with_known(unknowns, priors)
     if not every:
         return model
     scales = np.array([model.scale_of(x, float(times[-1] - times[0])) for x in every])

@@ -199,7 +199,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         UsageError
             If they fall with speed.
         """
-        if self.falls:
+        if self.law is not None:
             raise UsageError(
                 f"of a restitution that falls with speed {what} is not known "
                 "(allowed: a constant one, without device.restitution_exponent)"
@@ -212,9 +212,9 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return bool(self.friction) and not np.all(self.inclination_deg == 90)
 
     @property
-    def falls(self) -> bool:
-        """Whether the restitution falls with speed."""
-        return isinstance(self.restitution, SpeedLaw)
+    def law(self) -> SpeedLaw | None:
+        """The law of a restitution that falls with speed, in SI; None of constant ones."""
+        return self.restitution if isinstance(self.restitution, SpeedLaw) else None
 
     @property
     def recoils(self) -> bool:
@@ -239,8 +239,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
     @property
     def alike(self) -> bool:
         """Whether both membranes have one restitution: a horizontal capsule is then its own mirror image."""
-        if isinstance(self.restitution, SpeedLaw):
-            return bool(self.restitution.bottom == self.restitution.top)
+        if self.law is not None:
+            return bool(self.law.bottom == self.law.top)
         return not isinstance(self.restitution, Restitutions)
 
     @property

@@ -27,7 +27,7 @@ from vireport.gate import (
     WordedVerdict,
 )
 from vireport.motions import Held, Point, determinant_of, ladder
-from vireport.physics import DIGITS, Device, SpeedLaw, by_wall
+from vireport.physics import DIGITS, Device, by_wall
 from vireport.report.ci_formats import source_url
 from vireport.report.motions import families_table
 from vireport.report.voltages import (
@@ -231,15 +231,9 @@ class Report(Struct, frozen=True, eq=False, dict=True):
             yield x, float(getattr(self.solution.device, x))
 
     @property
-    def law(self) -> SpeedLaw | None:
-        """The law of a restitution that falls with speed, in SI; None of constant ones."""
-        restitution = self.solution.device.restitution
-        return restitution if isinstance(restitution, SpeedLaw) else None
-
-    @property
     def law_restitutions(self) -> list[tuple[float, float]]:
         """Those that the law gives each motion of the design point, at the bottom and at the top."""
-        if self.law is None or self.design is None:
+        if self.solution.device.law is None or self.design is None:
             return []
         return list(zip(*(r.tolist() for r in by_wall(self.design.motions.restitution)), strict=True))
 

@@ -35,6 +35,7 @@ from vireport.scenario.blocks import (
 from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
+from vireport.scenario.rules import SPECIAL, Special
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
@@ -42,6 +43,7 @@ __all__ = [
     "LARGEST",
     "LARGEST_HARMONIC",
     "SMALLEST",
+    "SPECIAL",
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "AccuracyBlock",
@@ -71,6 +73,7 @@ __all__ = [
     "ScalarInput",
     "Scenario",
     "SimulationBlock",
+    "Special",
     "TolerancesBlock",
     "as_texts",
     "init_text",

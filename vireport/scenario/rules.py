@@ -70,14 +70,16 @@ class Special(NamedTuple):
         What is known without it.
     blocks : tuple of str
         Blocks that know no other.
-    requirements : tuple of str
-        Requirements that are judged of no other.
     """
 
     key: str
     plain: str
     blocks: tuple[str, ...]
-    requirements: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The key in its block, `device`."""
+        return self.key.rpartition(".")[2]
 
     @property
     def alone(self) -> str:
@@ -85,23 +87,18 @@ class Special(NamedTuple):
         return f"it knows {self.plain}, and {self.key} is given (leave one of them out)"
 
 
-_INCLINATIONS = "inclination_from_deg", "inclination_to_deg"
-
 SPECIAL = (
-    Special(
-        FRICTION,
-        "a ball without friction",
-        ("motions", "disturbances", *SINE_ONLY),
-        ("word", "words", *_INCLINATIONS),
-    ),
+    Special(FRICTION, "a ball without friction", ("motions", "disturbances", *SINE_ONLY)),
     Special(
         EXPONENT,
         "a restitution that does not fall with speed",
         ("sweep", "motions", "disturbances", *SINE_ONLY),
-        ("word", "words", *_INCLINATIONS),
     ),
 )
 """What is not known of a ball everywhere."""
+
+PLAIN_REQUIREMENTS = "word", "words", "inclination_from_deg", "inclination_to_deg"
+"""Requirements that are judged of a ball alone that is not special."""
 
 MOST_STATED = 0.99
 """Restitution that one which falls with speed is below: that of slow impacts would be 1 and beyond."""
@@ -317,7 +314,7 @@ def _special(tree: _Tree) -> Iterator[Finding]:
         for path in special.blocks:
             if not tree.absent(path) or path in tree.bare:
                 yield _rule(path, special.alone)
-        for key in special.requirements:
+        for key in PLAIN_REQUIREMENTS:
             if tree.at(f"requirements.{key}") not in (None, False):
                 yield _rule(f"requirements.{key}", special.alone)
 

@@ -17,6 +17,7 @@ from vireport.scenario.rules import (
     EXPONENT,
     FRICTION,
     MOST_STATED,
+    PLAIN_REQUIREMENTS,
     RANGES,
     RESTITUTIONS,
     SINE_ONLY,
@@ -109,7 +110,7 @@ def _own_key(path: str) -> str:
 
 def _of_special(special: Special, **more: Any) -> dict[str, Any]:
     """That what does not know a key of the ball is not asked for where that is not 0, and further properties."""
-    key = _own_key(special.key)
+    key = special.name
     given = {"type": "number", "not": {"const": 0}}
     return {
         "if": {
@@ -119,7 +120,7 @@ def _of_special(special: Special, **more: Any) -> dict[str, Any]:
         "then": {
             "properties": {
                 **{block: {"type": "null"} for block in special.blocks if block in Scenario.model_fields},
-                "requirements": {"properties": {key: {"enum": [None, False]} for key in special.requirements}},
+                "requirements": {"properties": {key: {"enum": [None, False]} for key in PLAIN_REQUIREMENTS}},
                 **more,
             }
         },

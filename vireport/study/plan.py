@@ -14,7 +14,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from vireport.base import UsageError, install_command
-from vireport.scenario import Direction, MotionsBlock, Parameter, Scenario
+from vireport.scenario import SPECIAL, Direction, MotionsBlock, Parameter, Scenario, Special
 
 
 class Task(StrEnum):
@@ -166,14 +166,17 @@ ALIKE = Precondition(
 ONE_RESTITUTION = Precondition(
     lambda scenario, _: scenario.device.alike, "it knows one restitution of both membranes, and here they differ"
 )
-FRICTIONLESS = Precondition(
-    lambda scenario, _: not scenario.device.friction,
-    "it knows a ball without friction, and device.friction is given",
-)
-CONSTANT = Precondition(
-    lambda scenario, _: not scenario.device.restitution_exponent,
-    "it knows a restitution that does not fall with speed, and device.restitution_exponent is given",
-)
+
+
+def _without(special: Special) -> Precondition:
+    """That the ball is not special in one way."""
+    return Precondition(
+        lambda scenario, _: not getattr(scenario.device, special.name),
+        f"it knows {special.plain}, and {special.key} is given",
+    )
+
+
+FRICTIONLESS, CONSTANT = map(_without, SPECIAL)
 ODD_HARMONICS = Precondition(
     lambda scenario, _: all(own.order % 2 or not own.percent for own in scenario.excitation.harmonics),
     "the force has an even harmonic: no motion is symmetric",
@@ -374,17 +377,15 @@ def refuse_special(scenario: Scenario, what: str) -> None:
     UsageError
         If the force has harmonics, or the ball friction or a restitution that falls with speed.
     """
-    device = scenario.device
     if scenario.excitation.distorted:
         raise UsageError(
             f"{what} knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)"
         )
-    for value, known, key in (
-        (device.friction, "a ball without friction", "device.friction"),
-        (device.restitution_exponent, "a restitution that does not fall with speed", "device.restitution_exponent"),
-    ):
-        if value:
-            raise UsageError(f"{what} knows {known}, and {key} is given (leave one of them out, or give 0)")
+    for special in SPECIAL:
+        if getattr(scenario.device, special.name):
+            raise UsageError(
+                f"{what} knows {special.plain}, and {special.key} is given (leave one of them out, or give 0)"
+            )
 
 
 def refuse_undecidable(scenario: Scenario) -> None:
