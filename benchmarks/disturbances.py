@@ -7,8 +7,10 @@ same state: it does not know the motions that the ball may come to. Of the least
 simulates a regular grid of shocks, all of them, with the same compiled flights; the least shock is then known to the
 grid's spacing only. Times are of the processor, on one core.
 
-What a run without a `disturbances:` block takes longer for what it tells of them is the difference of whole processes,
-one with and one without that step, in turn; its limits are 20 ms with --json and 50 ms of a report.
+What a run without a `disturbances:` block takes longer for what it tells of them is counted in instructions by
+Valgrind's cachegrind, of whole processes with and without that step, and turned into time by the instructions and the
+processor time of the whole: differences of the times themselves scatter by more than the step takes. Its limits are
+20 ms with --json and 50 ms of a report. Without Valgrind (`apt-get install valgrind`) this is left out.
 """
 
 from __future__ import annotations
@@ -17,7 +19,9 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import re
 import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -43,8 +47,8 @@ FORCED = {"inclined": (), "horizontal": (), "inclined-forcing": ("excitation.amp
 BUDGET, GRID, KEPT = 4000, 64, 400
 """Impacts of the search for an attractor; points of the peer's grid along either axis, and impacts of each."""
 
-GROWTH = ("inclined", "horizontal", "hysteresis")
-"""Examples whose runs are timed with and without; at the last one the ball comes to another motion, which is solved."""
+GROWTH = ("inclined", "horizontal", "inclined-forcing", "hysteresis")
+"""Examples that are run with and without; at the last one the ball comes to another motion, which is solved."""
 
 RUN = """
 import sys
@@ -57,21 +61,30 @@ entry()
 """
 
 
-def seconds(without: bool, arguments: list[str]) -> float:
-    """Processor time of a run, with or without what it tells of disturbances."""
+COUNTED = "valgrind", "--tool=cachegrind", "--cache-sim=no", "--cachegrind-out-file=/dev/null"
+
+
+def whole_run(without: bool, arguments: list[str], *under: str) -> tuple[float, str]:
+    """Processor time of a run, with or without what it tells of disturbances, and what it says to standard error."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, "-c", RUN.format(without=without), *arguments]
-    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True, env=environment)
+    command = [*under, sys.executable, "-c", RUN.format(without=without), *arguments]
+    told = subprocess.run(command, capture_output=True, check=True, env=environment, text=True).stderr
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, told
 
 
-def growth_ms(name: str, pairs: int, *arguments: str) -> float:
-    """Median of what the step adds to a run, over pairs of neighbouring runs after one pair that compiles modules."""
+def instructions(without: bool, arguments: list[str]) -> int:
+    """Instructions of a run."""
+    return int(re.search(r"I\s+refs:\s+([\d,]+)", whole_run(without, arguments, *COUNTED)[1])[1].replace(",", ""))
+
+
+def growth_ms(name: str, *arguments: str) -> float:
+    """What the step adds to a run."""
     line = [str(EXAMPLES / f"{name}.yaml"), *arguments]
-    times = [[seconds(without, line) for without in (False, True)] for _ in range(pairs + 1)]
-    return 1e3 * statistics.median(ours - bare for ours, bare in times[1:])
+    times = [whole_run(False, line)[0] for _ in range(6)][1:]  # the first one compiles modules
+    ours, bare = (instructions(without, line) for without in (False, True))
+    return 1e3 * statistics.median(times) * (ours - bare) / ours
 
 
 def solved(name: str, changes: tuple[str, ...]):
@@ -137,10 +150,10 @@ def main() -> None:
         )
     growth = []
     with tempfile.TemporaryDirectory() as folder:
-        for name in GROWTH:
-            json, report = growth_ms(name, 15, "--json"), growth_ms(name, 7, "-o", folder)
+        for name in GROWTH if shutil.which(COUNTED[0]) else ():
+            json, report = growth_ms(name, "--json"), growth_ms(name, "-o", folder)
             growth.append({"scenario": name, "json_growth_ms": json, "report_growth_ms": report})
-            print(f"{name:<18} --json {json:+.0f} ms, report {report:+.0f} ms", flush=True)
+            print(f"{name:<18} --json {json:+.1f} ms, report {report:+.1f} ms", flush=True)
     record("disturbances", grid=GRID, disturbances=rows, growth=growth)
 
 

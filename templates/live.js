@@ -1,5 +1,6 @@
-// Live figures: one crosshair through the panels of figures 2, 4 and 7, the numbers of the motion under it, and the
-// device that plays this motion. Everything it shows is in the page; without it the page says the same.
+// Live figures: one crosshair through the panels of figures 2, 4 and 7, or the motions of the design point beside the
+// device's sketch; under each the numbers of the motion, and the device that plays it. It begins at the design point.
+// Everything it shows is in the page; without it the page says the same.
 (() => {
   "use strict";
   const source = document.getElementById("live-data");
@@ -20,90 +21,103 @@
     for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
   };
 
-  // The motion under the crosshair: a branch and a row of it.
-  let branch = 0, row = 0, playing = !still.matches, time = 0, before = null;
+  // The motion that is shown: a branch and a row of it.
+  let [branch, row] = data.start, playing = !still.matches, time = 0, before = null;
   const value = (name) => data.branches[branch].columns[name][row];
+  const POINTING = "Point at a curve, or move the slider: this is the motion there.";
+  const OUTSIDE = "Outside the membrane's geometry: no voltages, only a ranking.";
 
-  // The device
-
-  const bottom = make("line", { class: "bottom" }), top = make("line", { class: "top" });
-  const capsule = make("rect", { class: "capsule" }), ball = make("circle", { class: "ball", r: 5 });
-  const turned = make("g", {}, capsule, bottom, top, ball);
-  const device = make("svg", { viewBox: "-100 -100 200 200", class: "device", role: "img" }, turned);
+  // Integrals of the force over its phase, once for the velocity and twice for the position; of a sine sin and -cos.
+  const once = (phase) => data.force.reduce((sum, [k, c, s]) => sum + (c * Math.sin(k * phase) - s * Math.cos(k * phase)) / k, 0);
+  const twice = (phase) => data.force.reduce((sum, [k, c, s]) => sum - (c * Math.cos(k * phase) + s * Math.sin(k * phase)) / k ** 2, 0);
 
   // Z between the membranes a time t after a bottom impact, Eq. (2.12); lengths in x_c, times in t_c.
   const relative = (t) => {
     const up = 2 * data.n * value("q"), d = value("d");
     const [name, start, wall] = t < up ? ["bottom", 0, d / 2] : ["top", up, -d / 2];
-    const e = t - start, phase = value(`phi_${name}_rad`), after = -(data.r[name] ?? data.r) * value(`velocity_${name}`);
-    const z = wall + (after + (value("gbar") * e) / 2 - Math.sin(phase) / Math.PI) * e
-      - (Math.cos(Math.PI * e + phase) - Math.cos(phase)) / Math.PI ** 2;
+    const e = t - start, phase = value(`phi_${name}_rad`);
+    const z = wall + (value(`after_${name}`) + (value(`gravity_${name}`) * e) / 2 - once(phase) / Math.PI) * e
+      + (twice(Math.PI * e + phase) - twice(phase)) / Math.PI ** 2;
     return Math.max(-d / 2, Math.min(d / 2, z));
   };
 
-  const drawDevice = () => {
-    const d = value("d"), scale = 170 / (d + 2 / Math.PI ** 2), half = (d / 2) * scale;
-    const t = time % (2 * data.n), up = 2 * data.n * value("q");
-    const centre = (-Math.cos(Math.PI * t + value("phi_bottom_rad")) / Math.PI ** 2) * scale;
-    const angle = data.angle === null ? value("sweep_value") : data.angle;
-    place(turned, { transform: `rotate(${-angle})` });
-    place(capsule, { x: centre - half, y: -9, width: 2 * half, height: 18 });
-    place(bottom, { x1: centre - half, x2: centre - half, y1: -12, y2: 12 });
-    place(top, { x1: centre + half, x2: centre + half, y1: -12, y2: 12 });
-    place(ball, { cx: centre - relative(t) * scale * (1 - 5 / Math.max(half, 6)), cy: 0 });
-    const since = (start) => (((t - start) % (2 * data.n)) + 2 * data.n) % (2 * data.n);
-    bottom.classList.toggle("struck", since(0) < 2 * FLASH);
-    top.classList.toggle("struck", since(up) < 2 * FLASH);
+  // The device, drawn under each figure; those that are shown move together.
+  const deviceOf = () => {
+    const bottom = make("line", { class: "bottom" }), top = make("line", { class: "top" });
+    const capsule = make("rect", { class: "capsule" }), ball = make("circle", { class: "ball", r: 5 });
+    const turned = make("g", {}, capsule, bottom, top, ball);
+    const device = make("svg", { viewBox: "-100 -100 200 200", class: "device", role: "img" }, turned);
+    const draw = () => {
+      const d = value("d"), scale = 170 / (d + 2 / Math.PI ** 2), half = (d / 2) * scale;
+      const t = time % (2 * data.n), up = 2 * data.n * value("q");
+      const centre = (twice(Math.PI * t + value("phi_bottom_rad")) / Math.PI ** 2) * scale;
+      const angle = data.angle === null ? value("sweep_value") : data.angle;
+      place(turned, { transform: `rotate(${-angle})` });
+      place(capsule, { x: centre - half, y: -9, width: 2 * half, height: 18 });
+      place(bottom, { x1: centre - half, x2: centre - half, y1: -12, y2: 12 });
+      place(top, { x1: centre + half, x2: centre + half, y1: -12, y2: 12 });
+      place(ball, { cx: centre - relative(t) * scale * (1 - 5 / Math.max(half, 6)), cy: 0 });
+      const since = (start) => (((t - start) % (2 * data.n)) + 2 * data.n) % (2 * data.n);
+      bottom.classList.toggle("struck", since(0) < 2 * FLASH);
+      top.classList.toggle("struck", since(up) < 2 * FLASH);
+    };
+    return { device, draw };
   };
 
+  const open = () => figures.filter(({ panel }) => !panel.hidden);
   const step = (now) => {
-    if (!playing || panel.hidden) { before = null; return; }
+    if (!playing || !open().length) { before = null; return; }
     if (before !== null) time += ((now - before) / 1000) * (2 / SECONDS_PER_PERIOD);
     before = now;
-    drawDevice();
+    for (const { draw } of open()) draw();
     requestAnimationFrame(step);
   };
   const play = () => {
-    button.textContent = playing ? "Pause" : "Play";
+    for (const { button } of figures) button.textContent = playing ? "Pause" : "Play";
     if (playing && before === null) requestAnimationFrame(step);
   };
-
-  // The panel at the foot of the window
-
-  const button = make("button", { type: "button" }), close = make("button", { type: "button" }, "Close");
-  const kind = make("strong"), numbers = make("dl");
-  const cells = data.readings.map(([name, label, unit]) => {
-    const cell = make("dd", { "data-name": name });
-    numbers.append(make("div", {}, make("dt", {}, unit ? `${label} [${unit}]` : label), cell));
-    return [name, cell];
-  });
-  const panel = make("aside", { class: "live", "aria-label": "Motion at the crosshair", hidden: "" },
-    device, make("div", {}, make("p", {}, kind, " ", button, " ", close), numbers));
-  document.body.append(panel);
-  button.addEventListener("click", () => { playing = !playing; play(); });
-  close.addEventListener("click", () => {
-    panel.hidden = true;
-    for (const figure of figures) figure.cross.setAttribute("visibility", "hidden");
-  });
   still.addEventListener("change", () => { playing = !still.matches; play(); });
 
-  // The figures
+  // The panel under a figure, in the flow of the page: it covers nothing.
+  const panelOf = (name) => {
+    const { device, draw } = deviceOf();
+    const button = make("button", { type: "button" }), close = make("button", { type: "button" }, "Close");
+    const kind = make("strong"), numbers = make("dl"), doubt = make("p", { class: "doubt", hidden: "" }, OUTSIDE);
+    const cells = data.readings.map(([key, label, unit]) => {
+      const cell = make("dd", { "data-name": key });
+      numbers.append(make("div", {}, make("dt", {}, unit ? `${label} [${unit}]` : label), cell));
+      return [key, cell];
+    });
+    const hint = data.figures[name] === null ? [] : [make("p", { class: "hint" }, POINTING)];
+    const panel = make("aside", { class: "live", "aria-label": `Motion shown, ${name}`, hidden: "" },
+      device, make("div", {}, make("p", {}, kind, " ", button, " ", close), ...hint, numbers, doubt));
+    button.addEventListener("click", () => { playing = !playing; play(); });
+    return { panel, device, draw, button, close, kind, cells, doubt };
+  };
 
-  const figures = Object.entries(data.figures).map(([name, [low, high]]) => {
+  // The figures
+  const figures = Object.entries(data.figures).map(([name, extent]) => {
     const svg = document.querySelector(`svg[data-figure="${name}"]`);
     if (!svg) return null;
-    const line = make("line", { y1: low, y2: high });
-    const dots = data.branches[0].places[name].slice(1).map(() => make("circle", { r: 3 }));
-    const cross = make("g", { class: "cross", visibility: "hidden" }, line, ...dots);
-    svg.append(cross);
-    const slider = make("input", { type: "range", min: 0, step: 1, "aria-label": `Motion along the branch, ${name}` });
-    const choice = make("select", { "aria-label": `Branch, ${name}` },
+    const figure = { name, svg, ...panelOf(name) };
+    const choice = make("select", { "aria-label": `Motions, ${name}` },
       ...data.branches.map((x, k) => make("option", { value: k }, x.name)));
-    const control = make("div", { class: "live-control" }, choice, slider);
+    const slider = make("input", { type: "range", min: 0, step: 1, "aria-label": `Motion along the branch, ${name}` });
+    const control = make("div", { class: "live-control" }, choice, ...(extent === null ? [] : [slider]));
     svg.parentNode.after(control);
-    const figure = { name, svg, line, dots, cross, slider, choice, control };
+    control.after(figure.panel);
+    Object.assign(figure, { slider, choice, line: null, dots: [], cross: null });
     slider.addEventListener("input", () => show(branch, Number(slider.value), figure));
     choice.addEventListener("change", () => changeBranch(Number(choice.value), figure));
+    figure.close.addEventListener("click", () => {
+      figure.panel.hidden = true;
+      figure.cross?.setAttribute("visibility", "hidden");
+    });
+    if (extent === null) return figure;
+    figure.line = make("line", { y1: extent[0], y2: extent[1] });
+    figure.dots = data.branches[0].places[name].slice(1).map(() => make("circle", { r: 3 }));
+    figure.cross = make("g", { class: "cross", visibility: "hidden" }, figure.line, ...figure.dots);
+    svg.append(figure.cross);
     for (const kind of ["pointermove", "pointerdown"]) {
       svg.addEventListener(kind, (event) => {
         const [b, i] = nearest(figure, event);
@@ -133,36 +147,37 @@
     return best;
   };
 
-  const changeBranch = (to, figure) => {
-    const at = data.branches[branch].places[figure.name][0][row];
-    const across = data.branches[to].places[figure.name][0].map((x) => Math.abs(x - at));
-    show(to, across.indexOf(Math.min(...across)), figure);
+  const changeBranch = (to, { name }) => {
+    if (data.figures[name] === null) return show(to, 0);
+    const at = data.branches[branch].places[name][0][row];
+    const across = data.branches[to].places[name][0].map((x) => Math.abs(x - at));
+    show(to, across.indexOf(Math.min(...across)));
   };
 
-  const show = (b, i, from) => {
+  const show = (b, i, { panel } = {}) => {
     [branch, row] = [b, i];
-    const { columns, places, words, labels } = data.branches[branch];
-    for (const { name, line, dots, cross, slider, choice } of figures) {
-      const [across, ...curves] = places[name];
-      place(line, { x1: across[row], x2: across[row] });
-      curves.forEach((curve, k) => {
-        const at = curve[row];
-        place(dots[k], at === null ? { visibility: "hidden" } : { cx: across[row], cy: at, visibility: "inherit" });
-      });
-      cross.setAttribute("visibility", "visible");
+    if (panel) panel.hidden = false;
+    const { columns, places, words, labels, outside } = data.branches[branch];
+    for (const { name, line, dots, cross, slider, choice, device, draw, kind, cells, doubt } of figures) {
       choice.value = branch;
-      place(slider, { max: across.length - 1, "aria-valuetext": `${data.swept} ${print(value("sweep_value"))} ${data.unit}, ${words[row]}` });
-      slider.value = row;
+      if (cross) {
+        const [across, ...curves] = places[name];
+        place(line, { x1: across[row], x2: across[row] });
+        curves.forEach((curve, k) => {
+          const at = curve[row];
+          place(dots[k], at === null ? { visibility: "hidden" } : { cx: across[row], cy: at, visibility: "inherit" });
+        });
+        cross.setAttribute("visibility", "visible");
+        place(slider, { max: across.length - 1, "aria-valuetext": `${data.swept} ${print(value("sweep_value"))} ${data.unit}, ${words[row]}` });
+        slider.value = row;
+      }
+      kind.textContent = labels[row] ? `${words[row]}, ${labels[row]}` : words[row];
+      for (const [key, cell] of cells) cell.textContent = print(columns[key][row]);
+      doubt.hidden = !outside.includes(row);
+      place(device, { "aria-label": `The device in this motion: ${words[row]}` });
+      draw();
     }
-    kind.textContent = labels[row] ? `${words[row]}, ${labels[row]}` : words[row];
-    for (const [name, cell] of cells) cell.textContent = print(columns[name][row]);
-    place(device, { "aria-label": `The device in this motion: ${words[row]}` });
-    if (panel.hidden) {
-      panel.hidden = false;
-      play();
-    }
-    if (from && panel.previousElementSibling !== from.control) from.control.after(panel);
-    drawDevice();
+    play();
   };
 
   // From the row of a critical point back to its place in the first figure.
@@ -176,8 +191,12 @@
     }
   });
 
-  for (const { slider, choice } of figures) {
-    place(slider, { max: data.branches[0].columns.d.length - 1, value: 0 });
-    choice.value = branch;
+  if (!figures.length) return;
+  show(branch, row, figures[0]);
+  // On a narrow screen a figure is wider than its frame: there the design point is brought into view.
+  for (const { name, svg } of figures) {
+    if (data.figures[name] === null) continue;
+    const scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+    svg.parentNode.scrollLeft = data.branches[branch].places[name][0][row] * scale - svg.parentNode.clientWidth / 2;
   }
 })();

@@ -176,15 +176,15 @@ def reading_faults(x: Results, live: dict[str, Any]) -> Iterator[str]:
     """The readings of the crosshair, five digits of what results.json and the definitions say."""
     units = {name: unit for name, _, unit in live["readings"]}
     for branch in live["branches"]:
-        columns, number_of = branch["columns"], int(re.match(r"branch (\d+)", branch["name"])[1])
-        of = next(of for of in x.data["branches"] if of["number"] == number_of)
+        columns, (kind, number) = branch["columns"], re.match(r"(branch|motion) (\d+)", branch["name"]).groups()
+        of = x.design if kind == "motion" else x.data["branches"][int(number) - 1]
         values = np.array(of["sweep_value"])
         for place, value in enumerate(columns["sweep_value"]):
             near = np.flatnonzero(abs(values - value) <= 1e-4 * abs(values))
             shown = {name: column[place] for name, column in columns.items()}
             wrong = [_misread(_readings(x, of, k, "u_ave_v" in columns), shown, units) for k in near]
             if not any(fault == "" for fault in wrong):
-                yield f"branch {number_of}, {x.symbol} = {value}: {wrong[:1]}"
+                yield f"{branch['name']}, {x.symbol} = {value}: {wrong[:1]}"
                 return
 
 

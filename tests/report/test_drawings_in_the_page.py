@@ -50,14 +50,14 @@ def test_the_policy_of_a_page_allows_the_script_that_is_in_it(drawn) -> None:
     _, page = drawn
     *_, (_, data), (attributes, script) = re.findall(r"<script([^>]*)>(.*?)</script>", page, re.DOTALL)
     assert attributes == ""
-    assert json.loads(data)["r"] == 0.5
+    assert json.loads(data)["swept"] == "s"
     digest = b64encode(sha256(script.encode()).digest()).decode()
     assert f"default-src 'none'; script-src 'sha256-{digest}'; img-src data:" in page
     assert len(page) < 600_000
 
 
-def test_without_a_sweep_nothing_runs(study_of) -> None:
-    page = render_html(report_of(study_of("design-point"))).decode()
+def test_without_a_motion_nothing_runs(study_of) -> None:
+    page = render_html(report_of(study_of("design-point", "inclination_deg=80", "device.length_m=0.05"))).decode()
     assert "<svg " in page
     assert re.findall(r"<script([^>]*)>", page) == [
         f' type="application/json" id="{name}-data"' for name in ("scenario", "results")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import Browser, needs_a_browser
 
@@ -101,3 +102,41 @@ def test_the_ball_is_on_the_membranes_at_the_impacts(browser: Browser) -> None:
         for name, at in ((".ball", "cx"), (".bottom", "x1"))
     )
     assert ball - wall == pytest.approx(5.0, abs=0.1)
+
+
+PLAYED = """new Promise(done => {
+    const panel = document.querySelector('.live'), seen = [], at = (name, key) =>
+        Number(panel.querySelector(name).getAttribute(key));
+    [...panel.querySelectorAll('button')].find(x => x.textContent === 'Play').click();
+    const watch = () => {
+        seen.push([(at('.bottom', 'x1') + at('.top', 'x1')) / 2, (at('.top', 'x1') - at('.bottom', 'x1')) / 2,
+                   at('.ball', 'cx')]);
+        if (seen.length < 200) requestAnimationFrame(watch); else done(seen);
+    };
+    watch(); })"""
+
+
+def test_what_plays_is_the_flight_between_the_membranes(browser: Browser) -> None:
+    browser.run("""(() => { const slider = document.querySelectorAll('.live-control input')[0];
+        slider.value = 40; slider.dispatchEvent(new Event('input')); })()""")
+    data = json.loads(browser.run("document.getElementById('live-data').textContent"))
+    played = np.array(browser.run(PLAYED))
+    known = data["branches"][browser.run("Number(document.querySelector('.live-control select').value)")]["columns"]
+    q, d, phase = (known[name][40] for name in ("q", "d", "phi_bottom_rad"))
+    times = np.linspace(0, 2, 4001)
+    up = times < 2 * q
+    begin, first = np.where(up, 0.0, 2 * q), np.where(up, phase, known["phi_top_rad"][40])
+    after = np.where(up, known["after_bottom"][40], known["after_top"][40])
+    t, last = times - begin, np.pi * times + phase
+    z = (
+        np.where(up, d / 2, -d / 2)
+        + after * t
+        + np.where(up, *(known[f"gravity_{w}"][40] for w in ("bottom", "top"))) * (t**2 / 2)
+    )
+    z += -(np.cos(last) - np.cos(first)) / np.pi**2 - np.sin(first) * t / np.pi
+    scale = 170 / (d + 2 / np.pi**2)
+    centre, ball = -np.cos(last) / np.pi**2 * scale, -z * scale * (1 - 5 / (d / 2 * scale))
+    assert played[:, 1] == pytest.approx(np.full(len(played), d / 2 * scale), rel=1e-4)
+    far = np.hypot(centre - played[:, :1], ball - (played[:, 2:] - played[:, :1])).min(axis=1)
+    assert far.max() < 0.15  # of 170 across: the times are dense, the readings rounded
+    assert np.ptp(played[:, 2]) > 30
