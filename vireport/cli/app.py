@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json as plain_json
 import os
+import re
 import sys
 from contextlib import nullcontext
 from difflib import get_close_matches
@@ -85,7 +86,8 @@ Formats = Annotated[
     typer.Option(
         "--format",
         metavar="FORMAT",
-        help="Writes only these, separated by commas: html, pdf, png, svg, json, csv; for CI: junit, markdown, github.",
+        help="Writes only these, separated by commas: html, pdf, png, svg, figure-pdf, json, csv; "
+        "for CI: junit, markdown, github.",
     ),
 ]
 Templates = Annotated[
@@ -201,9 +203,18 @@ def run(
     ] = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
+    figure_width: Annotated[
+        str | None,
+        typer.Option(
+            metavar="86mm",
+            help="Draws figures for a column of a paper, this wide; with --format png, svg or figure-pdf.",
+        ),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
+    if json and figure_width is not None:
+        raise UsageError("--json prints the results and draws no figure: leave out --figure-width")
     if json and baseline is not None:
         raise UsageError("--json prints the results and no changes: leave out --baseline, or use vireport diff --json")
     before = None if baseline is None else _baseline(baseline, scenario)
@@ -218,17 +229,19 @@ def run(
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
+    wide = ("--figure-width", None if figure_width is None else [figure_width])
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
-    command = _command("run", [scenario], *options, against, _paper(paper))
+    command = _command("run", [scenario], *options, wide, against, _paper(paper))
     if json:
         with progress(quiet) as say:
             outcome = results_outcome(loaded, command, certify, carried, say)
         deliver(outcome, quiet=quiet)
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
+    width_mm = None if figure_width is None else _figure_width(figure_width, formats)
     require_writable(folder, file_names(formats))
     with progress(quiet) as say:
-        outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried, paper)
+        outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried, paper, width_mm)
     deliver(outcome, folder, quiet)
 
 
@@ -634,6 +647,25 @@ def _formats(asked: list[str] | None) -> tuple[Task, ...]:
     if unknown:
         raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(ALL_FORMATS)})")
     return tuple(task for task in ALL_FORMATS if task in words) or FORMATS
+
+
+def _figure_width(text: str, formats: tuple[Task, ...]) -> float:
+    """The width that figures are asked for with [mm]."""
+    number = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(mm|cm|in)?\s*", text)
+    if number is None:
+        raise UsageError(f"--figure-width: {text!r} is no width (allowed: a number with mm, cm or in, such as 86mm)")
+    from vireport.study import FIGURE_FORMATS
+
+    if {"html", "pdf"} & set(formats) or not set(formats) & set(FIGURE_FORMATS):
+        raise UsageError(
+            "--figure-width: figures of a report are as wide as its page (give --format with "
+            f"{', '.join(FIGURE_FORMATS)}, and neither html nor pdf)"
+        )
+    from vireport.figures import Sheet
+
+    width_mm = float(number[1]) * {"mm": 1.0, "cm": 10.0, "in": 25.4}[number[2] or "mm"]
+    Sheet.of(width_mm)  # refuses what is too narrow or too wide
+    return width_mm
 
 
 def _refuse_files_beside_json(json: bool, what: str, output: Path | None, formats: list[str] | None) -> None:

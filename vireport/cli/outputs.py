@@ -15,6 +15,7 @@ from vireport.cli.outcome import CommandOutcome
 from vireport.gate import unmet
 from vireport.scenario import Loaded
 from vireport.study import (
+    FIGURE_FORMATS,
     FIGURES,
     Provenance,
     Study,
@@ -42,6 +43,7 @@ NAMES = {
     Task.PDF: ("report.pdf",),
     Task.PNG: tuple(f"{figure}.png" for figure in FIGURES),
     Task.SVG: tuple(f"{figure}.svg" for figure in FIGURES),
+    Task.FIGURE_PDF: tuple(f"{figure}.pdf" for figure in FIGURES),
     Task.JSON: ("results.json", "worst.yaml"),
     Task.CSV: ("branches.csv",),
     Task.JUNIT: ("junit.xml",),
@@ -75,6 +77,7 @@ def run_outcome(
     baseline: Mapping[str, Any] | None,
     carried: Carried | None,
     paper: str,
+    width_mm: float | None = None,
 ) -> CommandOutcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
@@ -97,6 +100,8 @@ def run_outcome(
         The report that the scenario comes from: what differs from the results in it is told.
     paper : str
         Of the PDF: a4 or letter.
+    width_mm : float, optional
+        Of figures for a column of a paper.
     """
     say("solving")
     study = analyse(loaded, formats, say)
@@ -114,7 +119,9 @@ def run_outcome(
 
         changed = diff(baseline, study)
         summary, changes = f"{summary}\n{diff_text(changed)}", changes_table(changed)
-    outcome = _judged(study, printed, run_files(study, command, templates, say, changes, paper), summary)
+    outcome = _judged(
+        study, printed, run_files(study, command, templates, say, changes, paper, width_mm=width_mm), summary
+    )
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
 
@@ -135,8 +142,9 @@ def run_files(
     paper: str = "a4",
     search: tuple[str | Table, ...] = (),
     more: tuple[Picture, ...] = (),
+    width_mm: float | None = None,
 ) -> dict[str, bytes]:
-    """The files of a study by their names.
+    """The files of a study by their names, its figures as wide as a column of a paper where a width is given.
 
     The reports tell what has changed since a baseline, if there is one, and of the search for the best design, if it is
     one, with `more` pictures.
@@ -148,8 +156,8 @@ def run_files(
         from vireport.figures import pictures as pictures_of
         from vireport.figures import simulated_points
 
-        pictures = (*pictures_of(study, simulated_points(study), templates), *more)
-    if plan.runs(Task.HTML, Task.PDF, Task.PNG, Task.SVG):
+        pictures = (*pictures_of(study, simulated_points(study), templates, width_mm=width_mm), *more)
+    if plan.runs(Task.HTML, Task.PDF, *FIGURE_FORMATS):
         say("setting the report")
         from vireport.report import Report, render_files
 

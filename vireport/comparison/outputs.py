@@ -13,7 +13,7 @@ from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY,
 from vireport.comparison.messages import Message
 from vireport.comparison.ranking import ranking_table
 from vireport.comparison.variants import MOST_SCENARIOS
-from vireport.study import Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
+from vireport.study import FIGURE_FORMATS, Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
 from vireport.text import plain_text
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ COMPARISON_FILES = {
     Task.PDF: ("report.pdf",),
     Task.PNG: tuple(f"{name}.png" for name in _FIGURES),
     Task.SVG: tuple(f"{name}.svg" for name in _FIGURES),
+    Task.FIGURE_PDF: tuple(f"{name}.pdf" for name in _FIGURES),
     Task.JSON: ("compare.json",),
     Task.CSV: ("compare.csv",),
     Task.MARKDOWN: ("summary.md",),
@@ -79,7 +80,7 @@ def render_comparison(
 ) -> dict[str, bytes]:
     """Make the files of a comparison by their names, in memory; only what they need is imported."""
     provenance, files = comparison_provenance(comparison, command), dict[str, bytes]()
-    if formats & {"html", "pdf", "png", "svg"}:
+    if formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
         say("drawing")
         from vireport.comparison.figures import compare_pictures
 

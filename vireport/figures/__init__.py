@@ -8,7 +8,7 @@ from vireport.figures.live import live_data
 from vireport.figures.overlay import SCENARIO_COLORS, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
-from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, figure_css, literal, png_of, style
+from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, Sheet, figure_css, literal, png_of, style
 from vireport.figures.sweeps import OUTCOMES, Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "Look",
     "PairedImpacts",
     "Picture",
+    "Sheet",
     "about",
     "alt_text",
     "blank",

@@ -32,6 +32,7 @@ from vireport.figures.captions import pictured
 from vireport.figures.layout import (
     Entry,
     blank,
+    columns_of,
     finished,
     letter_of,
 )
@@ -94,9 +95,10 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
     legend: list[Entry] = [(name, LINE | LOOKS[name]) for name in names]
     if any(run.failed and run.seconds for run in work.runs):
         legend.append(("failed (open, at the top)", FAILED | {"color": Color.BLACK, "marker": "o", "markersize": 5.0}))
-    rows = ceil(len(work.quantities) / 2)
+    columns = columns_of(2)
+    rows = ceil(len(work.quantities) / columns)
     with style():
-        figure, panels = blank(rows, 2)
+        figure, panels = blank(rows, columns)
         for k, (axes, quantity) in enumerate(zip_longest(panels.ravel(), work.quantities)):
             if quantity is None:
                 axes.remove()

@@ -25,10 +25,10 @@ from vireport.figures.layout import (
 )
 from vireport.figures.style import (
     DASHED,
-    TEXT,
     Color,
     Look,
     Picture,
+    sheet,
     style,
 )
 from vireport.motions import (
@@ -199,7 +199,7 @@ def _vertices(axes: Axes, axis: SweepAxis, families: Sequence[Family], vertices:
         on_stable = vertex.label in lettered
         axes.add_artist(Line2D(at, speed, **VERTEX | ({} if on_stable else MINOR)))
         if on_stable:
-            labels.append(Label(vertex.label, at, speed, TEXT - 1))
+            labels.append(Label(vertex.label, at, speed, sheet().text - 1))
     return labels
 
 

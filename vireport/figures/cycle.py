@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vireport.figures.captions import pictured
-from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
-from vireport.figures.style import DASHED, Color, Look, Picture, style
+from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks, title
+from vireport.figures.style import DASHED, Color, Look, Picture, sheet, style
 from vireport.physics import ElectricalCycle, Membrane, cycle_of
 from vireport.study import Study, Task
 from vireport.text import PREFIXES, quantity
@@ -77,13 +77,13 @@ def figure_cycle(cycles: tuple[ElectricalCycle, ...], membrane: Membrane) -> Fig
         for k, (axes, cycle, where) in enumerate(zip(panels[0], cycles, PLACES, strict=True)):
             _draw(axes, cycle, powers)
             area = quantity(cycle.area_j, "J", DIGITS)
-            axes.set_title(f"({letter_of(k)}) impact on the {where}: area {area}", loc="left")
+            title(axes, f"({letter_of(k)}) impact on the {where}: area {area}", 2)
             axes.set_xlabel(f"charge [{PREFIXES[powers[0]]}C]")
             if limit is not None and limit < highest[1]:
                 axes.axhline(limit / 10.0 ** powers[1], **LIMIT)
         ends = [high / 10.0**power for high, power in zip(highest, powers, strict=True)]
         panels[0, 0].set(xlim=(0, ends[0]), ylim=(0, ends[1]), ylabel=f"voltage [{PREFIXES[powers[1]]}V]")
-        panels[0, 0].set_xticks(*round_ticks(0.0, ends[0], WIDTH))
+        panels[0, 0].set_xticks(*round_ticks(0.0, ends[0], min(WIDTH, sheet().across / 2)))
         panels[0, 0].set_yticks(*round_ticks(0.0, ends[1], WIDTH))
         broken: list[Entry] = [(BREAKDOWN, LIMIT)] if limit is not None and limit < highest[1] else []
         return finished(figure, HEIGHT, [], [STAGES, broken])

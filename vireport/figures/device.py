@@ -17,6 +17,7 @@ from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
     blank,
+    columns_of,
     finished,
     fit_vertically,
     round_ticks,
@@ -33,10 +34,10 @@ from vireport.figures.portraits import (
 )
 from vireport.figures.style import (
     GUIDE,
-    SMALL,
     Color,
     Look,
     Picture,
+    sheet,
     style,
 )
 from vireport.motions import Motions, model_of
@@ -77,14 +78,17 @@ def picture(study: Study, templates: Path | None = None) -> Picture:
 def figure_device(study: Study) -> Figure:
     """The sketch of the device, and beside it the path of the ball if there is a motion at the design point."""
     motion = shown_motion(study)
+    parts = 1 if motion is None else 2
+    columns = columns_of(parts)
+    rows = parts // columns
     with style():
-        figure, panels = blank(1, 1 if motion is None else 2)
+        figure, panels = blank(rows, columns)
         _sketch(panels[0, 0], study)
         legend: list[Entry] = []
         if motion is not None:
-            _path(panels[0, 1], study, motion[2])
+            _path(panels[-1, -1], study, motion[2])
             legend = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT), ("ball", BALL)]
-        return finished(figure, HEIGHT, [(", ".join(_masses(study)), Color.BLACK)], [legend])
+        return finished(figure, HEIGHT * rows, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
 def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
@@ -167,7 +171,7 @@ def _sketch(axes: Axes, study: Study) -> None:
     if angle is None:
         angle = (float(sweep.start) + float(sweep.end)) / 2 if sweep is not None else 0.0
     turned: Any = Affine2D().rotate_deg(angle) + axes.transData
-    text: Look = {"ha": "center", "va": "center", "size": SMALL}
+    text: Look = {"ha": "center", "va": "center", "size": sheet().small}
 
     def write(x: float, y: float, words: str, rotation: float, color: str = Color.BLACK) -> None:
         axes.text(x, y, words, transform=turned, rotation=rotation, rotation_mode="anchor", color=color, **text)

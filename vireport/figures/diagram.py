@@ -30,10 +30,10 @@ from vireport.figures.layout import (
 from vireport.figures.portraits import short
 from vireport.figures.style import (
     GUIDE,
-    SMALL,
     Color,
     Look,
     Picture,
+    sheet,
     style,
 )
 from vireport.figures.sweeps import NO_MOTION, Drawing, drawing_of
@@ -127,7 +127,7 @@ def _critical_points(axes: Axes, drawing: Drawing) -> list[Label]:
         at = float(drawing.axis.of(branch.motions)[row])
         axes.axvline(at, **GUIDE)
         label = event.point.label
-        labels.append(Label(label, np.full(len(y), at), y, SMALL, Color.GREY, link=f"#point-{label}"))
+        labels.append(Label(label, np.full(len(y), at), y, sheet().small, Color.GREY, link=f"#point-{label}"))
     return labels
 
 

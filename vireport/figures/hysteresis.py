@@ -21,10 +21,10 @@ from vireport.figures.layout import (
     fit_vertically,
 )
 from vireport.figures.style import (
-    TEXT,
     Color,
     Look,
     Picture,
+    sheet,
     style,
 )
 from vireport.figures.sweeps import Drawing, drawing_of
@@ -110,4 +110,4 @@ def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
     at, (low, high) = axis.of_value(jump.value), axes.get_ylim()
     axes.plot([at, at], [low, high], **(JUMP | {"color": look["color"], "marker": look["marker"], "markersize": 4.0}))
     y = np.linspace(high, low, 24)[1:-1]
-    return Label(significant(jump.value, ENOUGH), np.full(len(y), at), y, TEXT - 1.5, look["color"])
+    return Label(significant(jump.value, ENOUGH), np.full(len(y), at), y, sheet().text - 1.5, look["color"])

@@ -15,11 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.transforms import IdentityTransform
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from vireport.figures.curves import Floats
-from vireport.figures.style import TEXT, Color, Look
+from vireport.figures.style import Color, Look, sheet
 from vireport.figures.vector import text_size
 
 CELL = 2.5
@@ -57,7 +57,7 @@ class Label(Struct, frozen=True, eq=False):
     text: str
     x: Floats
     y: Floats
-    size: float = TEXT
+    size: float = field(default_factory=lambda: sheet().text)
     color: str = Color.BLACK
     link: str | None = None
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from string import ascii_lowercase
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -22,14 +23,7 @@ from msgspec import Struct
 
 from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.style import (
-    DPI,
-    SMALL,
-    TEXT,
-    WIDTH,
-    Look,
-    NotebookFigure,
-)
+from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
 from vireport.figures.vector import PER_INCH, LayoutCanvas
 from vireport.motions import Sweep
 from vireport.scenario import Parameter
@@ -46,14 +40,8 @@ Entry = tuple[str, Look]
 EDGE, LINE_GAP = 0.07, 0.06
 """Room at the edges of a figure, and between the lines of its heading [in]."""
 
-PADS: dict[str, Any] = {"pad": 0.05 * PER_INCH / TEXT, "h_pad": 0.06 * PER_INCH / TEXT, "w_pad": 0.1 * PER_INCH / TEXT}
-"""Room around all panels, and between them [sizes of type]."""
-
-ACROSS = 5.75
-"""Width of a panel, or of the panels beside one another, for the choice of ticks [in]."""
-
-LETTER = 0.58 * SMALL / 72
-"""Mean width of a letter of the small size [in]."""
+PADS = {"pad": 0.05, "h_pad": 0.06, "w_pad": 0.1}
+"""Room around all panels, and between them [in]."""
 
 AXES_HEIGHT = 0.95
 """Height of the ticks and labels along the top and the bottom of a sweep's panels [in]."""
@@ -77,9 +65,19 @@ LEAST_RANGE = 1e-6
 """Range over size up to which values are the same but for rounding errors."""
 
 
+NARROW = 4.5
+"""Width of panels [in] below which those that are beside one another on a page stand below one another."""
+
+
+def columns_of(most: int) -> int:
+    """How many panels stand beside one another where there is room for some."""
+    return most if sheet().across >= NARROW else 1
+
+
 def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[Figure, Any]:
     """A figure with an array of empty panels; `shared` are arguments of `Figure.subplots`."""
-    figure = NotebookFigure(figsize=(WIDTH, WIDTH), dpi=PER_INCH, facecolor="white")
+    width = sheet().width
+    figure = NotebookFigure(figsize=(width, width), dpi=PER_INCH, facecolor="white")
     LayoutCanvas(figure)
     return figure, figure.subplots(rows, columns, squeeze=False, **shared)
 
@@ -99,25 +97,31 @@ def finished(
     height : float
         Of everything under the heading [in].
     lines : sequence of (str, str)
-        Lines of text and their colours.
+        Lines of text and their colours; those in black say what is held, which a sheet may leave to the caption.
     legends : iterable of sequence of Entry
         Each begins a line.
     labels : sequence of (Axes, sequence of Label)
     """
-    heading: list[Artist] = [figure.text(0, 0, text, color=color, size=SMALL, va="top") for text, color in lines]
+    page = sheet()
+    heading: list[Artist] = [
+        figure.text(0, 0, _filled(text), color=color, size=page.small, va="top")
+        for text, color in lines
+        if page.headed or color != Color.BLACK
+    ]
     heading += [_legend(figure, entries) for entries in legends if entries]
     heights = [item.get_window_extent().height / figure.dpi for item in heading]
     total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
     # The panels alone are laid out, as high as they shall be; the heading then makes the figure higher, and their share
     # of it smaller. In one step, tight layout would give the heading's room to the panels.
     figure.set_figheight(height)
-    figure.tight_layout(**PADS)
+    pads: dict[str, Any] = {side: pad * PER_INCH / page.text for side, pad in PADS.items()}
+    figure.tight_layout(**pads)
     under, share = figure.subplotpars, height / total
     figure.set_figheight(total)
     figure.subplots_adjust(top=share * under.top, bottom=share * under.bottom)
     top = total - LINE_GAP
     for item, own in zip(heading, heights, strict=True):
-        place = EDGE / WIDTH, top / total
+        place = EDGE / page.width, top / total
         if isinstance(item, Legend):
             item.set_bbox_to_anchor(place, transform=figure.transFigure)
         else:
@@ -129,6 +133,11 @@ def finished(
     FigureCanvasAgg(figure)
     figure.dpi = DPI
     return figure
+
+
+def _filled(text: str) -> str:
+    """A line of text in as many lines as it takes."""
+    return fill(text, int((sheet().width - 2 * EDGE) / sheet().letter), break_long_words=False)
 
 
 def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
@@ -145,7 +154,7 @@ def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
             bbox_to_anchor=(0, 1),
             handlelength=1.0 if only_marks else None,
         )
-        if columns == 1 or legend.get_window_extent().width <= (WIDTH - 2 * EDGE) * figure.dpi:
+        if columns == 1 or legend.get_window_extent().width <= (sheet().width - 2 * EDGE) * figure.dpi:
             break
         legend.remove()
     return legend
@@ -156,18 +165,24 @@ def letter_of(number: int) -> str:
     return ascii_lowercase[number % 26] * (number // 26 + 1)
 
 
+def title(axes: Axes, text: str, columns: int = 1) -> None:
+    """Write a line over a panel, one of some columns, in as many lines as it takes."""
+    axes.set_title(fill(text, int(sheet().across / columns / sheet().letter)), loc="left")
+
+
 def letter_panels(panels: Sequence[Axes], first: int) -> None:
     """Letter panels above one another from the letter numbered `first`, that beside the label of the axis on top."""
     for k, axes in enumerate(panels):
         rise = LETTER_RISE if k else LETTER_RISE + TOP_LABEL
         offset = ScaledTranslation(0, rise / 72, axes.figure.dpi_scale_trans)
-        axes.text(0, 1, f"({letter_of(first + k)})", transform=axes.transAxes + offset, size=SMALL)
+        axes.text(0, 1, f"({letter_of(first + k)})", transform=axes.transAxes + offset, size=sheet().small)
 
 
 def say(axes: Axes, text: str) -> None:
     """Write a sentence in the middle of a panel that shows nothing else."""
     box = {"facecolor": "white", "edgecolor": "none"}
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", size=TEXT + 1, bbox=box)
+    said = fill(text, int(0.8 * sheet().across / sheet().letter))
+    axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", va="center", size=sheet().text + 1, bbox=box)
 
 
 def widened(low: float, high: float, share: float) -> tuple[float, float]:
@@ -218,7 +233,7 @@ def round_ticks(
     def fit(values: Sequence[float], texts: Sequence[str]) -> bool:
         x = np.array(values)
         places = np.sort(place(x) if place else (x - low) / (high - low))
-        return bool((np.diff(places) * width >= (max(map(len, texts), default=0) + 2) * LETTER).all())
+        return bool((np.diff(places) * width >= (max(map(len, texts), default=0) + 2) * sheet().letter).all())
 
     choices = []
     for count in range(MOST_TICKS, 0, -1):
@@ -282,7 +297,7 @@ class SweepAxis(Struct, frozen=True):
         above : str
             A line over the axis along the top.
         """
-        swept, width = self.sweep.parameter, ACROSS / columns
+        swept, width = self.sweep.parameter, sheet().across / columns
         group, formula = ("gravity ḡ", "M g sin β / F") if self.by_value else ("distance d", "4 M s f² / F")
         quantity = swept.quantity.partition(" ")[0]
         if columns == 1:

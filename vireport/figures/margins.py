@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
 
 from matplotlib.figure import Figure
 
@@ -13,10 +14,14 @@ from vireport.figures.style import (
     GUIDE,
     Color,
     Picture,
+    sheet,
     style,
 )
 from vireport.scenario import DesignInput
 from vireport.study import Study, Task
+
+BESIDE_NAMES = 0.6
+"""Share of a panel's width that the names of inputs leave to the bars."""
 
 BAR_HEIGHT, ROOM = 0.18, 0.72
 """Heights of each bar with its gap, and of the axis with its label [in]."""
@@ -32,7 +37,8 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         axes.set_yticks(range(len(shifts)), [f"{name.quantity} {name.symbol}" for name, _ in shifts])
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)
-        axes.set_xlabel(f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]")
+        shift = f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]"
+        axes.set_xlabel(fill(shift, int(BESIDE_NAMES * sheet().across / sheet().letter)))
         return finished(figure, height, [], [])
 
 

@@ -14,8 +14,6 @@ from vireport.design import DesignPoint
 from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
-    ACROSS,
-    LETTER,
     MARGIN_X,
     Entry,
     blank,
@@ -29,6 +27,7 @@ from vireport.figures.style import (
     Color,
     Look,
     literal,
+    sheet,
     style,
 )
 from vireport.figures.sweeps import (
@@ -96,7 +95,9 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
             fit_vertically([axes])
         _dress(panels[-1, 0], shown, along)
         figure.align_ylabels(panels[:, 0])
-        names = (fill(f"{k} {literal(name)}", int(ACROSS / LETTER)) for k, name in enumerate(drawings, 1))
+        names = (
+            fill(f"{k} {literal(name)}", int(sheet().across / sheet().letter)) for k, name in enumerate(drawings, 1)
+        )
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
         legends = [scenarios, [*stability_legend(shown), *point_legend(shown)]]
         return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels)
@@ -153,6 +154,6 @@ def _dress(axes: Axes, drawings: Sequence[Drawing], along: Parameter | None) -> 
     ends = [(sweep.start, sweep.end) if along is not None else sweep.coordinate_range for sweep in sweeps]
     low, high = (float(choose(np.ravel(ends))) for choose in (np.min, np.max))
     axes.set_xlim(*widened(low, high, MARGIN_X))
-    axes.set_xticks(*round_ticks(low, high, ACROSS))
+    axes.set_xticks(*round_ticks(low, high, sheet().across))
     swept = "distance d = 4 M s f² / F [–]" if along is None else f"{along.quantity} {along.symbol} [{along.unit}]"
     axes.set_xlabel(swept)

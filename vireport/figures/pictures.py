@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -11,15 +12,20 @@ from vireport.figures import atlas, cycle, device, diagram, hysteresis, margins
 from vireport.figures.captions import held, pictured, shown_along
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
-from vireport.figures.style import Picture
-from vireport.figures.sweeps import figure_2, figure_4, figure_7
+from vireport.figures.style import Picture, Sheet, drawn_for
+from vireport.figures.sweeps import drawing_of, sweep_figure
 from vireport.motions import Atlas, model_of
 from vireport.physics import ARRAYS
 from vireport.study import Study, Task
 
 
 def pictures(
-    study: Study, simulated: PairedImpacts | None = None, templates: Path | None = None
+    study: Study,
+    simulated: PairedImpacts | None = None,
+    templates: Path | None = None,
+    *,
+    width_mm: float | None = None,
+    style: Mapping[str, Any] | None = None,
 ) -> tuple[Picture, ...]:
     """Draw the figures that a study's plan runs, in the order of their names.
 
@@ -30,17 +36,27 @@ def pictures(
         Motions from a simulation, drawn over the analytic ones.
     templates : Path, optional
         A folder whose words come before the package's own.
+    width_mm : float, optional
+        Of a column of a paper, 60 to 250; what is held is then left to the captions.
+    style : mapping, optional
+        Settings of Matplotlib for it.
+
+    Raises
+    ------
+    UsageError
+        For another width.
     """
-    drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
-    drawn += [*_design(study, templates), *measured_pictures(study, templates)]
+    with drawn_for(Sheet.of(width_mm, style)):
+        drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
+        drawn += [*_design(study, templates), *measured_pictures(study, templates)]
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
 def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path | None) -> Iterator[Picture]:
     draw: dict[Task, Callable[[], Figure]] = {
-        Task.FIGURE_2: lambda: figure_2(study, simulated),
-        Task.FIGURE_4: lambda: figure_4(study),
-        Task.FIGURE_7: lambda: figure_7(study, simulated),
+        Task.FIGURE_2: lambda: sweep_figure(Task.FIGURE_2, [drawing_of(study, simulated)]),
+        Task.FIGURE_4: lambda: sweep_figure(Task.FIGURE_4, [drawing_of(study)]),
+        Task.FIGURE_7: lambda: sweep_figure(Task.FIGURE_7, [drawing_of(study, simulated)]),
     }
     for name, figure in draw.items():
         if study.plan.runs(name):

@@ -22,14 +22,15 @@ from vireport.figures.layout import (
     letter_of,
     round_ticks,
     say,
+    title,
     widened,
 )
 from vireport.figures.style import (
     GUIDE,
-    SMALL,
     Color,
     Look,
     Picture,
+    sheet,
     style,
 )
 from vireport.physics import wave
@@ -149,8 +150,8 @@ def _beside_phase_portraits(
         figure, panels = blank(len(portraits), 2, sharey="none" if label else "row", width_ratios=(LEFT, RIGHT))
         labels = []
         for k, (portrait, (left, right)) in enumerate(zip(portraits, panels, strict=True)):
-            left.set_title(f"({letter_of(2 * k)}) {setting(portrait)}", loc="left")
-            right.set_title(f"({letter_of(2 * k + 1)}) {motion_words(portrait)}", loc="left")
+            title(left, f"({letter_of(2 * k)}) {setting(portrait)}", 2)
+            title(right, f"({letter_of(2 * k + 1)}) {motion_words(portrait)}", 2)
             left.set_ylabel("velocity Ż [–]" if height > WORDS_FROM else "Ż [–]")
             _phase_portrait(left, portrait)
             draw(right, portrait)
@@ -177,7 +178,7 @@ def figure_6(portraits: Sequence[Portrait], held: str = "", mass_ratio: float = 
     with style():
         figure, panels = blank(len(portraits))
         for k, (portrait, axes) in enumerate(zip(portraits, panels[:, 0], strict=True)):
-            axes.set_title(f"({letter_of(k)}) {setting(portrait)}: {motion_words(portrait)}", loc="left")
+            title(axes, f"({letter_of(k)}) {setting(portrait)}: {motion_words(portrait)}")
             axes.set_ylabel("displacement X, x [–]" if height > WORDS_FROM else "X, x [–]")
             _displacement(axes, portrait, mass_ratio)
             fit_vertically([axes], ticks)
@@ -225,7 +226,8 @@ def _membranes(axes: Axes, portrait: Portrait) -> list[Label]:
     """Names of the membranes, to stand anywhere along them."""
     y = np.linspace(*axes.get_ylim(), 16)[1:-1]
     half = np.full(len(y), portrait.d / 2)
-    return [Label("bottom", half, y, SMALL, Color.GREY), Label("top", -half, y[::-1], SMALL, Color.GREY)]
+    size = sheet().small
+    return [Label("bottom", half, y, size, Color.GREY), Label("top", -half, y[::-1], size, Color.GREY)]
 
 
 def _time_series(axes: Axes, portrait: Portrait) -> None:

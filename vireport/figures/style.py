@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache, cached_property
 from html import escape
 from io import BytesIO
@@ -16,8 +17,9 @@ from zlib import crc32
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from msgspec import Struct
+from msgspec import Struct, field
 
+from vireport.base import UsageError
 from vireport.figures.vector import drawing
 
 if TYPE_CHECKING:
@@ -79,8 +81,103 @@ DPI = 150
 TEXT, SMALL = 8.5, 8.0
 """Sizes of type [pt]."""
 
+NARROWEST, WIDEST = 60, 250
+"""Widths that a caller's figures may have [mm]: a column of a paper is 80 to 90 wide, its page up to 190."""
+
+PER_LETTER = 0.58
+"""Mean width of a letter over its size."""
+
+BESIDE_PANELS = 0.95
+"""Room beside the panels of a figure for ticks and labels [in], for the choice of ticks."""
+
 UNRELATED = {"backend", "backend_fallback", "interactive", "timezone", "toolbar"}
 """Settings of Matplotlib that have no part in how a figure looks."""
+
+
+class Sheet(Struct, frozen=True):
+    """What figures are drawn for: the page of a report, or the column of a paper.
+
+    Attributes
+    ----------
+    width : float
+        Of a figure [in].
+    headed : bool
+        Whether a figure says what is held along it. In a paper its caption does.
+    settings : mapping
+        Of Matplotlib (`matplotlib.rcParams`), which come before ours: the caller's fonts and their size.
+    """
+
+    width: float = WIDTH
+    headed: bool = True
+    settings: Mapping[str, Any] = {}
+
+    @staticmethod
+    def of(width_mm: float | None = None, settings: Mapping[str, Any] | None = None) -> Sheet:
+        """The page of a report, or where a width or settings are given the column of a paper.
+
+        Parameters
+        ----------
+        width_mm : float, optional
+            Of a figure, 60 to 250; of that of a report by default.
+        settings : mapping, optional
+            Of Matplotlib.
+
+        Raises
+        ------
+        UsageError
+            For another width.
+        """
+        if width_mm is None and settings is None:
+            return REPORT
+        if width_mm is not None and not NARROWEST <= width_mm <= WIDEST:
+            raise UsageError(f"figures are {NARROWEST} to {WIDEST} mm wide (got {width_mm:g} mm)")
+        return Sheet(WIDTH if width_mm is None else width_mm / 25.4, False, settings or {})
+
+    @property
+    def text(self) -> float:
+        """Size of type [pt]."""
+        return float(self.settings.get("font.size", TEXT))
+
+    @property
+    def small(self) -> float:
+        """Size of type of what is said beside the curves [pt]."""
+        return self.text * SMALL / TEXT
+
+    @property
+    def letter(self) -> float:
+        """Mean width of a letter of the small size [in]."""
+        return PER_LETTER * self.small / 72
+
+    @property
+    def across(self) -> float:
+        """Width of a panel, or of the panels beside one another, for the choice of ticks [in]."""
+        return self.width - BESIDE_PANELS
+
+    @property
+    def fonts(self) -> list[str]:
+        """The families of fonts, the preferred one first."""
+        family = self.settings.get("font.family", STYLE["font.family"])
+        return [family] if isinstance(family, str) else list(family)
+
+
+REPORT = Sheet()
+_SHEET = ContextVar("_SHEET", default=REPORT)
+
+
+def sheet() -> Sheet:
+    """What figures are drawn for just now."""
+    return _SHEET.get()
+
+
+@contextmanager
+def drawn_for(asked: Sheet) -> Iterator[None]:
+    """Within it figures are drawn for some sheet; they are for a report otherwise."""
+    before = _SHEET.set(asked)
+    try:
+        yield
+    finally:
+        _SHEET.reset(before)
+
 
 STYLE: dict[Any, Any] = {
     "font.family": ["DejaVu Sans"],
@@ -106,7 +203,11 @@ STYLE: dict[Any, Any] = {
     "lines.dash_capstyle": "butt",
     "lines.scale_dashes": False,
     "svg.fonttype": "none",
+    "pdf.fonttype": 42,
 }
+"""Texts in SVG files stay texts, and PDF files have TrueType fonts, as journals ask for."""
+
+_SMALL = "axes.titlesize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize"
 
 
 @contextmanager
@@ -121,7 +222,8 @@ def style() -> Iterator[None]:
         for key, value in matplotlib.rcParamsDefault.items()
         if key not in UNRELATED and current[key] != value
     }
-    with matplotlib.rc_context(changed | STYLE):
+    smaller = dict.fromkeys(_SMALL, sheet().small)
+    with matplotlib.rc_context(changed | STYLE | smaller | dict(sheet().settings)):
         yield
 
 
@@ -170,12 +272,11 @@ _NAMES = {value.lower(): name.lower() for name, value in vars(Color).items() if 
 
 
 @cache
-def _typst() -> typst.Compiler:
-    """Typst with the font of the figures."""
+def _typst(*fonts: str) -> typst.Compiler:
+    """Typst with the fonts of figures."""
     import typst
 
-    font = findfont(FontProperties(family=STYLE["font.family"]))
-    folder = Path(font).parent
+    folder = Path(findfont(FontProperties(family=fonts))).parent
     # Without a root, Typst looks for the current folder, which may have been deleted.
     return typst.Compiler(root=folder, ignore_system_fonts=True, font_paths=[folder])
 
@@ -197,7 +298,7 @@ def literal(text: str) -> str:
 
     What the font lacks is given by its number in Unicode, as in the PDF report.
     """
-    font = get_font(findfont(FontProperties(family=STYLE["font.family"])))
+    font = get_font(findfont(FontProperties(family=sheet().fonts)))
     # Of a character that the font lacks, Matplotlib warns and draws an empty box.
     shown = (
         character if character.isspace() or font.get_char_index(ord(character)) else f"⟨U+{ord(character):04X}⟩"
@@ -215,6 +316,8 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         Of its file, without the suffix.
     title, caption, alt : str
     figure : Figure
+    sheet : Sheet
+        What it is drawn for.
     """
 
     name: str
@@ -222,19 +325,33 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     caption: str
     alt: str
     figure: Figure
+    sheet: Sheet = field(default_factory=sheet)
 
     @cached_property
     def png(self) -> bytes:
         """The figure as a PNG file, made of the SVG file: Matplotlib draws each figure only once."""
         svg = self._drawn(self.height * 72 / DPI - WHOLE_ROWS)
         inputs = {"svg": svg, "width": f"{self.width}", "height": f"{self.height}"}
-        png = cast(bytes, _typst().compile(_PAGE, format="png", ppi=DPI, sys_inputs=inputs))
+        png = cast(bytes, _typst(*self.sheet.fonts).compile(_PAGE, format="png", ppi=DPI, sys_inputs=inputs))
         return png[:_PNG_HEAD] + _PNG_DENSITY + png[_PNG_HEAD:]
 
     @cached_property
     def _elements(self) -> tuple[str, str]:
-        with style(), matplotlib.rc_context({"svg.hashsalt": self.name}):
+        with drawn_for(self.sheet), style(), matplotlib.rc_context({"svg.hashsalt": self.name}):
             return drawing(self.figure)
+
+    @cached_property
+    def pdf(self) -> bytes:
+        """The figure as a PDF file with TrueType fonts; the same figure gives the same bytes in every run."""
+        from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
+        file, canvas, dpi = BytesIO(), self.figure.canvas, self.figure.dpi
+        told: Any = {"Title": self.title, "Creator": None, "Producer": None, "CreationDate": None}
+        with drawn_for(self.sheet), style():
+            FigureCanvasPdf(self.figure).print_pdf(file, metadata=told)  # type: ignore[no-untyped-call]
+        self.figure.set_canvas(canvas)
+        self.figure.dpi = dpi
+        return file.getvalue()
 
     @property
     def svg(self) -> bytes:
@@ -245,7 +362,8 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         """The drawing down to a height [pt]."""
         box, drawing = self._elements
         width = box.split()[2]
-        head = f'width="{width}pt" height="{height}pt" font-family="{SVG_FONTS}" role="img"'
+        fonts = SVG_FONTS if self.sheet.fonts == STYLE["font.family"] else ", ".join(self.sheet.fonts)
+        head = f'width="{width}pt" height="{height}pt" font-family="{escape(fonts)}" role="img"'
         return f"{_opened(head, f'0 0 {width} {height}', self.alt)}{_LINK.sub('', drawing)}</svg>\n"
 
     @property

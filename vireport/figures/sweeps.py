@@ -5,9 +5,10 @@ Only motions are drawn: what is not admissible is neither a line nor a point her
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, cycle
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -32,9 +33,7 @@ from vireport.figures.curves import (
 )
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
-    ACROSS,
     AXES_HEIGHT,
-    LETTER,
     Entry,
     SweepAxis,
     blank,
@@ -50,6 +49,9 @@ from vireport.figures.style import (
     DOTTED,
     Color,
     Look,
+    Sheet,
+    drawn_for,
+    sheet,
     style,
 )
 from vireport.motions import Branch, Event, determinant_of, eigenvalues
@@ -163,19 +165,55 @@ def drawing_of(study: Study, simulated: PairedImpacts | None = None) -> Drawing:
     return Drawing(study, sweep_axis(sweep), parts, events, doubled, simulated, branches)
 
 
-def figure_2(study: Study, simulated: PairedImpacts | None = None) -> Figure:
-    """Impact velocity, phase and half the flight time along the sweep, as in Fig. 2; with simulated motions, if any."""
-    return sweep_figure(Task.FIGURE_2, [drawing_of(study, simulated)])
+Settings = Mapping[str, Any]
 
 
-def figure_4(study: Study) -> Figure:
-    """The discriminant, and the eigenvalues or their real parts, along the sweep, as in Fig. 4."""
-    return sweep_figure(Task.FIGURE_4, [drawing_of(study)])
+def figure_2(
+    study: Study,
+    simulated: PairedImpacts | None = None,
+    *,
+    width_mm: float | None = None,
+    style: Settings | None = None,
+) -> Figure:
+    """Impact velocity, phase and half the flight time along the sweep, as in Fig. 2.
+
+    Parameters
+    ----------
+    study : Study
+    simulated : PairedImpacts, optional
+        Motions from a simulation, drawn over the analytic ones.
+    width_mm : float, optional
+        Of a column of a paper, 60 to 250; what is held along the sweep is then left to the caption.
+    style : mapping, optional
+        Settings of Matplotlib for it, such as ``{"font.family": "Times New Roman", "font.size": 8}``.
+
+    Raises
+    ------
+    ValueError
+        If the study has no sweep.
+    UsageError
+        For another width.
+    """
+    with drawn_for(Sheet.of(width_mm, style)):
+        return sweep_figure(Task.FIGURE_2, [drawing_of(study, simulated)])
 
 
-def figure_7(study: Study, simulated: PairedImpacts | None = None) -> Figure:
-    """The voltages at the impacts and their average along the sweep, as in Fig. 7; with simulated ones, if any."""
-    return sweep_figure(Task.FIGURE_7, [drawing_of(study, simulated)])
+def figure_4(study: Study, *, width_mm: float | None = None, style: Settings | None = None) -> Figure:
+    """The discriminant, and the eigenvalues or their real parts, along the sweep, as in Fig. 4; see `figure_2`."""
+    with drawn_for(Sheet.of(width_mm, style)):
+        return sweep_figure(Task.FIGURE_4, [drawing_of(study)])
+
+
+def figure_7(
+    study: Study,
+    simulated: PairedImpacts | None = None,
+    *,
+    width_mm: float | None = None,
+    style: Settings | None = None,
+) -> Figure:
+    """The voltages at the impacts and their average along the sweep, as in Fig. 7; see `figure_2`."""
+    with drawn_for(Sheet.of(width_mm, style)):
+        return sweep_figure(Task.FIGURE_7, [drawing_of(study, simulated)])
 
 
 def sweep_figure(
@@ -223,7 +261,7 @@ def sweep_figure(
             if row.limits != EVERYTHING:
                 for axes, drawing in zip(axes_of_row, drawings, strict=True):
                     _mark_leaving(axes, row, drawing)
-        letters = int(ACROSS / len(drawings) / LETTER)
+        letters = int(sheet().across / len(drawings) / sheet().letter)
         for k, drawing in enumerate(drawings):
             if titles:
                 panels[0, k].set_title(fill(titles[k], int(letters / BOLD)), weight="bold")

@@ -60,7 +60,7 @@ def render_files(
     paper: str = "a4",
     meanwhile: Callable[[], dict[str, bytes]] = dict,
 ) -> dict[str, bytes]:
-    """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png and svg.
+    """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png, svg and figure-pdf.
 
     Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page, and
     while the files are made that `meanwhile` gives. The other parameters and the errors are those of `render_pdf`.
@@ -73,6 +73,8 @@ def render_files(
             drawings[f"{name}.svg"] = picture.svg
             if "png" in formats:
                 images[f"{name}.png"] = beside.submit(getattr, picture, "png")
+            if "figure-pdf" in formats:
+                files[f"{name}.pdf"] = picture.pdf
         source = _filled(report, templates) if formats & {"html", "pdf"} else ""
         pdf = beside.submit(_compiled, report, source, "pdf", paper=PAPERS[paper]) if "pdf" in formats else None
         if "html" in formats:

@@ -3,6 +3,7 @@
 from vireport.study.families import families_of, motion_data
 from vireport.study.plan import (
     ALL_FORMATS,
+    FIGURE_FORMATS,
     FIGURES,
     FORMATS,
     Task,
@@ -27,6 +28,7 @@ from vireport.study.study import (
 __all__ = [
     "ALL_FORMATS",
     "FIGURES",
+    "FIGURE_FORMATS",
     "FORMATS",
     "SCHEMA_VERSION",
     "SWEEP_END",

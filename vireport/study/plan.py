@@ -79,6 +79,7 @@ class Task(StrEnum):
     PDF = "pdf", "output: report.pdf"
     PNG = "png", "output: the figures as PNG files"
     SVG = "svg", "output: the figures as SVG files"
+    FIGURE_PDF = "figure-pdf", "output: the figures as PDF files"
     JSON = "json", "output: results.json"
     CSV = "csv", "output: branches.csv"
     JUNIT = "junit", "output: junit.xml, the requirements as test cases"
@@ -93,10 +94,13 @@ FIGURES = (
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
 
+FIGURE_FORMATS = (Task.PNG, Task.SVG, Task.FIGURE_PDF)
+"""In which each figure is a file of its own."""
+
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
 """What is written by default."""
 
-ALL_FORMATS = (*FORMATS, Task.SVG, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
+ALL_FORMATS = (*FORMATS, Task.SVG, Task.FIGURE_PDF, Task.JUNIT, Task.MARKDOWN, Task.GITHUB)
 """What `--format` can ask for; the last three are for systems that run jobs."""
 
 
@@ -244,7 +248,7 @@ REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scen
 BEST = Precondition(lambda scenario, _: scenario.design, "the scenario has no design block")
 NOT_IN_A_RUN = Precondition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
 PICTURES = Precondition(
-    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.PNG, Task.SVG}, "no figure, HTML or PDF is asked for"
+    lambda _, formats: formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}, "no figure, HTML or PDF is asked for"
 )
 
 OUTPUT = Precondition(lambda _, formats: formats, "no output is asked for: designs of a search are only judged")
@@ -315,6 +319,7 @@ STEPS = (
     DeclaredStep(Task.PDF, (_format(Task.PDF),), "asked for"),
     DeclaredStep(Task.PNG, (_format(Task.PNG),), "asked for"),
     DeclaredStep(Task.SVG, (), "asked for", (_format(Task.SVG),)),
+    DeclaredStep(Task.FIGURE_PDF, (), "asked for", (_format(Task.FIGURE_PDF),)),
     DeclaredStep(Task.JSON, (_format(Task.JSON),), "asked for"),
     DeclaredStep(Task.CSV, (_format(Task.CSV), SWEEP), "asked for"),
     DeclaredStep(Task.JUNIT, (), "asked for", (_format(Task.JUNIT),)),
