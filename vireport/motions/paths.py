@@ -539,14 +539,14 @@ class Curve(Path, frozen=True, eq=False, dict=True):
     def margins(self, x: Floats) -> list[float]:
         """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
         # In the units of the arclength, so that a margin and a step can be compared, see `strain`.
-        share = (float(x[-1]) - self.low) / self.width
+        share, groups = (float(x[-1]) - self.low) / self.width, self.groups(x)
         rest = (self.high - self.low) / self.width - share
-        if self.groups(x).friction is not None:
+        if groups.friction is not None:
             # Friction moves a ball that stops otherwise: it is on another way before it can come to a wall.
             row, count = x.tolist(), len(self.word)
-            places = slow_places(self.word, row[:count], row[count : 2 * count], self.groups(x))
+            places = slow_places(self.word, row[:count], row[count : 2 * count], groups)
             return [share, rest, *self._speeds(x), *(place.speed for place in places)]
-        return [share, rest, *self._speeds(x), *(turn.gap for turn in self.turns(x))]
+        return [share, rest, *self._speeds(x), *(turn.gap for turn in turns(self.motion(x), groups))]
 
     def _speeds(self, x: Floats) -> list[float]:
         """Velocities of impacts, towards their walls."""
