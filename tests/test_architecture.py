@@ -34,9 +34,14 @@ def statements(node: ast.AST) -> Iterator[ast.AST]:
 
 
 @cache
+def parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
+@cache
 def imports(file: Path) -> list[tuple[str, str]]:
     """Each name that a file imports of vireport, and from where."""
-    nodes = list(statements(ast.parse(file.read_text(encoding="utf-8"))))
+    nodes = list(statements(parsed(file)))
     plain = [(name.name, "") for node in nodes if isinstance(node, ast.Import) for name in node.names]
     named = [
         (node.module or "", name.name) for node in nodes if isinstance(node, ast.ImportFrom) for name in node.names
@@ -63,7 +68,7 @@ def imports_from_elsewhere(package: str, *folders: str) -> Iterator[tuple[Path, 
 def test_no_public_class_name_stands_for_two_things() -> None:
     places: dict[str, list[str]] = {}
     for file in (ROOT / "vireport").rglob("*.py"):
-        for node in ast.parse(file.read_text(encoding="utf-8")).body:
+        for node in parsed(file).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places.setdefault(node.name, []).append(str(file.relative_to(ROOT)))
     assert not {name: files for name, files in places.items() if len(files) > 1}

@@ -249,7 +249,6 @@ def test_the_shortest_words_are_followed_first_and_what_is_left_out_is_said():
         (6, 8, 0.9, {"BBT": 34, "BBB": 42}),
         # All that begins was followed for 16 minutes without end.
         (10, 10, 0.95, {}),
-        (16, 16, 0.5, {}),
     ],
 )
 def test_an_atlas_of_very_many_families_ends_and_says_what_it_leaves_out(

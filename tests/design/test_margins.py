@@ -192,7 +192,7 @@ def exact_end(device: Device, inputs: dict[str, Any], end: Margin) -> Any:
 
 @pytest.mark.parametrize("part", first(1, range(PARTS)))
 def test_ends_and_their_derivatives_in_40_digits(part: int) -> None:
-    for device, design in stable_devices(1 if part == 0 else 8, 1000 * part):
+    for device, design in stable_devices(1 if part == 0 else 5, 1000 * part):
         for end in design.limits()[:: 3 if part == 0 else 1]:
             with reference.precise():
                 inputs = {name.value: mpf(float(device.value_of(name))) for name in DesignInput}

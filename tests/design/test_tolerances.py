@@ -206,8 +206,10 @@ def test_an_upright_capsule_may_be_tilted_to_either_side(example) -> None:
     assert off.inclination_deg.tolist() == [87.5, 89.5, 88.5]
 
 
-@pytest.mark.parametrize("case", first(0, [("inclined", 1), *((name, 6) for name in PAPER[1:])]))
-def test_no_box_across_the_end_of_stable_motion_is_proved(case: tuple[str, int], example) -> None:
+@pytest.mark.parametrize(
+    "case", first(0, [("inclined", slice(1)), *((name, slice(k % 2, 6, 2)) for k, name in enumerate(PAPER[1:]))])
+)
+def test_no_box_across_the_end_of_stable_motion_is_proved(case: tuple[str, slice], example) -> None:
     """The ends are known to 40 digits; from one millionth beyond them down to a thousandth of a billionth."""
     name, inputs = case
     design = device(example, name)
@@ -216,7 +218,7 @@ def test_no_box_across_the_end_of_stable_motion_is_proved(case: tuple[str, int],
         if end.relative is not None and abs(end.relative) < 0.5:
             nearest.setdefault(end.parameter, abs(end.distance))
     assert len(nearest) >= 4
-    for varied, distance in list(nearest.items())[:inputs]:
+    for varied, distance in list(nearest.items())[inputs]:
         for beyond in (1e-6, 1e-12):
             proof = prove_region(region_of(design, {varied: distance * (1 + beyond)}))
             assert proof.failing is not None or Leaf.OPEN in proof.halved

@@ -431,7 +431,7 @@ def test_every_device_within_the_tolerances_of_the_best_design_works() -> None:
     rows = np.flatnonzero(cells.stable & (np.nan_to_num(cells.slack, nan=-1) >= 0).all(axis=1))
     better = rows[cells.value[rows] > result.best.value * (1 + 2e-3)]  # the search keeps 0.1 % off its tolerances
     assert len(better) > 10
-    for row in better[np.argsort(-cells.value[better])][:: len(better) // 10]:
+    for row in better[np.argsort(-cells.value[better])][:: len(better) // 5]:
         assert not search.study(t[row]).tolerances.proved
 
 

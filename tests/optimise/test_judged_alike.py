@@ -33,7 +33,7 @@ VARIED = (
     *("{path: excitation.amplitude_n, from: 2, to: 5}", "{path: inclination_deg, from: 5, to: 80}"),
     *("{path: device.restitution, from: 0.35, to: 0.65}", "{path: device.length_m, from: 0.6, to: 0.85}"),
 )
-DESIGNS, FEW, WRITTEN = 16, 6, 2
+DESIGNS, FEW, WRITTEN = 10, 6, 2
 """Random designs on which run and search are held against each other; those whose medians are required; those of which
 the run has outputs: what only these show, as outcomes along a sweep, takes three times as long and decides nothing."""
 

@@ -119,7 +119,7 @@ class AlongLine(Struct, frozen=True, eq=False):
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at a position."""
         (position,), (d, gbar, r, harmonics, _) = varied, self.origin
-        friction = self._friction(position)
+        friction = None if self.origin.friction is None else self._friction(position)
         match self.line:
             case Line.LENGTHS:
                 return Groups(d * self.ops.exp(position), gbar, r, harmonics, friction)

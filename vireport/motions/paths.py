@@ -153,11 +153,22 @@ class Arc(Struct, frozen=True, eq=False, dict=True):
         cube = (self.length * both - 2 * self._way) / cubed
         return turned / (2 * self.length) - 1.5 * self.length * cube, cube
 
+    @cached_property
+    def middle(self) -> PathPoint:
+        """The cubic in the middle."""
+        return self.at(self.length / 2)
+
+    def guess(self, size: float) -> Floats:
+        """The unknowns of the cubic at an arclength from the start."""
+        square, cube = self._bend
+        way: Floats = size * (self.start.tangent + size * (square + size * cube))
+        return self.start.x + self.start.path.scale * way
+
     def at(self, size: float) -> PathPoint:
         """The cubic at an arclength from the start, its direction not normalised."""
-        path, tangent, (square, cube) = self.start.path, self.start.tangent, self._bend
-        x = self.start.x + path.scale * (size * (tangent + size * (square + size * cube)))
-        return PathPoint(path, x, tangent + size * (2 * square + 3 * size * cube))
+        square, cube = self._bend
+        tangent = self.start.tangent + size * (2 * square + 3 * size * cube)
+        return PathPoint(self.start.path, self.guess(size), tangent)
 
     def crossing(self, value: Callable[[PathPoint], float]) -> tuple[float, float]:
         """Arclength at which a function is zero whose signs differ at the ends, and its slope there."""
@@ -296,7 +307,7 @@ class Path(Struct, frozen=True, eq=False):
         NumericalError
             If none is found.
         """
-        guess = arc.at(size).x
+        guess = arc.guess(size)
         motion = self._newton(guess, arc.end.tangent, False)
         # Next to a crossing the bordered matrix is nearly singular: its tangent may be that of the other family.
         if motion is None or not motion[1] @ motion[1] < MOST_ASIDE**2:
@@ -329,7 +340,7 @@ class Path(Struct, frozen=True, eq=False):
         # The unknown itself is the plane in which the motion is solved for: it has the value to the last digit, without
         # the search along the path that `located` needs for a gap.
         size, slope = arc.crossing(lambda point: float(point.x[which]) - value)
-        guess, normal = arc.at(size).x, np.zeros(len(self.scale))
+        guess, normal = arc.guess(size), np.zeros(len(self.scale))
         guess[which], normal[which] = value, copysign(1, slope)
         motion = self._newton(guess, normal, False)
         if motion is None:
@@ -504,7 +515,8 @@ class Curve(Path, frozen=True, eq=False, dict=True):
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions and their derivatives, the last by the coordinate over its width."""
         values, matrix = linearised(self.word, x, self.model)
-        matrix[:, -1] *= self.width
+        if self.width != 1.0:
+            matrix[:, -1] *= self.width
         return values, matrix
 
     def at(self, guess: Floats, coordinate: float) -> Floats | None:
@@ -527,14 +539,14 @@ class Curve(Path, frozen=True, eq=False, dict=True):
     def margins(self, x: Floats) -> list[float]:
         """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
         # In the units of the arclength, so that a margin and a step can be compared, see `strain`.
-        share = (float(x[-1]) - self.low) / self.width
+        share, groups = (float(x[-1]) - self.low) / self.width, self.groups(x)
         rest = (self.high - self.low) / self.width - share
-        if self.groups(x).friction is not None:
+        if groups.friction is not None:
             # Friction moves a ball that stops otherwise: it is on another way before it can come to a wall.
             row, count = x.tolist(), len(self.word)
-            places = slow_places(self.word, row[:count], row[count : 2 * count], self.groups(x))
+            places = slow_places(self.word, row[:count], row[count : 2 * count], groups)
             return [share, rest, *self._speeds(x), *(place.speed for place in places)]
-        return [share, rest, *self._speeds(x), *(turn.gap for turn in self.turns(x))]
+        return [share, rest, *self._speeds(x), *(turn.gap for turn in turns(self.motion(x), groups))]
 
     def _speeds(self, x: Floats) -> list[float]:
         """Velocities of impacts, towards their walls."""
@@ -654,7 +666,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
                 continue
             # The parabola f(s) = start + s (slope - bend) + s^2 bend through f(0), f(1/2) and f(1), of which bend = 2
             # [f(0) + f(1) - 2 f(1/2)] follows, has its extremum at s = 1/2 - slope/(2 bend).
-            slope, bend = end - start, 2 * (start + end - 2 * excess(arc.at(arc.length / 2)))
+            slope, bend = end - start, 2 * (start + end - 2 * excess(arc.middle))
             share = 0.5 - slope / (2 * bend) if bend else 0.0
             lowest = start + share * (slope - bend) + share * share * bend
             if not 0 < share < 1 or lowest * copysign(1, start) > DOUBTFUL * min(abs(start), abs(end)):

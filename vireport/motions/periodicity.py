@@ -135,7 +135,8 @@ class Leg(NamedTuple):
 def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Iterator[Leg]:
     """The flights of a motion, by the times of its impacts."""
     count, harmonics = len(word), groups.harmonics
-    waves = [wave(ops.sin(phase), ops.cos(phase), harmonics) for phase in [ops.pi * t for t in time]]
+    pi, sin, cos = ops.pi, ops.sin, ops.cos
+    waves = [wave(sin(phase), cos(phase), harmonics) for phase in [pi * t for t in time]]
     for i in range(count):
         j = (i + 1) % count
         duration = time[j] - time[i] + (0 if j > i else 2 * word.periods)
@@ -172,25 +173,26 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
     groups = model.at(row[2 * count :])
     d = groups.d
     values, by_impacts, by_groups = [], [], []  # lists, whose entries are written ten times as fast
-    for leg in legs(word, row[count : 2 * count], groups):
-        i, j, t = leg.start, leg.end, leg.duration
-        r, slope = groups.rebound(word.walls[i], row[i])
-        after = flight.reflect(row[i], r)
-        way = (word.walls[j] - word.walls[i]) // 2
+    walls = word.walls
+    for i, j, t, starts, ends in legs(word, row[count : 2 * count], groups):
+        wall, before = walls[i], row[i]
+        r, slope = groups.rebound(wall, before)
+        after = flight.reflect(before, r)
+        way = (walls[j] - wall) // 2
         gbar = groups.gravity(way)
-        pull_start, pull_end = groups.pull(leg.starts.force, way), groups.pull(leg.ends.force, way)
-        speed = flight.velocity(t, after, leg.starts.impulse, leg.ends.impulse, gbar)
-        covered = flight.displacement(t, after, leg.starts.impulse, leg.starts.path, leg.ends.path, gbar)
+        pull_start, pull_end = flight.acceleration(starts.force, gbar), flight.acceleration(ends.force, gbar)
+        speed = flight.velocity(t, after, starts.impulse, ends.impulse, gbar)
+        covered = flight.displacement(t, after, starts.impulse, starts.path, ends.path, gbar)
         values += [speed - row[j], covered - way * d]
         by_impacts += [-slope, -pull_start, -slope * t, -after - pull_start * t, -1.0, pull_end, speed]
-        of_bottom, of_top, *of_law = _by_restitution(groups, word.walls[i], row[i])
+        of_bottom, of_top, *of_law = _by_restitution(groups, wall, before)
         by_velocity, by_way = [0.0, t, of_bottom, of_top], [-way, t * t / 2, of_bottom * t, of_top * t]
         if groups.harmonics:
-            ends = (row[count + i], row[count + j])
-            more = [_by_harmonic(own.order, *ends, t) for own in groups.harmonics]
+            more = [_by_harmonic(own.order, row[count + i], row[count + j], t) for own in groups.harmonics]
             by_velocity += [slope for own in more for slope in own[0]]
             by_way += [slope for own in more for slope in own[1]]
-        by_velocity, by_way = by_velocity + of_law, by_way + [own * t for own in of_law]
+        if of_law:
+            by_velocity, by_way = by_velocity + of_law, by_way + [own * t for own in of_law]
         if groups.friction is not None:
             by_velocity.append(-way * t)
             by_way.append(-way * t * t / 2)
@@ -244,14 +246,13 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
 
     Its determinant is r^(2N), the square of `Groups.decay`. All velocities must differ from zero.
     """
-    count = len(word)
+    count, walls, flights = len(word), word.walls, []
     groups = model.at(x[2 * count :])
-    flights = []
-    for leg in legs(word, x[count : 2 * count], groups, ops):
-        r, slope = groups.rebound(word.walls[leg.start], x[leg.start])
-        way = (word.walls[leg.end] - word.walls[leg.start]) // 2
-        pulls = groups.pull(leg.starts.force, way), groups.pull(leg.ends.force, way)
-        flights.append(flight_jacobian(leg.duration, x[leg.start], x[leg.end], *pulls, r, slope))
+    for i, j, duration, starts, ends in legs(word, x[count : 2 * count], groups, ops):
+        r, slope = groups.rebound(walls[i], x[i])
+        gbar = groups.gravity((walls[j] - walls[i]) // 2)
+        pulls = flight.acceleration(starts.force, gbar), flight.acceleration(ends.force, gbar)
+        flights.append(flight_jacobian(duration, x[i], x[j], *pulls, r, slope))
     return product_trace(flights)
 
 

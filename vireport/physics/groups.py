@@ -226,7 +226,8 @@ class Groups(NamedTuple, Generic[Number]):
             impacts = (law.at(wall, v) for wall, v in zip(walls, velocity, strict=True))
             determinant = prod(r * slope for r, slope in impacts)
             return determinant ** (Decimal("0.5") if isinstance(determinant, Decimal) else 0.5)
-        return prod(map(self.restitution_at, walls))
+        bottom, top = by_wall(self.restitution)
+        return prod(bottom if wall > 0 else top for wall in walls)
 
     def pull(self, force: Any, way: int = 0) -> Any:
         """The relative acceleration where the force over its amplitude is this, of a sine a cosine, Eq. (2.8).
