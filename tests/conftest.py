@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import pickle
 import re
@@ -120,12 +119,6 @@ def known() -> Iterator[None]:
         for module, name in KNOWN:
             patch.setattr(f"{module}.{name}", Known(getattr(import_module(module), name)))
         yield
-
-
-def pytest_collection_finish(session: pytest.Session) -> None:
-    """Let garbage be looked for less often, and never in what is there for the whole run: modules, and all tests."""
-    gc.freeze()
-    gc.set_threshold(20_000)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
