@@ -316,7 +316,7 @@ def _check_cusp(points: Sequence[tuple[Point, Device]]) -> CaseFinding:
 def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Device]]:
     """Devices whose ball passes a membrane at this distance: their motions, and which of them it is."""
     points = [p for p in _points(harvester, Event.GRAZING) if p.rest is None]
-    if not points or max(by_wall(harvester.device.restitution)) == 0:
+    if not points or 0 in by_wall(harvester.device.restitution):
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
     answers = []
     for point in points[:MOST_POINTS]:
