@@ -12,8 +12,6 @@ from __future__ import annotations
 
 import os
 
-from vireport.physics import Groups
-
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from pathlib import Path
@@ -32,7 +30,7 @@ from vireport.chart import (
     plane_of,
 )
 from vireport.motions import Limits
-from vireport.physics import FLOATS
+from vireport.physics import FLOATS, Groups, by_wall
 from vireport.simulation import attractors, random_starts, start_speed
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "inclined.yaml"
@@ -40,6 +38,7 @@ PLANES = (
     "inclination_deg,length_m",
     "restitution,length_m",
     "capsule_mass_kg,restitution",
+    "restitution_bottom,restitution_top",
 )
 LIMITS, CELLS, STARTS, SEED = Limits(4, 2), 32, 8, 20190301
 """Of the motions, of the grid along each input, and of the simulation at each of its points."""
@@ -80,10 +79,12 @@ def simulated_words(plane: Plane) -> set[str]:
     """Words of the motions within the limits that a simulation over a grid of the plane ends in."""
     shares = (np.arange(CELLS) + 0.5) / CELLS
     grid = plane.low + plane.widths * np.stack(np.meshgrid(shares, shares), axis=-1).reshape(-1, 2)
-    groups = np.array([plane.at(point) for point in grid.tolist()])
+    alike: dict[Any, list[Groups[float]]] = {}
+    for groups in map(plane.at, grid.tolist()):
+        alike.setdefault(by_wall(groups.restitution), []).append(groups)
     words = set()
-    for r in np.unique(groups[:, 2]).tolist():
-        d, gbar = groups[groups[:, 2] == r, :2].T.copy()
+    for cells in alike.values():
+        r, d, gbar = cells[0].restitution, np.array([own.d for own in cells]), np.array([own.gbar for own in cells])
         ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * len(d)), STARTS, SEED))
         cycles = (end.cycle for row in ends for end in row if end.cycle is not None and not end.cycle.sticks)
         words |= {c.word for c in cycles if len(c.wall) <= LIMITS.impacts and c.period <= LIMITS.periods}

@@ -226,7 +226,7 @@ RELATIONS = (
         "got 'lenght_m'; did you mean 'length_m'? (one of length_m, amplitude_n, frequency_hz,",
     ),
     value(17, "device.length_m", "did you mean 'length_m'?"),
-    value(17, "restitution", "got 'restitution', which cannot be swept"),
+    value(17, "restitution", "got 'restitution', which cannot be swept; over it there are maps, charts"),
     value(17, "[length_m]", "got a list, where one value belongs"),
     value(17, "3", "got 3 (one of length_m"),
     value(18, "0", "got 0, which is not positive (a number from 1e-15 to 1e15, in m)"),

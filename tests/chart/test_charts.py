@@ -30,15 +30,18 @@ from vireport.chart.figure import picture
 from vireport.chart.loci import Locus
 from vireport.chart.outputs import caption_of
 from vireport.checks import reference
+from vireport.design import line_of, motions_at
+from vireport.design.margins import margins_of
 from vireport.motions import BESIDE, Condition, Event, Limits, find_motions, solve
-from vireport.physics import Groups, Word
-from vireport.scenario import DesignInput
+from vireport.physics import RESTITUTIONS, Groups, Word
+from vireport.scenario import Parameter
 from vireport.simulation import attractors, random_starts, start_speed
 
 PLANES = (
     "inclination_deg=0..90,length_m=0.3..1",
     "restitution=0.2..0.8,length_m=0.3..1",
     "frequency_hz=1..3,amplitude_n=1..6",
+    "restitution_bottom=0.05..0.95,length_m=0.3..1.9",
 )
 
 
@@ -96,13 +99,52 @@ def nearest(drawn: Chart, event: Event, k: int, other: float, value: float) -> f
 def test_every_critical_point_of_1_1_motions_on_random_sweeps_lies_on_a_locus(over: str):
     rng, drawn, checked = np.random.default_rng(7), one_to_one(over), 0
     for i in range(16):
-        k = 1 if plane(over).inputs[0] is DesignInput.RESTITUTION else i % 2
+        k = 1 if plane(over).inputs[0] in RESTITUTIONS else i % 2
         other = float(plane(over).low[1 - k] + plane(over).widths[1 - k] * rng.uniform(0.02, 0.98))
         for critical in solve(StraightSweep(plane(over), k, other).sweep).critical_points:
             value = critical.sweep_value
             assert nearest(drawn, critical.event, k, other, value) < 1e-10, (critical.event, k, other, value)
             checked += 1
     assert checked > 20
+
+
+def test_a_curve_of_grazing_over_one_restitution_tells_where_stable_motion_ends():
+    grazing = [locus for locus in one_to_one(PLANES[3]).loci if locus.event is Event.GRAZING]
+    pairs = [(locus, row) for locus in grazing for row in range(len(locus.x) - 1)]
+    stable = {abs(locus.trace[row]) < 1 + (0.5 * locus.inputs[row, 0]) ** 2 for locus, row in pairs}
+    for locus, row in pairs:
+        both = [abs(locus.trace[k]) < 1 + (0.5 * locus.inputs[k, 0]) ** 2 for k in (row, row + 1)]
+        assert locus.bounds_stability[row] == all(both)
+    assert stable == {True, False}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "ranges", "events"),
+    [
+        ("inclined", "0.3..0.7", {Event.PERIOD_DOUBLING, Event.NODE_FOCUS}),
+        ("horizontal", "0.2..0.9", {Event.PERIOD_DOUBLING}),
+    ],
+)
+def test_stable_motion_ends_on_a_curve_over_both_restitutions(name: str, ranges: str, events: set[Event]) -> None:
+    """The ends of the margins of random devices, which are followed from these along either restitution."""
+    over = f"restitution_bottom={ranges},restitution_top={ranges}"
+    own = plane_of(load(EXAMPLES / f"{name}.yaml").scenario, over)
+    drawn, rng, checked = chart(own, Limits(4, 2)), np.random.default_rng(3), 0
+    assert events <= {locus.event for locus in drawn.loci}
+    assert caption_of(drawn).startswith("Chart of restitution at the top against restitution at the bottom, of 1:1")
+    for _ in range(8):
+        at = own.low + own.widths * rng.uniform(0.02, 0.98, 2)
+        device = own.device_at(at.tolist())
+        motions, *_ = motions_at(device, Parameter.LENGTH)
+        for k, varied in enumerate(own.inputs):
+            for margin in margins_of(device, motions, [line_of(varied, device)]).found:
+                if own.low[k] < (value := margin.sweep_value) < own.high[k]:
+                    assert nearest(drawn, margin.event, k, float(at[1 - k]), value) < 1e-10
+                    checked += 1
+    assert checked > 3
+    stable = {words for cut in drawn.cuts for _, _, words in cut.stable}
+    assert stable == {("BT",), ()}
 
 
 @pytest.mark.slow

@@ -199,7 +199,7 @@ def test_a_chart_says_what_is_wrong_with_its_inputs(over: str, message: str, exa
 @pytest.mark.parametrize(
     ("over", "pair"),
     [
-        ("restitution,restitution_top", "restitution and restitution_top are both restitutions"),
+        ("restitution,restitution_top", "restitution and restitution_top overlap"),
         ("capsule_mass_kg,restitution", "are a restitution and the mass of a free capsule (allowed: at most one"),
     ],
 )

@@ -15,7 +15,7 @@ from vireport.design import (
 )
 from vireport.design.devices import stable_motions
 from vireport.design.proof import Leaf, prove_region
-from vireport.motions import Event, Sweep, solve
+from vireport.motions import Event, Sweep, Symmetry, solve
 from vireport.physics import Device, Membrane, Restitutions, conversion, voltages
 from vireport.physics.energy import Dielectric
 from vireport.scenario import DesignInput, Parameter
@@ -131,3 +131,13 @@ def test_the_effect_of_a_restitution_is_that_of_both_together() -> None:
     effect = restitution_effect(UNLIKE, design.motions)
     assert effect is not None
     assert effect.lost_at is None or 0.9 < effect.lost_at / 0.4875 < 1.1
+
+
+def test_no_point_of_a_horizontal_device_with_unlike_membranes_is_of_a_symmetric_motion() -> None:
+    """Also where both impacts lose their velocity at once, at q = 1/2: the branch that ends there is of no mirror."""
+    device = replace(LEVEL, restitution=Restitutions(0.55, 0.45))
+    points = solve(Sweep(device, Parameter.LENGTH, 0.25, 1.0)).critical_points
+    (rest,) = [point for point in points if point.rest is not None]
+    assert abs(rest.closed.u) < 1e-30
+    assert rest.d == pytest.approx(2 / np.pi**2, rel=1e-15)
+    assert {point.symmetry for point in points} == {Symmetry.ASYMMETRIC}

@@ -51,6 +51,33 @@ def test_every_case_passes(case: Case) -> None:
     assert outcome.verdict is CaseVerdict.PASSED, outcome.found
 
 
+UNLIKE = {"device.restitution": None, "device.restitution_bottom": 0.55, "device.restitution_top": 0.45}
+
+AROUND_UNLIKE = (
+    ("inclined", "inclination: beta = 0 deg"),
+    ("inclined", "critical points: 0.0001 inside a fold"),
+    ("inclined", "critical points: narrow range of foci, gbar = 0.001"),
+    ("horizontal", "share of the period: q = 1/(1+r)"),
+    ("inclined", "grazing: gap +1e-14"),
+    ("inclined", "simulation: flight, gbar = 1"),
+    ("inclined", "simulation: chatter 0.1 before the release"),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "case"), AROUND_UNLIKE)
+def test_cases_around_a_device_with_unlike_membranes(name: str, case: str, example) -> None:
+    cases = {name_of(case): case for case in catalogue(load(example(name), UNLIKE))}
+    outcome = judge(cases[case])
+    assert outcome.verdict is CaseVerdict.PASSED, outcome.found
+
+
+def test_a_device_without_mirror_images_has_no_pitchfork(example) -> None:
+    cases = {name_of(case): case for case in catalogue(load(example("horizontal"), UNLIKE))}
+    outcome = judge(cases["critical points: pitchfork in a sweep"])
+    assert outcome.verdict is CaseVerdict.DOES_NOT_APPLY
+
+
 def test_the_catalogue_notices_a_unit_of_velocity_that_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
     unit = Device.velocity_unit
     assert judge(CASES["units: y_c = F/(2 M f)"]).verdict is CaseVerdict.PASSED

@@ -7,6 +7,7 @@ import pytest
 from map_texts import TEXT, plan_of
 from msgspec.structs import replace
 
+from vireport.figures import held_by
 from vireport.maps.loci import loci_of
 from vireport.motions import find_motions
 from vireport.physics import Groups
@@ -63,6 +64,20 @@ def test_curves_pass_through_the_paper_s_points(curves) -> None:
     assert np.abs(ends[:, 1] - 0.1870532313 * metres).min() < 1e-8
     folds = np.concatenate([locus.points[[0, -1]] for locus in loci if locus.event == "fold"])
     assert np.abs(folds[:, 1] - 0.2634315843 * metres).min() < 1e-8
+
+
+def test_curves_over_both_restitutions_are_those_of_the_margins_there() -> None:
+    text = TEXT.replace("inclination_deg, from: 0, to: 90", "device.restitution_bottom, from: 0.3, to: 0.7")
+    text = text.replace("device.length_m, from: 0.2, to: 0.9", "device.restitution_top, from: 0.3, to: 0.7")
+    text = text.replace("restitution: 0.5", "length_m: 0.6934")
+    plan = plan_of(text.replace("excitation:", "inclination_deg: 45\nexcitation:"))
+    doubling = [locus.points for locus in loci_of(plan) if locus.event == "period_doubling"]
+    assert len(doubling) == 1
+    # The two ends of stable motion of the paper's device, restitution 0.5: margins in either of the two.
+    for place in ((0.46701430324607485, 0.5), (0.5, 0.5312846582185935)):
+        assert np.abs(doubling[0] - place).max(axis=1).min() < 2e-3
+    assert held_by(plan.device, plan.names) == ["s = 0.6934 m", "F = 3 N", "f = 2 Hz", "β = 45°", "M = 0.1245 kg"]
+    assert held_by(plan.device, plan.names[:1])[-1] == "r_top = 0.3"
 
 
 def test_over_the_balls_mass_curves_are_straight() -> None:

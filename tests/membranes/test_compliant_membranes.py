@@ -37,8 +37,8 @@ from vireport.membranes.compliant_motion import (
 from vireport.membranes.stiff_solvers import Seen, acceleration, jacobian, period_of, run_once
 from vireport.physics import contacts, damping_number
 from vireport.report import Report, render_html
-from vireport.scenario import Parameter
-from vireport.study import provenance_of
+from vireport.scenario import Parameter, load
+from vireport.study import Task, provenance_of
 from vireport.text import plain_text
 
 MASS = 0.0041
@@ -146,6 +146,24 @@ def test_multipliers_tend_to_those_of_the_rigid_motion(study, orbits, models, ri
     for factor, orbit in orbits.items():
         assert sum(orbit.multipliers) == pytest.approx(orbit.trace, abs=1e-12), factor
         assert np.prod(orbit.multipliers) == pytest.approx(orbit.determinant, abs=1e-12), factor
+
+
+@pytest.mark.slow
+def test_unlike_membranes_tend_to_the_rigid_motion_each_with_its_own_restitution(example) -> None:
+    over = {"device.restitution": None, "device.restitution_bottom": 0.475, "device.restitution_top": 0.525}
+    solution = analyse(load(example("inclined"), over), (Task.JSON,)).solution
+    m, device = solution.design.motions, solution.device
+    steep = compliant_model(device, Parameter.LENGTH, device.length_m, solution.membrane, 1e6)
+    orbit = find_orbit(steep, np.array([m.velocity_bottom[0], m.phi_bottom[0]]))
+    assert orbit.bottom.velocity == pytest.approx(m.velocity_bottom[0], rel=1e-3)
+    assert orbit.top.velocity == pytest.approx(m.velocity_top[0], rel=1e-3)
+    assert (orbit.bottom.restitution, orbit.top.restitution) == pytest.approx((0.475, 0.525), rel=1e-3)
+    assert orbit.determinant == pytest.approx((0.475 * 0.525) ** 2, rel=2e-3)
+    assert orbit.trace == pytest.approx(m.trace[0], rel=1e-2)
+    # The whole equation in one go, whose damping is of each membrane's own restitution.
+    run = run_once(period_of(steep, orbit), 1e6, "DOP853", 1e-10)
+    assert run.outcome is RunOutcome.SOLVED
+    assert run.error < 1e-8
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import chain, pairwise
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.atlas import FINE, atlas
 from vireport.base import NumericalError, Progress
@@ -17,12 +18,17 @@ from vireport.chart.network import (
     Network,
 )
 from vireport.chart.plane import Plane, StraightSweep, straight_sweeps
-from vireport.motions import Atlas, Event, Limits, solve
-from vireport.physics import Word
+from vireport.design import along, line_of, motions_at
+from vireport.motions import Atlas, Curve, Event, Limits, PathPoint, completed, follow, motion_at, solve, touching
+from vireport.physics import FLOATS, Word
+from vireport.scenario import Parameter
 
 CUTS, SOLVED_CUTS = 3, 16
 """Sweeps across the plane along each input, on which loci are looked for: of all motions, and of 1:1 motions, which are
 in closed form."""
+
+LINES, STATIONS = 8, 3
+"""Lines across a plane of two restitutions, along each, and devices on each line whose 1:1 motions are followed."""
 
 Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
 """Stretches of a line: their ends, and the words of the motions that are stable between them."""
@@ -65,6 +71,8 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
         Sweeps along each input on which motions of any sequence are looked for; none where only 1:1 motions are wanted.
     """
     one_to_one = Word((1, -1), plane.device.period_ratio)
+    if not plane.swept:
+        return _between_restitutions(plane, one_to_one, progress)
     network, crossed = Network(plane, limits, None if cuts else one_to_one), []
     for line in straight_sweeps(plane, SOLVED_CUTS):
         progress(f"1:1 motions along the {line.quantity}")
@@ -79,6 +87,49 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
                 progress(f"loci of {start.motion.word.letters}")
                 network.explore(start)
     return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
+
+
+def _between_restitutions(plane: Plane, word: Word, progress: Progress) -> Chart:
+    """The chart of the 1:1 motions of a plane across which there are no sweeps."""
+    limits, crossed = Limits(len(word), word.periods), []
+    network = Network(plane, limits, word)
+    for line in straight_sweeps(plane, LINES):
+        progress(f"1:1 motions along the {line.quantity}")
+        starts = list(_followed_starts(line, word))
+        for start in starts:
+            network.explore(start)
+        ends = plane.low[line.varied], plane.high[line.varied]
+        places = sorted({*map(float, ends), *(float(start.inputs[line.varied]) for start in starts)})
+        crossed.append(Cut(line, tuple(_stable_between(line, low, high) for low, high in pairwise(places))))
+    return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
+
+
+def _followed_starts(line: StraightSweep, word: Word) -> Iterator[LocusStart]:
+    """What happens to the 1:1 motions along a line: those of some devices on it, which are all known, are followed."""
+    k, plane = line.varied, line.plane
+    for value in line.stations(STATIONS):
+        device = plane.device_at(line.inputs(value).tolist())
+        moved = along(line_of(plane.inputs[k], device), device, FLOATS)
+        low, high = float(plane.low[k]) - value, float(plane.high[k]) - value
+        curve = Curve(word, moved, low, high, high - low)
+        motions, *_ = motions_at(device, Parameter.LENGTH)
+        for row in motions.admissible.nonzero()[0]:
+            x = curve.vector(replace(motion_at(motions, int(row), word.periods), coordinate=0.0))
+            start = PathPoint(curve, x, curve.tangent(x))
+            trail = completed(curve, start, follow(curve, start))
+            for at, event in trail.events:
+                motion, inputs = curve.motion(trail.points[at].x), line.inputs(value + trail.points[at].x[-1])
+                if event in (Event.GRAZING, Event.ZERO_VELOCITY):
+                    yield LocusStart(touching(motion, curve.turns(trail.points[at].x)), inputs, Event.GRAZING)
+                elif event not in (Event.SWEEP_END, Event.CLOSED, Event.LOST):
+                    yield LocusStart(motion, inputs, event)
+
+
+def _stable_between(line: StraightSweep, low: float, high: float) -> tuple[float, float, tuple[str, ...]]:
+    """A stretch of a line within which nothing happens to a 1:1 motion, with its word where one is stable."""
+    device = line.plane.device_at(line.inputs((low + high) / 2).tolist())
+    motions, *_ = motions_at(device, Parameter.LENGTH)
+    return low, high, ("BT",) if motions.stable.any() else ()
 
 
 def _one_to_one_starts(line: StraightSweep) -> Iterator[LocusStart]:

@@ -107,8 +107,9 @@ class FollowedLocus(Struct, frozen=True, eq=False):
             return np.zeros(len(self.x) - 1, dtype=bool)
         if self.event is not Event.GRAZING:
             return np.ones(len(self.x) - 1, dtype=bool)
-        r = np.array([float(self.path.plane.at(p)[2]) for p in self.inputs.tolist()])
-        stable = np.abs(self.trace) < 1 + r ** (2 * len(self.path.touched)) + MEETS
+        walls = self.path.touched.walls
+        decay = np.array([float(self.path.plane.at(p).decay(walls)) for p in self.inputs.tolist()])
+        stable = np.abs(self.trace) < 1 + decay**2 + MEETS
         return np.asarray(stable[1:] & stable[:-1])
 
     def holds(self, x: Floats) -> bool:

@@ -48,7 +48,8 @@ def caption_of(chart: Chart) -> str:
     """What the figure of a chart shows."""
     x, y = (varied.quantity for varied in chart.plane.inputs)
     kinds = ", ".join(dict.fromkeys(locus.event.words for locus in chart.loci))
-    return f"Chart of {y} against {x}: {counted(chart)}{kinds and f'; the curves are of {kinds}'}."
+    alone = "" if chart.plane.swept else ", of 1:1 motions alone"
+    return f"Chart of {y} against {x}{alone}: {counted(chart)}{kinds and f'; the curves are of {kinds}'}."
 
 
 def text(chart: Chart) -> str:
@@ -62,10 +63,11 @@ def _parts(chart: Chart) -> Iterator[str | Table]:
         f"{varied.quantity} from {low:g} to {varied.show(high)}"
         for varied, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
     )
+    crossed = "sweep" if plane.swept else "line"
     said = f" {lost} end{'s' * (lost != 1)} of curves could not be followed further." if lost else ""
     yield (
         f"Over {ranges}: {counted(chart)}, of motions with at most {limits.impacts} impacts in {limits.periods} "
-        f"forcing periods. Curves that neither cross a sweep that was followed nor meet another are missed.{said}"
+        f"forcing periods. Curves that neither cross a {crossed} that was followed nor meet another are missed.{said}"
     )
     columns = [column for varied in plane.inputs for column in (f"{varied.quantity} [{varied.unit or '1'}]", "±")]
     rows = tuple((str(number), *_row(point)) for number, point in enumerate(chart.meetings, 1))

@@ -46,11 +46,14 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
         raise UsageError(f"--over: {inputs[0]} is named twice ({FORM})")
     Device.of(scenario).of_sine("the chart")
     if not any(is_swept(varied, Device.of(scenario).recoils) for varied in inputs):
-        # Curves are found from sweeps across the plane.
-        both = (
-            "both restitutions" if set(inputs) <= set(RESTITUTIONS) else "a restitution and the mass of a free capsule"
-        )
-        raise UsageError(f"--over: {inputs[0]} and {inputs[1]} are {both} (allowed: at most one of the two)")
+        # Curves are found from sweeps across the plane, or from lines along the restitution of either membrane.
+        restitutions = set(inputs) <= set(RESTITUTIONS)
+        if restitutions and DesignInput.RESTITUTION in inputs:
+            allowed = "restitution_bottom with restitution_top, or one of the three"
+            raise UsageError(f"--over: {inputs[0]} and {inputs[1]} overlap (allowed: {allowed})")
+        if not restitutions:
+            both = "a restitution and the mass of a free capsule"
+            raise UsageError(f"--over: {inputs[0]} and {inputs[1]} are {both} (allowed: at most one of the two)")
     low, high = np.array(ranges, dtype=float).T
     device = Device.of(scenario).with_values(dict(zip(inputs, low.tolist(), strict=True)))
     highest = DesignInput.RESTITUTION.limits[1]

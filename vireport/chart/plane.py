@@ -86,6 +86,11 @@ class Plane(Struct, frozen=True, eq=False):
         return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())
 
     @property
+    def swept(self) -> bool:
+        """Whether there are sweeps across it, along one of its inputs at least."""
+        return any(is_swept(varied, self.device.recoils) for varied in self.inputs)
+
+    @property
     def horizontal(self) -> bool:
         """Whether motions have mirror images in all of the plane: no gravity along the capsule, and equal ends."""
         breaking = DesignInput.INCLINATION, *RESTITUTIONS[1:]
@@ -94,7 +99,7 @@ class Plane(Struct, frozen=True, eq=False):
 
 
 class StraightSweep(Struct, frozen=True, eq=False):
-    """A straight sweep across a plane.
+    """A straight sweep across a plane, or a line along an input of which there are none.
 
     Attributes
     ----------
@@ -128,6 +133,11 @@ class StraightSweep(Struct, frozen=True, eq=False):
         least, most = (_mass(device, float(end[k])) for end in (plane.high, plane.low))
         return Sweep(device, Parameter.AMPLITUDE, least, most)
 
+    def stations(self, count: int) -> Iterator[float]:
+        """Values of the input that varies, at equal distances."""
+        low, width = self.plane.low[self.varied], self.plane.widths[self.varied]
+        yield from (low + width * (np.arange(count) + 0.5) / count).tolist()
+
     def inputs(self, swept: float) -> Floats:
         """The inputs at a value of the sweep."""
         if self.plane.inputs[self.varied] is DesignInput.CAPSULE_MASS:
@@ -139,9 +149,12 @@ class StraightSweep(Struct, frozen=True, eq=False):
 
 
 def straight_sweeps(plane: Plane, count: int) -> Iterator[StraightSweep]:
-    """Sweeps across a plane, as many along each input that can be swept, at equal distances."""
+    """Sweeps across a plane, as many along each input that can be swept, at equal distances.
+
+    Where neither can be, they are lines along both.
+    """
     for k in (1, 0):
-        if is_swept(plane.inputs[k], plane.device.recoils):
+        if is_swept(plane.inputs[k], plane.device.recoils) or not plane.swept:
             for share in (np.arange(count) + 0.5) / count:
                 yield StraightSweep(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
 

@@ -26,8 +26,9 @@ from vireport.motions import (
     Point,
     Sweep,
     Symmetry,
+    lap_decay,
 )
-from vireport.physics import Membrane, voltages, wrapped
+from vireport.physics import Groups, Membrane, each, voltages, wrapped
 
 if TYPE_CHECKING:
     from vireport.checks.reference import ReferenceOrbit
@@ -91,9 +92,9 @@ class BenchmarkProblem(Struct, frozen=True):
     guess: Guess
 
     @property
-    def r(self) -> float:
-        """Restitution."""
-        return float(self.sweep.device.restitution)
+    def r(self) -> Any:
+        """Restitution of both membranes, or the `Restitutions` of each."""
+        return each(self.sweep.device.restitution, float)
 
     @property
     def n(self) -> int:
@@ -105,16 +106,15 @@ class BenchmarkProblem(Struct, frozen=True):
         """Trace of DP at the critical point. Raises ValueError of a motion, which has no event."""
         if self.kind is None:
             raise ValueError("a motion that is no critical point has no trace that is known beforehand")
-        return float(TRACE_LEVELS[self.kind](self.r**2))
+        return float(TRACE_LEVELS[self.kind](lap_decay(self.r)))
 
-    def groups(self, value: float) -> tuple[float, float]:
-        """Return d and gbar at a value of the swept parameter."""
-        d, gbar, *_ = self.sweep.device.groups(self.sweep.parameter, value)
-        return float(d), float(gbar)
+    def groups(self, value: float) -> Groups[float]:
+        """The groups at a value of the swept parameter."""
+        return self.sweep.device.groups(self.sweep.parameter, value).as_floats()
 
     def model(self, value: float) -> FlightModel:
         """The dimensionless model at a value of the swept parameter."""
-        return FlightModel(*self.groups(value), self.r, self.n)
+        return FlightModel(self.groups(value), self.n)
 
 
 class SolvedMotion(Struct, frozen=True):

@@ -52,11 +52,9 @@ CLOSE_SCAN = 1 / 256
 
 
 class FlightModel(Struct, frozen=True):
-    """What a flight depends on: d, gbar, r, and n, the forcing periods of the motion."""
+    """What a flight depends on: the groups of a device, and n, the forcing periods of the motion."""
 
-    d: float
-    gbar: float
-    r: float
+    groups: Groups[float]
     n: int
 
 
@@ -104,7 +102,7 @@ def simulated(stop: float) -> FlightMethod:
     """The flight of the event-driven simulation, which cannot miss an impact."""
 
     def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
-        parameters = check_model(Groups(model.d, model.gbar, model.r))[0]
+        parameters = check_model(model.groups)[0]
         rows, summary = follow_one(parameters, (float(wall), 0.0, velocity, phase % (2 * pi)), 1)
         budget.spend(int(summary[1]))
         if len(rows) < 2 or rows[0, RIDING] + rows[0, SETTLING] > 0 or rows[1, WALL] != -wall:
@@ -118,7 +116,8 @@ def explicit(stop: float) -> FlightMethod:
     """The flight in closed form, Eqs. (2.11) and (2.12), searched for the impact step by step."""
 
     def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
-        after, s, c, g = flight.reflect(velocity, model.r), sin(phase), cos(phase), model.gbar
+        d, g, *_ = model.groups
+        after, s, c = model.groups.after(wall, velocity), sin(phase), cos(phase)
 
         def state(t: float) -> tuple[float, float]:
             x = pi * t + phase
@@ -129,11 +128,11 @@ def explicit(stop: float) -> FlightMethod:
         while True:
             t += SCAN
             risen = -wall * flight.displacement(t, after, s, c, cos(pi * t + phase), g)
-            if risen >= model.d:
+            if risen >= d:
                 break
             if risen <= 0 or t > PERIODS * 2 * model.n:
                 raise _lost(model, wall, velocity, phase)
-        t_end, count = _impact(state, t - SCAN, t, model.d)
+        t_end, count = _impact(state, t - SCAN, t, d)
         budget.spend(round(t / SCAN) + count)
         return t_end, flight.velocity(t_end, after, s, sin(pi * t_end + phase), g)
 
@@ -149,7 +148,7 @@ def runge_kutta(steps: float) -> FlightMethod:
     h = 2.0 / steps
 
     def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
-        g = model.gbar
+        d, g, *_ = model.groups
 
         def step(t: float, z: float, v: float, h: float) -> tuple[float, float]:
             kz1, kv1 = v, -wall * (g + cos(pi * t + phase))
@@ -159,17 +158,17 @@ def runge_kutta(steps: float) -> FlightMethod:
             return z + h / 6 * (kz1 + 2 * kz2 + 2 * kz3 + kz4), v + h / 6 * (kv1 + 2 * kv2 + 2 * kv3 + kv4)
 
         # Distance from the membrane that is left, and its rate: from 0 to d.
-        t, z, v = 0.0, 0.0, -wall * flight.reflect(velocity, model.r)
+        t, z, v = 0.0, 0.0, -wall * model.groups.after(wall, velocity)
         for k in range(int(PERIODS * model.n * steps) + 1):
             t = k * h
             end = step(t, z, v, h)
-            if not 0 < end[0] < model.d:
+            if not 0 < end[0] < d:
                 break
             z, v = end
         budget.spend(4 * (k + 1))
-        if end[0] < model.d:
+        if end[0] < d:
             raise _lost(model, wall, velocity, phase)
-        t_end, count = _impact(lambda later: step(t, z, v, later - t), t, t + h, model.d)
+        t_end, count = _impact(lambda later: step(t, z, v, later - t), t, t + h, d)
         budget.spend(4 * count)
         return t_end, -wall * step(t, z, v, t_end - t)[1]
 
@@ -200,7 +199,7 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
     def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
         from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
-        g, d = model.gbar, model.d
+        d, g, *_ = model.groups
 
         def rate(t: float, y: Any) -> tuple[float, float]:
             return y[1], -wall * (g + cos(pi * t + phase))
@@ -216,7 +215,7 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
         run = solve_ivp(
             rate,
             (0.0, PERIODS * 2 * model.n),
-            [0.0, -wall * flight.reflect(velocity, model.r)],
+            [0.0, -wall * model.groups.after(wall, velocity)],
             method=name,
             events=(reached, returned),
             rtol=tolerance,
@@ -235,12 +234,13 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
 
 def _lost(model: FlightModel, wall: int, velocity: float, phase: float) -> NumericalError:
     """Whether the next impact, which a method did not see at the other membrane, is there nevertheless."""
-    after, s, c, t = flight.reflect(velocity, model.r), sin(phase), cos(phase), 0.0
+    d, gbar, *_ = model.groups
+    after, s, c, t = model.groups.after(wall, velocity), sin(phase), cos(phase), 0.0
     left, other = ("bottom", "top") if wall == BOTTOM else ("top", "bottom")
     while t < PERIODS * 2 * model.n:
         t += CLOSE_SCAN
-        risen = -wall * flight.displacement(t, after, s, c, cos(pi * t + phase), model.gbar)
-        if risen >= model.d:
+        risen = -wall * flight.displacement(t, after, s, c, cos(pi * t + phase), gbar)
+        if risen >= d:
             return NumericalError(f"missed the impact at the {other}, and went on through the membrane")
         if risen <= 0:
             break

@@ -45,7 +45,7 @@ from vireport.motions import (
     return_trace,
     solve,
 )
-from vireport.physics import Groups, wrapped
+from vireport.physics import Groups, by_wall, wrapped
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -152,7 +152,7 @@ def closed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> Solv
 
     A symmetric motion is explicit: u = 0, and d alone is left to give the phase.
     """
-    d, gbar = target.groups(target.guess.value)
+    d, gbar, *_ = target.groups(target.guess.value)
     if target.symmetric:
         k = coefficients(0.0, target.r, target.n, math)
         return _motion(_surface(target, [_angle(k.d_sine, k.d_cosine, d, target.guess.phase)], budget))
@@ -206,7 +206,7 @@ def _motion(orbit: Orbits) -> SolvedMotion:
 
 def printed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> SolvedMotion:
     """The motion by Newton's method on (3.15)-(3.17), three equations in velocity, phase and q."""
-    guess, (d, gbar) = target.guess, target.groups(target.guess.value)
+    guess, (d, gbar, *_) = target.guess, target.groups(target.guess.value)
 
     def residual(x: Floats) -> list[float]:
         budget.spend(1)
@@ -215,7 +215,7 @@ def printed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> Sol
 
     x = find_root(residual, [guess.velocity, guess.phase, guess.q], stop, FORMULA_NOISE)
     velocity, phase, q = x.tolist()
-    return SolvedMotion(phase % (2 * pi), velocity, 2 * target.n * gbar / (1 + target.r) - velocity, q)
+    return SolvedMotion(phase % (2 * pi), velocity, _velocity_top(velocity, gbar, target.r, target.n), q)
 
 
 def printed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> float:
@@ -224,34 +224,45 @@ def printed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> f
     On the symmetric motions, where (3.15) and (3.16) coincide, q = 1/2 takes the place of (3.16).
     """
     guess, r, n = target.guess, target.r, target.n
+    r_bottom, r_top = by_wall(r)
     unit = abs(guess.value) or 1.0
 
     def residual(x: Floats) -> list[float]:
         budget.spend(1)
         velocity, phase, q, value = x.tolist()
-        d, gbar = target.groups(value * unit)
+        d, gbar, *_ = target.groups(value * unit)
         closed = _printed(velocity, phase, q, d, gbar, r, n)
         if target.symmetric:
             closed[1] = q - 0.5
-        up, top = 2 * n * q, 2 * n * gbar / (1 + r) - velocity
+        up, top = 2 * n * q, _velocity_top(velocity, gbar, r, n)
         at_bottom, at_top = gbar + cos(phase), gbar + cos(phase + pi * up)
-        first = flight_jacobian(up, velocity, top, at_bottom, at_top, r)
-        second = flight_jacobian(2 * n - up, top, velocity, at_top, at_bottom, r)
+        first = flight_jacobian(up, velocity, top, at_bottom, at_top, r_bottom)
+        second = flight_jacobian(2 * n - up, top, velocity, at_top, at_bottom, r_top)
         return [*closed, product_trace([first, second]) - target.trace]
 
     x = find_root(residual, [guess.velocity, guess.phase, guess.q, guess.value / unit], stop, FORMULA_NOISE)
     return float(x[3]) * unit
 
 
-def _printed(v: float, phase: float, q: float, d: float, gbar: float, r: float, n: int) -> list[float]:
-    """Residuals of (3.15), of (3.16) freed of its arcsine, and of (3.17), at t0 = 0."""
-    period = 2 * n
+def _velocity_top(v: float, gbar: float, r: Any, n: int) -> float:
+    """Velocity at the top by that at the bottom, (3.8): by the momentum over a period."""
+    bottom, top = by_wall(r)
+    return float(2 * n * gbar / (1 + top) - (1 + bottom) / (1 + top) * v)
+
+
+def _printed(v: float, phase: float, q: float, d: float, gbar: float, restitution: Any, n: int) -> list[float]:
+    """Residuals of (3.15), of (3.16) freed of its arcsine, and of (3.17), at t0 = 0.
+
+    They are as printed but for 1 + r of the top membrane, by which (3.8) has the velocity there.
+    """
+    r, top = by_wall(restitution)
+    period, share = 2 * n, (1 + r) / (1 + top)
     up, down, angle = period * q, period * (1 - q), 2 * pi * n * q
     s = sin(phase)
     return [
-        (r - 1) * v - (sin(angle + phase) - s) / pi + gbar * (period / (1 + r) - up),
+        (r - share) * v - (sin(angle + phase) - s) / pi + gbar * (period / (1 + top) - up),
         s - pi / 2 * gbar * (up - down) + pi / period * v * (r * up - down),
-        (pi * (v * (r - 1) - period * gbar * (q - 1 / (1 + r)))) ** 2
+        (pi * (v * (r - share) - period * gbar * (q - 1 / (1 + top)))) ** 2
         + (pi * pi * (period * q * (1 - q) * (1 + r) * v + 2 * n * n * gbar * q * (q - 1) - d)) ** 2
         - 2
         + 2 * cos(angle),
@@ -271,16 +282,16 @@ def shoot(flight_with: FlightWith, target: BenchmarkProblem, setting: float, bud
         If an impact is missed, the corrections do not settle, or the budget is spent.
     """
     method, model, guess = flight_with(setting), target.model(target.guess.value), target.guess
-    period, r = 2 * model.n, model.r
+    period, gbar, (r_bottom, r_top) = 2 * model.n, model.groups.gbar, by_wall(target.r)
 
     def lap(x: Floats) -> tuple[list[float], list[list[float]]]:
         phase, velocity = x.tolist()
         up, top = method.fly(model, BOTTOM, velocity, phase, budget)
         down, end = method.fly(model, TOP, top, phase + pi * up, budget)
         residual = _finite([pi * (up + down - period), end - velocity])
-        at = [model.gbar + cos(phase + pi * t) for t in (0.0, up, up + down)]
-        a11, a12, a21, a22 = flight_jacobian(up, velocity, top, at[0], at[1], r)
-        b11, b12, b21, b22 = flight_jacobian(down, top, end, at[1], at[2], r)
+        at = [gbar + cos(phase + pi * t) for t in (0.0, up, up + down)]
+        a11, a12, a21, a22 = flight_jacobian(up, velocity, top, at[0], at[1], r_bottom)
+        b11, b12, b21, b22 = flight_jacobian(down, top, end, at[1], at[2], r_top)
         return residual, [
             [b11 * a11 + b12 * a21 - 1, pi * (b11 * a12 + b12 * a22)],
             [(b21 * a11 + b22 * a21) / pi, b21 * a12 + b22 * a22 - 1],
@@ -304,11 +315,11 @@ def shoot_critical(flight_with: FlightWith, target: BenchmarkProblem, setting: f
 
     def conditions(x: Floats) -> tuple[list[float], Floats]:
         phase, velocity, value = float(x[0]), float(x[1]), float(x[2]) * unit
-        below, above = (np.array(target.groups(value + sign * GROUP_STEP * unit)) for sign in (-1, 1))
+        below, above = (np.array(target.groups(value + sign * GROUP_STEP * unit)[:2]) for sign in (-1, 1))
         rates = np.zeros((4, 3))  # of the state, in the three unknowns
         rates[0, 0] = rates[1, 1] = 1.0
         rates[2:, 2] = (above - below) / (2 * GROUP_STEP)
-        state = np.array([[phase], [velocity], *([group] for group in target.groups(value))]) + 1j * TINY * rates
+        state = np.array([[phase], [velocity], *([group] for group in target.groups(value)[:2])]) + 1j * TINY * rates
         values = conditions_of(method, target, state, budget)
         return _finite(values.real[:, 0].tolist()), values.imag / TINY
 
@@ -347,18 +358,19 @@ def _carried(
     gbar change; (A.1) and (A.2) give the rest.
     """
     phase, velocity, d, gbar = state
-    model = FlightModel(float(d.real[0]), float(gbar.real[0]), target.r, target.n)
+    groups = Groups(float(d.real[0]), float(gbar.real[0]), target.r)
+    model, r = FlightModel(groups, target.n), groups.restitution_at(wall)
     start = float(velocity.real[0]), float(phase.real[0])
     time, end = method.fly(model, wall, *start, budget)
-    pull_start, pull_end = (model.gbar + cos(start[1] + pi * t) for t in (0.0, time))
-    a11, a12, a21, a22 = flight_jacobian(time, start[0], end, pull_start, pull_end, target.r)
+    pull_start, pull_end = (groups.gbar + cos(start[1] + pi * t) for t in (0.0, time))
+    a11, a12, a21, a22 = flight_jacobian(time, start[0], end, pull_start, pull_end, r)
     by_groups = -(wall * d.imag + time * time / 2 * gbar.imag) / end
     later = a11 * phase.imag / pi + a12 * velocity.imag + by_groups
     faster = a21 * phase.imag / pi + a22 * velocity.imag + pull_end * by_groups + time * gbar.imag
     duration = time + 1j * (later - phase.imag / pi)
     after = np.array([phase + pi * duration, end + 1j * faster, d, gbar])
     pulls = gbar + np.cos(phase), gbar + np.cos(after[0])
-    return duration, after, flight_jacobian(duration, velocity, after[1], *pulls, target.r)
+    return duration, after, flight_jacobian(duration, velocity, after[1], *pulls, r)
 
 
 def _finite(values: list[float]) -> list[float]:
@@ -376,7 +388,7 @@ def settle(target: BenchmarkProblem, tolerance: float, budget: Budget) -> Solved
         If it ends on something else, or not within `MOST_IMPACTS`.
     """
     model = target.model(target.guess.value)
-    parameters = check_model(Groups(model.d, model.gbar, model.r))[0]
+    parameters = check_model(model.groups)[0]
     start = float(BOTTOM), 0.0, target.guess.velocity, target.guess.phase % (2 * pi)
     for _ in range(MOST_IMPACTS // BLOCK):
         rows, summary = follow_one(parameters, start, BLOCK)

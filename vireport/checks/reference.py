@@ -30,6 +30,9 @@ DIGITS = 60
 SETTLED = 40
 """Decades below its scale to which Newton's last step has fallen."""
 
+NOTHING = 1e-25
+"""Size of a guess that is zero but for rounding: in it as a unit the equations would look degenerate."""
+
 MOST_STEPS = 40
 """Newton steps, of which six are usual from a guess in doubles; near a double root each gains but a factor of two."""
 
@@ -223,7 +226,8 @@ def newton(function: Equations, guess: list[Any], scale: list[Any] | None = None
         If the steps do not settle.
     """
     x = [mpf(value) for value in guess]
-    scale = [mpf(value) for value in scale] if scale else [abs(value) or mpf(1) for value in x]
+    sizes = [mpf(value) for value in scale] if scale else [abs(value) for value in x]
+    scale = [size if size > NOTHING else mpf(1) for size in sizes]
     h = mpf(10) ** (-DIGITS // 2)
     for _ in range(MOST_STEPS):
         value = mp.matrix(function(x))

@@ -304,9 +304,8 @@ def accuracy(
     """Measure the error of every method against its run time, and compare compliant with rigid membranes."""
     loaded = _loaded(scenario, set_)
     from vireport.cli import accuracy_outputs
-    from vireport.study import refuse_special, refuse_unlike
+    from vireport.study import refuse_special
 
-    refuse_unlike(loaded.scenario, "vireport accuracy")
     refuse_special(loaded.scenario, "vireport accuracy")
     if output is not None:
         require_writable(output, accuracy_outputs.NAMES)
@@ -418,13 +417,12 @@ def extremes(
         table_data,
         table_text,
     )
-    from vireport.study import refuse_special, refuse_unlike
+    from vireport.study import refuse_special
 
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
     loaded = None if scenario is None else _loaded(scenario, set_)
     if loaded is not None:
-        refuse_unlike(loaded.scenario, "vireport extremes")
         refuse_special(loaded.scenario, "vireport extremes")
     with progress(quiet) as say:
         outcomes = run_catalogue(loaded, say)

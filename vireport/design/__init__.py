@@ -7,7 +7,7 @@ from vireport.design import margins
 from vireport.design.distortion import Distortion
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.followed import FollowedMotion, followed_motion
-from vireport.design.lines import HIGHEST_RESTITUTION, mirrored, reach
+from vireport.design.lines import HIGHEST_RESTITUTION, along, line_of, mirrored, reach
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
 from vireport.design.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
@@ -35,6 +35,7 @@ __all__ = [
     "StableInterval",
     "Tolerances",
     "Unmoved",
+    "along",
     "around_length",
     "assess_tolerances",
     "contact_share",
@@ -43,6 +44,7 @@ __all__ = [
     "factor_of",
     "followed_motion",
     "input_error",
+    "line_of",
     "margins",
     "mass_elasticity",
     "mirrored",

@@ -19,6 +19,7 @@ from vireport.extremes.judge import (
 )
 from vireport.extremes.motions import motion_cases
 from vireport.extremes.simulation import simulation_cases
+from vireport.physics import RESTITUTIONS
 from vireport.scenario import Loaded
 from vireport.text import Column, Table, plain_table
 
@@ -48,9 +49,12 @@ def catalogue(loaded: Loaded | None = None) -> tuple[Case, ...]:
         If the device is itself one of those that are refused.
     """
     harvester = harvester_of(loaded)
-    if 1 - harvester.device.restitution < SMALLEST_LOSS:
+    device = harvester.device
+    for own in RESTITUTIONS[:1] if device.alike else RESTITUTIONS[1:]:
+        if 1 - device.value_of(own) >= SMALLEST_LOSS:
+            continue
         raise NumericalError(
-            f"device.restitution: {harvester.device.restitution!r} is itself an extreme that is refused: impacts with "
+            f"{own.path}: {device.value_of(own)!r} is itself an extreme that is refused: impacts with "
             f"hardly any loss (allowed here: at most 1 - {SMALLEST_LOSS:g})"
         )
     return (*motion_cases(harvester), *critical_cases(harvester), *simulation_cases(harvester))

@@ -33,7 +33,7 @@ from vireport.motions import (
     motions_of,
     sample,
 )
-from vireport.physics import Device, wrapped
+from vireport.physics import Device, by_wall, each, wrapped
 from vireport.scenario import Parameter
 from vireport.study import Study
 
@@ -166,7 +166,7 @@ def _twins(harvester: Harvester, point: Point, inside: float) -> tuple[Harvester
         return beside, exact.groups(beside.device, Parameter.LENGTH, beside.device.length_m)[0]
 
     with exact.precise():
-        r = exact.mpf(harvester.device.restitution)
+        r = each(harvester.device.restitution, exact.mpf)
         gbar = exact.groups(harvester.device, Parameter.LENGTH, 1)[1]
         if point.symmetry is Symmetry.SYMMETRIC:
             beside, d = device_beside(-1)  # (1+r) Zd/2 - 2 cos(phi)/pi^2 is largest at the fold
@@ -201,6 +201,7 @@ def _check_changes(study: Study) -> CaseFinding:
 def _counted_changes(solution: Solution) -> int:
     assert solution.diagram is not None
     curve, r = solution.diagram.curve, solution.device.restitution
+    bottom, top = by_wall(r)
     samples, counted = sample(curve), 0
     for k in range(len(curve.strands)):
         w = samples.w[samples.which == k]
@@ -212,7 +213,7 @@ def _counted_changes(solution: Solution) -> int:
         admissible = motions_of(curve.sweep, curve.level, orbit).admissible
         orbit, place = orbit.select(admissible), place[admissible]
         trace = exact.trace((orbit.velocity_bottom, orbit.phi, orbit.u), orbit.gbar, r, curve.n, np)
-        focus = np.abs(trace) < 2 * r * r  # written out: a count beside the one of the package
+        focus = np.abs(trace) < 2 * bottom * top  # written out: a count beside the one of the package
         counted += int(np.sum((focus[1:] != focus[:-1]) & (np.diff(place) == 1)))
     return counted
 
@@ -235,6 +236,8 @@ def _meeting(harvester: Harvester) -> MeetingAnswer:
         gbar = _codimension_two(harvester, grazing)
     except ArithmeticError as error:
         raise NotThereError("no period doubling of this device meets a grazing point") from error
+    if gbar <= 0:
+        raise NotThereError("the period doublings of this device would meet a grazing point below gbar = 0 only")
     beside = [harvester.with_groups(gbar=gbar * factor) for factor in (1 - ASIDE, 1 + ASIDE)]
     pairs_beside = [(pair, near.device) for near in beside if (pair := _nearest_pair(near)) is not None]
     return gbar, pairs_beside, harvester.with_groups(gbar=gbar, d=grazing.d).over()
@@ -269,7 +272,8 @@ def _codimension_two(harvester: Harvester, near: Point) -> float:
     """The gbar at which a motion both grazes and has lambda = -1."""
     n, p = harvester.device.period_ratio, near.closed
     with exact.precise():
-        r = exact.mpf(harvester.device.restitution)
+        r = each(harvester.device.restitution, exact.mpf)
+        bottom, top = by_wall(r)
         guess = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi_bottom), exact.mpf(p.u))
         turns = exact.turning_points(guess, exact.mpf(near.d), exact.mpf(near.gbar), r, n)
         _, which, time = min(turns, key=lambda turn: abs(turn[0]))
@@ -279,7 +283,7 @@ def _codimension_two(harvester: Harvester, near: Point) -> float:
             start, speed, phase, _ = list(exact.flights(state, d, gbar, r, n))[which]
             z, rate = exact.flight(t, start, speed, phase, gbar)
             # Written out, as all of this reference is, not read from what it judges.
-            doubled = exact.trace(state, gbar, r, n) + 1 + r**4
+            doubled = exact.trace(state, gbar, r, n) + 1 + (bottom * top) ** 2
             return [*exact.periodicity(state, d, gbar, r, n), doubled, rate, d / 2 - abs(z)]
 
         return float(exact.newton(residual, [*guess, near.d, near.gbar, time])[4])
@@ -312,7 +316,7 @@ def _check_cusp(points: Sequence[tuple[Point, Device]]) -> CaseFinding:
 def _grazing(harvester: Harvester, gap: float) -> list[tuple[Motions, int, Device]]:
     """Devices whose ball passes a membrane at this distance: their motions, and which of them it is."""
     points = [p for p in _points(harvester, Event.GRAZING) if p.rest is None]
-    if not points or harvester.device.restitution == 0:
+    if not points or 0 in by_wall(harvester.device.restitution):
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
     answers = []
     for point in points[:MOST_POINTS]:
@@ -329,7 +333,7 @@ def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> CaseFinding:
     texts, errors, right = [], [], True
     for m, near, device in answers:
         with exact.precise():
-            r, n = exact.mpf(device.restitution), device.period_ratio
+            r, n = each(device.restitution, exact.mpf), device.period_ratio
             d, gbar = exact.groups(device, Parameter.LENGTH, device.length_m)
             start = [float(m.velocity_bottom[near]), float(m.phi_bottom[near]), float(m.q[near]) - 0.5]
             true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from vireport.base import plain
 from vireport.motions import Point, Sweep, solve
-from vireport.physics import Device, Groups, Membrane
+from vireport.physics import RESTITUTIONS, Device, Groups, Membrane
 from vireport.scenario import Loaded, Parameter, loads
 from vireport.study import (
     Study,
@@ -69,6 +69,7 @@ class Harvester(Struct, frozen=True):
     def scenario(self, sweep: SweepRange | None) -> Loaded:
         """The device as a scenario; ScenarioError where that is invalid."""
         device, membrane = self.device, plain(self.membrane)
+        own = RESTITUTIONS[:1] if device.alike else RESTITUTIONS[1:]
         for said_by_device in ("ball_mass_kg", "free_capsule_kg"):
             membrane.pop(said_by_device)
         membrane |= membrane.pop("dielectric") or {}
@@ -82,7 +83,7 @@ class Harvester(Struct, frozen=True):
                 "capsule_mass_kg": device.capsule_mass_kg,
                 "ball_mass_kg": device.ball_mass_kg,
                 "capsule": device.capsule,
-                "restitution": device.restitution,
+                **{told: device.value_of(told) for told in own},
                 "length_m": device.length_m,
                 "membrane": membrane,
             },

@@ -28,7 +28,7 @@ from vireport.motions import (
     Point,
     Symmetry,
 )
-from vireport.physics import Device, wrapped
+from vireport.physics import Device, by_wall, each, wrapped
 from vireport.scenario import Parameter
 from vireport.study import Study
 from vireport.text import AlertCode
@@ -281,7 +281,7 @@ def motion_errors(
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
     errors = []
-    r, n = exact.mpf(device.restitution), device.period_ratio
+    r, n = each(device.restitution, exact.mpf), device.period_ratio
     with exact.precise():
         for i in rows:
             given = [float(getattr(motions, name)[i]) for name in ("velocity_bottom", "phi_bottom")]
@@ -305,8 +305,9 @@ def motion_errors(
                 (motions.sweep_value[i], value, abs(value) or 1),
                 (motions.trace[i], trace, (1 + abs(trace)) * (1 + 1 / min(abs(x[0]), abs(top)))),
             ]
-            press = min(abs(exact.pressing(state, gbar, n, at_top)) for at_top in (False, True))
-            if r > 0 or press > MATCH:  # without restitution the gap jumps where the wall begins to hold the ball
+            held = (at_top for at_top, own in zip((False, True), by_wall(r), strict=True) if own == 0)
+            # Without restitution the gap jumps where the wall begins to hold the ball.
+            if all(abs(exact.pressing(state, gbar, n, at_top)) > MATCH for at_top in held):
                 pairs.append((motions.wall_gap[i], exact.wall_gap(state, d, gbar, r, n), 1))
             errors.append(max(float(abs(exact.mpf(float(a)) - b) / scale) for a, b, scale in pairs))
     return errors
@@ -321,7 +322,7 @@ def _missing_motions(study: Study) -> list[str]:
     """Motions of the design point that the reference finds without a guess and the study does not have."""
     device, design = study.solution.device, study.solution.design
     assert design is not None
-    r, n = exact.mpf(device.restitution), device.period_ratio
+    r, n = each(device.restitution, exact.mpf), device.period_ratio
     missing = []
     with exact.precise():
         d, gbar = exact.groups(device, design.parameter, design.value)
@@ -349,9 +350,10 @@ def point_error(point: Point, device: Device, parameter: Parameter) -> tuple[flo
 
 def exact_value(point: Point, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
     """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
-    n, p, symmetric = device.period_ratio, point.closed, point.symmetry is Symmetry.SYMMETRIC
+    n, p = device.period_ratio, point.closed
+    symmetric = device.alike and point.symmetry is Symmetry.SYMMETRIC
     with exact.precise():
-        r = exact.mpf(device.restitution)
+        r = each(device.restitution, exact.mpf)
         start = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi_bottom), exact.mpf(p.u))
         x = [*start, exact.mpf(point.sweep_value)]
 
@@ -366,14 +368,14 @@ def exact_value(point: Point, device: Device, parameter: Parameter, gap: float =
         d, gbar = exact.groups(device, parameter, point.sweep_value)
         turns = exact.turning_points(start, d, gbar, r, n)
         distance, which, time = min(turns, key=lambda turn: abs(turn[0]), default=(exact.mpf(1), 0, exact.mpf(0)))
-        if abs(distance) > MATCH or (r == 0 and time < SHORT):
+        if abs(distance) > MATCH or (by_wall(r)[which] == 0 and time < SHORT):
             # A ball that hardly rebounds touches the wall it is leaving, at about the time at which that ceases to
             # press; without any rebound, exactly then.
             which = int(abs(exact.pressing(start, gbar, n, True)) < abs(exact.pressing(start, gbar, n, False)))
             press, time = exact.short_touch(start, gbar, r, n, which)
             sign = -1 if which else 1
             x = solved(lambda state, d, g: [sign * exact.pressing(state, g, n, bool(which)) - press], x)
-            if r == 0:
+            if by_wall(r)[which] == 0:
                 return x[3]
 
         def touch(state: Any, d: Any, gbar: Any, time: Any) -> list[Any]:

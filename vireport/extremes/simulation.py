@@ -19,7 +19,7 @@ from vireport.extremes.judge import (
     count,
     require_finite,
 )
-from vireport.physics import Groups
+from vireport.physics import Groups, each
 from vireport.simulation import (
     BOTTOM,
     FLIGHT,
@@ -93,7 +93,8 @@ Rows = tuple[Any, Any]
 def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     """Every case of the simulation."""
     d, gbar, r, *_ = harvester.groups
-    slight, bouncing = min(gbar, 0.5), min(max(r, 0.1), 0.9)
+    slight, lossy = min(gbar, 0.5), each(r, lambda own: min(own, 0.9))
+    bouncing = each(lossy, lambda own: max(own, 0.1))
 
     def case(name: str, expected: str, answer: Callable[[], Any], check: Callable[[Any], CaseFinding]) -> Case:
         return Case("simulation", name, expected, answer, check, needs="numba")
@@ -129,13 +130,13 @@ def simulation_cases(harvester: Harvester) -> Iterator[Case]:
     for name, model, begin, end, expected in (
         (
             "a slow ball at gbar = 1 - 1e-12",
-            Groups(d, 1 - 1e-12, min(r, 0.9)),
+            Groups(d, 1 - 1e-12, lossy),
             slow,
             RUNNING,
             "released, however slowly",
         ),
-        ("a slow ball at gbar = 1", Groups(d, 1.0, min(r, 0.9)), slow, REST, rest),
-        ("a slow ball at gbar = 1 + 1e-12", Groups(d, 1 + 1e-12, min(r, 0.9)), slow, REST, rest),
+        ("a slow ball at gbar = 1", Groups(d, 1.0, lossy), slow, REST, rest),
+        ("a slow ball at gbar = 1 + 1e-12", Groups(d, 1 + 1e-12, lossy), slow, REST, rest),
         ("no gravity, no drift, d = 1000", Groups(1e3, 0.0, r), InFlight(0.0, 0.0, 0.0), FREE, "in flight for ever"),
     ):
         yield follows(name, expected, model, begin, 1000, partial(_check_end, end))
@@ -156,7 +157,7 @@ def _followed(model: Groups[float], start: Start, impacts: int) -> Rows:
 
 def _thrown(model: Groups[float]) -> Impact:
     """An impact on the bottom at which the forcing throws the ball upwards."""
-    d, gbar, r, *_ = model
+    d, gbar, r = model.d, model.gbar, model.restitution_at(BOTTOM)
     velocity, phase = 0.7, 0.2
     if r * velocity < SLOWEST_REBOUND or gbar >= 1:
         phase = PULLING
@@ -171,7 +172,7 @@ def _exact_flight(model: Groups[float], start: Impact, row: Any) -> tuple[float,
     Relative to the time and to 1 + |velocity|.
     """
     with exact.precise():
-        d, gbar, r = (exact.mpf(x) for x in model[:3])
+        d, gbar, r = (exact.mpf(x) for x in (model.d, model.gbar, model.restitution_at(BOTTOM)))
         left, speed, angle = d / 2, -r * exact.mpf(start.velocity), exact.mpf(start.phase)
         wall, duration = d / 2 * int(row[WALL]), float(row[FLIGHT])
         time = exact.newton(lambda x: [exact.flight(x[0], left, speed, angle, gbar)[0] - wall], [duration])[0]
@@ -186,7 +187,7 @@ def _exact_flight(model: Groups[float], start: Impact, row: Any) -> tuple[float,
 
 def _check_flight(model: Groups[float], start: Impact, answer: Rows) -> CaseFinding:
     rows, summary = answer
-    rebound = model.restitution * start.velocity
+    rebound = model.restitution_at(BOTTOM) * start.velocity
     if not summary[0]:
         return CaseFinding("no further impact: the ball stays on the membrane", right=model.gbar >= 1)
     row = rows[-1]
@@ -241,7 +242,7 @@ def _hops(model: Groups[float], velocity: float, phase: float) -> Any:
     """Time in which hops on the bottom die out, added up one by one in 40 digits; None where the ball gets away."""
     mp, mpf = exact.mp, exact.mpf
     with mp.workdps(HOP_DIGITS):
-        d, g, r = (mpf(x) for x in model[:3])
+        d, g, r = (mpf(x) for x in (model.d, model.gbar, model.restitution_at(BOTTOM)))
         speed, angle, total = r * mpf(velocity), mpf(phase), mpf(0)
         for _ in range(MOST_HOPS):
             press = g + mp.cos(angle)
@@ -328,10 +329,11 @@ def _check_many(model: Groups[float], answer: Rows) -> CaseFinding:
     plain = [i for i in range(1, len(rows)) if rows[i - 1, RIDING] + rows[i - 1, SETTLING] == 0]
     worst = 0.0
     with exact.precise():
-        d, gbar, r = (exact.mpf(x) for x in model[:3])
+        d, gbar, *_ = exactly = model.each(exact.mpf)
         for i in plain[-COMPARED:]:
             before, after = ([exact.mpf(float(x)) for x in rows[k]] for k in (i - 1, i))
-            z, rate = exact.flight(after[FLIGHT], before[WALL] * d / 2, -r * before[VELOCITY], before[PHASE], gbar)
+            left = -exactly.restitution_at(int(before[WALL])) * before[VELOCITY]
+            z, rate = exact.flight(after[FLIGHT], before[WALL] * d / 2, left, before[PHASE], gbar)
             turned = (before[PHASE] + exact.mp.pi * after[FLIGHT] - after[PHASE]) / TURN
             off = abs(turned - exact.mp.nint(turned))
             worst = max(worst, float(abs(z - after[WALL] * d / 2)), float(abs(rate - after[VELOCITY])), float(off))

@@ -24,7 +24,7 @@ from vireport.figures.curves import (
 from vireport.figures.style import Picture
 from vireport.motions import eigenvalues
 from vireport.physics import RESTITUTIONS, Device
-from vireport.scenario import DesignInput, Parameter
+from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import AlertCode, exact, scaled
 from vireport.wording import Words
@@ -117,7 +117,7 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
     parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
     if device.recoils and "ball_mass_kg" not in varied:
         parameters.append(f"m = {scaled(device.ball_mass_kg, 3)} g, capsule free")
-    parameters += [text for name, text in _restitutions(device) if name not in varied]
+    parameters += _restitutions(device, varied)
     parameters += harmonics_of(device)
     parameters += friction_of(device)
     return parameters + ([f"n = {device.period_ratio}"] if device.period_ratio != 1 else [])
@@ -125,7 +125,7 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
 
 def restitutions_of(device: Device) -> list[str]:
     """The restitution of both membranes, or of each, as text."""
-    return [text for _, text in _restitutions(device)]
+    return _restitutions(device, ())
 
 
 def friction_of(device: Device) -> list[str]:
@@ -138,11 +138,14 @@ def harmonics_of(device: Device) -> list[str]:
     return [f"harmonic {own.order}: {100 * own.share:.4g} %, {own.phase_deg:.4g}°" for own in device.harmonics]
 
 
-def _restitutions(device: Device) -> list[tuple[DesignInput, str]]:
+def _restitutions(device: Device, varied: Collection[str]) -> list[str]:
+    """Those that are held; where that of one membrane varies the other's, and neither where both do."""
     given = [name for name in device.inputs if name in RESTITUTIONS]
+    if moved := [name for name in RESTITUTIONS if name in varied]:
+        given = [name for name in RESTITUTIONS[1:] if name not in moved and RESTITUTIONS[0] not in moved]
     law = device.law
     falls = "" if law is None else f" (v/{exact(law.speed)} m/s)^{exact(law.exponent)}"
-    return [(name, f"{name.symbol} = {exact(device.value_of(name))}{falls}") for name in given]
+    return [f"{name.symbol} = {exact(device.value_of(name))}{falls}" for name in given]
 
 
 def swept_range(study: Study) -> str:

@@ -29,8 +29,8 @@ def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
     at = {known: value for known, value in zip(inputs, low.tolist(), strict=True) if known is not None}
     device = plan.device.with_values(at)
     first, second = inputs
-    if first in RESTITUTIONS and second in RESTITUTIONS:
-        return ()  # no sweep across such a plane, from which curves would be found
+    if DesignInput.RESTITUTION in inputs and first in RESTITUTIONS and second in RESTITUTIONS:
+        return ()  # the inputs overlap: a restitution of both is no place beside that of one
     if first is not None and second is not None:
         drawn = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
         return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in drawn.loci)

@@ -30,6 +30,7 @@ from vireport.motions import Point
 from vireport.physics import (
     Device,
     Membrane,
+    by_wall,
     contacts,
     deflection,
     generated_voltage,
@@ -259,7 +260,8 @@ def compliance(
         return Compliance("there is no stable 1:1 motion whose impacts could be compared")
     rigid, device = chosen
     try:
-        law_of(membrane.exponent, device.restitution)
+        for restitution in by_wall(device.restitution):
+            law_of(membrane.exponent, restitution)
     except NumericalError as error:
         return Compliance(str(error), rigid)
     varied, critical = _followed(solution, device)
@@ -392,10 +394,10 @@ def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane:
 
 def _motion_rows(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel) -> Iterator[Compared]:
     """What changes at either membrane."""
-    r, length = model.restitution, model.length_unit
-    for name, touch, speed, phase in (
-        ("bottom", orbit.bottom, rigid.velocity_bottom, rigid.phase_bottom),
-        ("top", orbit.top, rigid.velocity_top, rigid.phase_top),
+    (r_bottom, r_top), length = by_wall(model.restitution), model.length_unit
+    for name, touch, speed, phase, r in (
+        ("bottom", orbit.bottom, rigid.velocity_bottom, rigid.phase_bottom, r_bottom),
+        ("top", orbit.top, rigid.velocity_top, rigid.phase_top, r_top),
     ):
         at, depth = f"at the {name}", float(contacts(np.array(speed), model.membrane, r).elastic_deflection)
         criterion = ModelCriterion(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)

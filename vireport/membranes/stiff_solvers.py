@@ -22,6 +22,7 @@ from vireport.checks import Floats, timed_in_turns
 from vireport.compliant import CompliantModel
 from vireport.membranes.compliant_motion import CompliantOrbit
 from vireport.physics import damping_number, flight
+from vireport.simulation import BOTTOM, TOP
 
 FIXED = "RK4"
 """The classical fourth-order method with fixed steps."""
@@ -126,13 +127,13 @@ class _ExhaustedError(Exception):
 def period_of(model: CompliantModel, orbit: CompliantOrbit) -> Period:
     """Start on a motion in mid-flight."""
     # From mid-flight, where nothing is stiff and the state is known in closed form.
-    top, half = orbit.top, orbit.flight_down / 2
-    leaves = top.phase + pi * top.duration
+    left, half = orbit.top, orbit.flight_down / 2
+    leaves = left.phase + pi * left.duration
     phase = leaves + pi * half
-    z = -model.d / 2 + flight.displacement(half, top.leaving, sin(leaves), cos(leaves), cos(phase), model.gbar)
-    v = flight.velocity(half, top.leaving, sin(leaves), sin(phase), model.gbar)
-    damping = damping_number(model.restitution)
-    return Period(model, phase, float(z), float(v), (damping / orbit.bottom.velocity, -damping / orbit.top.velocity))
+    z = -model.d / 2 + flight.displacement(half, left.leaving, sin(leaves), cos(leaves), cos(phase), model.gbar)
+    v = flight.velocity(half, left.leaving, sin(leaves), sin(phase), model.gbar)
+    bottom, top = (damping_number(model.restitution_at(wall)) for wall in (BOTTOM, TOP))
+    return Period(model, phase, float(z), float(v), (bottom / orbit.bottom.velocity, -top / orbit.top.velocity))
 
 
 def acceleration(period: Period, seen: Seen) -> Force:

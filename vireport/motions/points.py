@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from decimal import Decimal
 from functools import lru_cache
 from math import atan2, cos, inf, pi, sin
+from sys import float_info
 from typing import Any
 
 import numpy as np
@@ -187,6 +188,8 @@ def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, floa
     start, end = (solved.x[len(solved.word) + impact] for impact in (bottom, top))
     # Of a symmetric motion u is zero, not what rounding leaves of it: `Point.symmetry` rests on that.
     u = 0.0 if solved.symmetric else float((end - start) / (2 * solved.word.periods) - Decimal("0.5"))
+    if u == 0 and not solved.groups.symmetric:
+        u = float_info.min  # of a device without mirror images no motion is one of them: q is 1/2 to rounding
     return u, float(DECIMALS.pi * start % (2 * DECIMALS.pi))
 
 

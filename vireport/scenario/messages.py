@@ -16,6 +16,7 @@ from vireport.scenario.document import Document, is_within
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import (
     AXES,
+    RESTITUTIONS,
     VARIED,
     Finding,
     Kind,
@@ -139,7 +140,12 @@ def _wrong_choice(path: str, value: str, choices: list[str]) -> str:
     if close:
         return f"; did you mean '{last[close]}'?"
     inputs = {name for name in keys(Scenario) if name.rpartition(".")[2] == value.rpartition(".")[2]}
-    return f", which cannot be {'swept' if path.startswith('sweep') else 'varied'}" if inputs else ""
+    if not inputs:
+        return ""
+    if not path.startswith("sweep"):
+        return ", which cannot be varied"
+    elsewhere = "; over it there are maps, charts (vireport chart --over) and variants (vireport compare --vary)"
+    return f", which cannot be swept{elsewhere if value.rpartition('.')[2] in ('restitution', *RESTITUTIONS) else ''}"
 
 
 def _wrong_number(path: str, value: float, key: Schema) -> str:

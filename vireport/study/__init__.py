@@ -10,7 +10,6 @@ from vireport.study.plan import (
     plan,
     refuse_special,
     refuse_undecidable,
-    refuse_unlike,
 )
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import SCHEMA_VERSION, SWEEP_END, branches_csv, csv_bytes, json_bytes, worst_scenario
@@ -47,7 +46,6 @@ __all__ = [
     "recheck_disturbances",
     "refuse_special",
     "refuse_undecidable",
-    "refuse_unlike",
     "results",
     "results_json",
     "sweep_of",

@@ -167,9 +167,6 @@ ALIKE = Precondition(
     lambda scenario, _: scenario.device.alike,
     "the restitutions of both membranes differ: no motion is symmetric",
 )
-ONE_RESTITUTION = Precondition(
-    lambda scenario, _: scenario.device.alike, "it knows one restitution of both membranes, and here they differ"
-)
 
 
 def _without(special: Special) -> Precondition:
@@ -298,13 +295,13 @@ STEPS = (
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
-    DeclaredStep(Task.ACCURACY, (ACCURACY, ONE_RESTITUTION), "the scenario has an accuracy block"),
-    DeclaredStep(Task.COMPLIANT, (ACCURACY, ONE_RESTITUTION, COMPLIANT, BALL), "the scenario has an accuracy block"),
+    DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
+    DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
-    DeclaredStep(Task.FIGURE_ACCURACY, (ONE_RESTITUTION, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
+    DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(
         Task.FIGURE_STIFFNESS,
-        (ONE_RESTITUTION, COMPLIANT, PICTURES),
+        (COMPLIANT, PICTURES),
         "the scenario has an accuracy block",
         (ACCURACY, BALL),
     ),
@@ -357,21 +354,6 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 what = f"{Task.MOTIONS.what}, {most}, {_following(limits)}"
             steps.append(Step(row.task, runs, what, why))
     return Plan(tuple(steps))
-
-
-def refuse_unlike(scenario: Scenario, what: str) -> None:
-    """Refuse a scenario whose membranes are not alike for what knows one restitution, before anything is computed.
-
-    Raises
-    ------
-    UsageError
-        If they are not.
-    """
-    if not scenario.device.alike:
-        raise UsageError(
-            f"{what} knows one restitution of both membranes: device.restitution_bottom and device.restitution_top "
-            "differ (allowed: device.restitution, or the same value for both)"
-        )
 
 
 def refuse_special(scenario: Scenario, what: str) -> None:
