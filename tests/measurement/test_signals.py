@@ -83,6 +83,19 @@ def test_raw_signals_are_identified_with_the_truth_behind_them(capsys, tmp_path:
 
 
 @pytest.mark.slow
+def test_what_was_picked_is_shown_where_nothing_can_be_identified(capsys, tmp_path: Path) -> None:
+    """Noise with pulses at random: impacts of no device."""
+    rng = np.random.default_rng(2)
+    times = 0.2 + np.cumsum(rng.uniform(0.1, 0.4, 40))
+    values = signal(times, rng.choice([-1.0, 1.0], 40), float(times[-1]) + 0.2)
+    savemat(tmp_path / "record.mat", {"voltage_v": values + hum(values, 0.01), "sampling_rate_hz": RATE})
+    code = main(["identify", SCENARIO, "--record", str(tmp_path / "record.mat"), "-o", str(tmp_path / "out")])
+    assert code in (1, 3)
+    assert {"impacts.csv", "figure-record.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
+    assert "40 impacts picked" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.slow
 def test_a_distorted_shaker_is_in_the_identified_scenario(capsys, tmp_path: Path) -> None:
     record = recorded(tmp_path, ((2, 4.0, 60.0),))
     assert main(["identify", SCENARIO, "--record", record, "--json"]) == 0

@@ -86,7 +86,12 @@ def outcome(
     try:
         answer = answered(inquiry, record, referenced, say)
     except Unidentifiable as refused:
-        raise NumericalError(WORDS("refused", refused.left_open, Unknown.PHASE in inquiry.unknowns)) from refused
+        failure = WORDS("refused", refused.left_open, Unknown.PHASE in inquiry.unknowns)
+        if signals is None or json:
+            raise NumericalError(failure) from refused
+        # What was picked may be why: it is shown all the same.
+        printed = plain_text([*_signals_parts(signals), f"Nothing is identified: {failure}."]) + "\n"
+        return CommandOutcome(printed, files, failure=failure, exit_code=NumericalError.exit_code, stale=NAMES)
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
     say("trying devices as the errors allow")
@@ -105,8 +110,8 @@ def outcome(
         parts.append(WORDS("devices", share))
     elif shaker is not None and answer.inquiry.model.device.harmonics and answer.misfit.accepted:
         parts.append(WORDS("distorted"))
-    printed: str | bytes = written if json else plain_text(parts) + "\n"
-    return CommandOutcome(printed, files, failure=failure, exit_code=bool(failure), stale=NAMES)
+    result: str | bytes = written if json else plain_text(parts) + "\n"
+    return CommandOutcome(result, files, failure=failure, exit_code=bool(failure), stale=NAMES)
 
 
 def _share_of(answer: Identification) -> MeasuredShare | None:
