@@ -125,9 +125,11 @@ def _share_of(answer: Identification) -> MeasuredShare | None:
     # Beyond what inputs can be, a restitution of 0 or 1 for one, devices have no meaning.
     if device.harmonics or not inputs or not np.isfinite(own.covariance).all():
         return None
-    for varied in inputs:
+    for row, varied in zip(rows, inputs, strict=True):
         low, high = varied.limits
-        if not low <= device.value_of(varied) <= high:
+        # An angle beyond its limits is another within them.
+        reach = 0.0 if varied is DesignInput.INCLINATION else 3 * float(np.sqrt(own.covariance[row, row]))
+        if not (low <= device.value_of(varied) - reach and device.value_of(varied) + reach <= high):
             return None
     return measured_share(device, inputs, own.covariance[np.ix_(rows, rows)])
 
