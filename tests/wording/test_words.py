@@ -16,7 +16,7 @@ from jinja2.meta import find_undeclared_variables
 from msgspec.structs import replace
 
 from vireport import analyse, load
-from vireport.design import Solution, Unmoved
+from vireport.design import MeasuredShare, Solution, Unmoved
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, OutcomeRange, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent
 from vireport.gate import Evidence, verdict_of
@@ -1272,6 +1272,84 @@ SAID += [
     ("identify", "untested", ((Unknown.LENGTH,), False), "another length."),
     ("identify", "not_used", ((),), ""),
     ("identify", "not_used", (("voltage_v",),), "Read and not used: voltage_v."),
+    (
+        "identify",
+        "heard",
+        (
+            thing(times=[1.0] * 300),
+            [
+                thing(times=[1.0] * 150, channel=thing(name=x), noise=0.01, middle_size=0.5, middle_error_s=2e-5)
+                for x in ("bottom_voltage_v", "top_voltage_v")
+            ],
+            thing(name="x.csv", samples=96000, start_s=1.0, end_s=3.0),
+        ),
+        "x.csv: 96000 samples in 2 s, 300 impacts picked: 150 in bottom_voltage_v, its noise 0.01 and impacts of 0.5, "
+        "with a standard error of 20 µs; 150 in top_voltage_v",
+    ),
+    *(
+        ("identify", "finding", (thing(doubt=thing(name=name), channel="sound_pa", value=value),), part)
+        for name, value, part in (
+            ("CLIPPED", 12, "sound_pa is cut off at 12 impacts"),
+            ("SLOW", 2.0, "half of a rise is 2 samples"),
+            ("FOLDED", 0.25, "where 25 % of the power of its impacts"),
+            ("OFFSET", 0.3, "an offset of 0.3, which was taken away"),
+            ("BOTH", 3, "3 impacts were as strong in both channels"),
+            ("GAPS", 2, "samples are missing at 2 places."),
+            ("UNEVEN", 2e-5, "times are up to 20 µs off an even clock"),
+        )
+    ),
+    (
+        "identify",
+        "shaker",
+        (
+            thing(
+                amplitude=24.1,
+                amplitude_error=0.01,
+                frequency_hz=2.0,
+                frequency_error_hz=1e-5,
+                maximum_s=10.25,
+                maximum_error_s=1e-4,
+            ),
+        ),
+        "± 0.01 m/s² at 2",
+    ),
+    ("identify", "distorted", (), "is not known of a force with harmonics"),
+    ("identify", "devices", (MeasuredShare(4096, 4096, 0.9991, 1.0),), "99.91 % or more of such devices keep"),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(4095, 4096, 0.998, 1.0),),
+        "99.98 % of such devices keep stable 1:1 motion: 4095 of 4096 that were tried.",
+    ),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.LENGTH, 0.002),),
+        "cannot be said: 50 % of those that fit do. The error of the length costs most: measure it to 0.002 m (",
+    ),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.RESTITUTION_TOP, 0.01),),
+        "measure it to 0.01 (standard error).",
+    ),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.LENGTH),),
+        "The error of the length costs most.",
+    ),
+    ("figures/record", "figure_record_title", ({},), "What was picked"),
+    *(
+        (
+            "figures/record",
+            f"figure_record_{part}",
+            ({"impacts": 9, "name": "x.csv", "channels": count, "shaker": shaker},),
+            "9 impacts",
+        )
+        for part in ("caption", "alt")
+        for count, shaker in ((1, None), (2, thing()))
+    ),
 ]
 
 

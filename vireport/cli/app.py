@@ -509,8 +509,14 @@ class ClockReference(StrEnum):
 def identify(
     scenario: ScenarioFile,
     impacts: Annotated[
-        str, typer.Option(metavar="IMPACTS.csv", help="Measured impacts: time_s and membrane (bottom or top).")
-    ],
+        str | None, typer.Option(metavar="IMPACTS.csv", help="Measured impacts: time_s and membrane (bottom or top).")
+    ] = None,
+    record: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RECORD", help="Raw signals, of which impacts are picked: CSV, WAV or MATLAB, named with units."
+        ),
+    ] = None,
     clock: Annotated[
         ClockReference | None,
         typer.Option(help="Time 0 is a maximum of the force; without it the force's phase is identified as well."),
@@ -524,7 +530,7 @@ def identify(
     set_: SetOption = None,
     quiet: Quiet = False,
 ) -> None:
-    """Identify restitutions and other inputs from measured impacts. With standard errors, tested against the model.
+    """Identify restitutions and other inputs from measured impacts or raw signals, and test whether the model fits.
 
     Exit code 1 if the impacts contradict the model; 3 if they do not hold what is asked for.
     """
@@ -532,13 +538,16 @@ def identify(
     loaded = _loaded(scenario, set_)
     from vireport.cli import identify_outputs
 
-    against = ("--impacts", [Path(impacts).name])
+    if (impacts is None) == (record is None):
+        raise UsageError("either --impacts or --record is needed (allowed: one of them)")
+    given = ("--impacts", impacts), ("--record", record)
+    against = [(option, [Path(path).name]) for option, path in given if path is not None]
     reference: tuple[str, list[str] | None] = ("--clock", None if clock is None else [clock.value])
     options = (("--free", free), ("--json", json), ("--set", set_))
-    command = _command("identify", [scenario], against, reference, *options)
+    command = _command("identify", [scenario], *against, reference, *options)
     folder = _writable_folder(output, scenario, "-identified", json, identify_outputs.NAMES)
     with progress(quiet) as say:
-        outcome = identify_outputs.outcome(loaded, impacts, clock is not None, free or [], command, json, say)
+        outcome = identify_outputs.outcome(loaded, impacts, record, clock is not None, free or [], command, json, say)
     if json:
         outcome = replace(outcome, files={})
     elif quiet:

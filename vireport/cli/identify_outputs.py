@@ -8,20 +8,37 @@ from typing import Any
 
 import numpy as np
 import yaml
+from msgspec import to_builtins
 from scipy.special import stdtrit  # type: ignore[import-untyped]
 
-from vireport.base import NumericalError, Progress
+from vireport.base import NumericalError, Progress, UsageError
 from vireport.cli.outcome import CommandOutcome
-from vireport.measurement import Fitted, Identification, Unidentifiable, Unknown, answered, inquiry_of, read_record
+from vireport.design import MeasuredShare, measured_share
+from vireport.measurement import (
+    Fitted,
+    Identification,
+    ShakerMotion,
+    Signals,
+    Unidentifiable,
+    Unknown,
+    answered,
+    inquiry_of,
+    read_record,
+    read_signals,
+    with_shaker,
+)
 from vireport.scenario import DesignInput, Distribution, Loaded, Scenario, loads, to_dict
 from vireport.study import json_bytes, provenance_of
 from vireport.text import Table, bounded, numbers, plain_text, significant, texts
 from vireport.wording import Words
 
-NAMES = "identified.json", "identified.yaml"
+NAMES = "identified.json", "identified.yaml", "impacts.csv", "figure-record.png"
 """Files that the command may write."""
 
 CONFIDENCE = 0.95
+NORMAL_HALF = 1.96
+"""Half of that interval over the standard error, where that is known."""
+
 SAME_RESTITUTION = 1e-9
 """Difference of two restitutions that a scenario has as one: beyond what times tell, and before its own limit."""
 
@@ -33,14 +50,15 @@ WORDS = Words("identify")
 
 def outcome(
     loaded: Loaded,
-    path: str,
+    impacts: str | None,
+    recorded: str | None,
     referenced: bool,
     free: list[str],
     command: str,
     json: bool,
     say: Progress,
 ) -> CommandOutcome:
-    """Identify a device from a record of its impacts.
+    """Identify a device from a record of its impacts, or from raw signals.
 
     Raises
     ------
@@ -50,20 +68,146 @@ def outcome(
         If the record does not hold what is asked for.
     """
     inquiry = inquiry_of(loaded.scenario, free, referenced)
+    signals = None
     say("reading the record")
-    record = read_record(path, float(inquiry.model.device.frequency_hz))
+    if recorded is not None:
+        signals = read_signals(recorded, inquiry, say)
+        record = signals.record
+        if signals.shaker is not None:
+            if referenced:
+                raise UsageError("--clock: the record's acceleration gives the phase (leave one of them out)")
+            inquiry = with_shaker(inquiry, signals.shaker, signals.picked.delay_s)
+    else:
+        record = read_record(str(impacts), float(inquiry.model.device.frequency_hz))
+    files = {} if signals is None else {"impacts.csv": _impacts_csv(signals)}
+    if signals is not None and not json:
+        say("drawing the record")
+        files["figure-record.png"] = _png(signals)
     try:
         answer = answered(inquiry, record, referenced, say)
     except Unidentifiable as refused:
-        raise NumericalError(WORDS("refused", refused.left_open, not referenced)) from refused
-    scenario = _scenario_text(loaded.scenario, answer)
-    data = json_bytes(_data(answer, scenario), provenance_of(loaded, command))
-    files = {"identified.json": data}
+        failure = WORDS("refused", refused.left_open, Unknown.PHASE in inquiry.unknowns)
+        if signals is None or json:
+            raise NumericalError(failure) from refused
+        # What was picked may be why: it is shown all the same.
+        printed = plain_text([*_signals_parts(signals), f"Nothing is identified: {failure}."]) + "\n"
+        return CommandOutcome(printed, files, failure=failure, exit_code=NumericalError.exit_code, stale=NAMES)
+    shaker = signals.shaker if signals is not None else None
+    scenario = _scenario_text(loaded.scenario, answer, shaker)
+    say("trying devices as the errors allow")
+    share = _share_of(answer)
+    data = _data(answer, scenario)
+    data["devices"] = None if share is None else to_builtins(share)
+    if signals is not None:
+        data["record"] = _signals_data(signals, float(inquiry.model.device.capsule_mass_kg))
+    written = json_bytes(data, provenance_of(loaded, command))
+    files["identified.json"] = written
     if scenario is not None:
         files["identified.yaml"] = scenario.encode()
     failure = "" if answer.misfit.accepted else f"the data contradict the model: {WORDS('reason', answer.misfit)}"
-    printed: str | bytes = data if json else plain_text(_parts(answer, record.unused)) + "\n"
-    return CommandOutcome(printed, files, failure=failure, exit_code=bool(failure), stale=NAMES)
+    parts = [*(() if signals is None else _signals_parts(signals)), *_parts(answer, record.unused)]
+    if share is not None:
+        parts.append(WORDS("devices", share))
+    elif shaker is not None and answer.inquiry.model.device.harmonics and answer.misfit.accepted:
+        parts.append(WORDS("distorted"))
+    result: str | bytes = written if json else plain_text(parts) + "\n"
+    return CommandOutcome(result, files, failure=failure, exit_code=bool(failure), stale=NAMES)
+
+
+def _share_of(answer: Identification) -> MeasuredShare | None:
+    """The share of devices that the errors allow with stable motion; None where that is not known."""
+    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
+        return None
+    own = answer.found.adjusted
+    rows = [k for k, x in enumerate(own.unknowns) if x.design_input is not None]
+    inputs = [x.design_input for x in own.unknowns if x.design_input is not None]
+    device = own.model.device
+    # Beyond what inputs can be, a restitution of 0 or 1 for one, devices have no meaning.
+    if device.harmonics or not inputs or not np.isfinite(own.covariance).all():
+        return None
+    for row, varied in zip(rows, inputs, strict=True):
+        low, high = varied.limits
+        # An angle beyond its limits is another within them.
+        reach = 0.0 if varied is DesignInput.INCLINATION else 3 * float(np.sqrt(own.covariance[row, row]))
+        if not (low <= device.value_of(varied) - reach and device.value_of(varied) + reach <= high):
+            return None
+    return measured_share(device, inputs, own.covariance[np.ix_(rows, rows)])
+
+
+def _impacts_csv(signals: Signals) -> bytes:
+    """What was picked, as a record of impacts that can be corrected and given to the command again."""
+    own = signals.picked
+    rows = (
+        f"{time:.9f},{'bottom' if wall > 0 else 'top'},{error:.3g}\n"
+        for time, wall, error in zip(own.times, own.walls, own.errors, strict=True)
+    )
+    return ("time_s,membrane,standard_error_s\n" + "".join(rows)).encode()
+
+
+def _png(signals: Signals) -> bytes:
+    from vireport.figures import record_picture
+
+    return record_picture(signals).png
+
+
+def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
+    own, shaker = signals.picked, signals.shaker
+    recording = own.recording
+    return {
+        "samples": recording.samples,
+        "sampling_rate_hz": 1 / recording.step_s,
+        "from_s": recording.start_s,
+        "to_s": recording.end_s,
+        "channels": [
+            {
+                "name": heard.channel.name,
+                "impacts": len(heard.times),
+                "noise": heard.noise,
+                "rise_samples": heard.rise_samples,
+                "standard_error_s": float(np.median(heard.errors)),
+            }
+            for heard in own.heard
+        ],
+        "impacts": len(own.times),
+        "excitation": None
+        if shaker is None
+        else {
+            "amplitude_n": {"value": mass_kg * shaker.amplitude, "standard_error": mass_kg * shaker.amplitude_error},
+            "frequency_hz": {"value": shaker.frequency_hz, "standard_error": shaker.frequency_error_hz},
+            "maximum_s": shaker.maximum_s,
+            "phase_error_rad": shaker.phase_error,
+            "offset_m_s2": shaker.offset,
+            "noise_m_s2": shaker.noise,
+            "harmonics": [
+                to_builtins(harmonic) | {"significant": harmonic.significant} for harmonic in shaker.harmonics
+            ],
+        },
+        "findings": [WORDS("finding", finding) for finding in own.findings],
+    }
+
+
+def _signals_parts(signals: Signals) -> Iterator[str | Table]:
+    own, shaker = signals.picked, signals.shaker
+    yield WORDS("heard", own, own.heard, own.recording)
+    for finding in own.findings:
+        yield WORDS("finding", finding)
+    if shaker is None:
+        return
+    yield WORDS("shaker", shaker)
+    rows = tuple(
+        (
+            str(harmonic.order),
+            bounded(harmonic.percent, harmonic.percent_error / 100),
+            significant(harmonic.percent_error, 2),
+            bounded(harmonic.phase_deg, harmonic.phase_error_deg / 100),
+            significant(harmonic.phase_error_deg, 2),
+        )
+        for harmonic in shaker.harmonics
+        if harmonic.significant
+    )
+    if rows:
+        columns = numbers("Order", "Size [%]", "Standard error", "Phase [deg]", "Standard error")
+        yield Table("Harmonics of the force", columns, rows)
 
 
 def _rows(answer: Identification) -> Iterator[tuple[Unknown, float, float, float]]:
@@ -113,7 +257,7 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
     }
 
 
-def _scenario_text(scenario: Scenario, answer: Identification) -> str | None:
+def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMotion | None = None) -> str | None:
     """The scenario with what was identified, its intervals as tolerances; None where that is no valid one."""
     values = {DesignInput(x.value): (v, e, half) for x, v, e, half in _rows(answer) if x.design_input is not None}
     if not values or any(not x.limits[0] <= v <= x.limits[1] for x, (v, _, _) in values.items()):
@@ -144,7 +288,20 @@ def _scenario_text(scenario: Scenario, answer: Identification) -> str | None:
         tolerances.pop(f"{x.value.rpartition('_')[0] if x.unit else x.value}_percent", None)
         # Of a normal distribution a tolerance is three standard deviations.
         tolerances[x.value] = 3 * error if normal else half
-    data["tolerances"] = tolerances
+    if shaker is not None:
+        # With the errors that they were taken with, among them what the scenario said of them.
+        for prior in answer.inquiry.priors:
+            if prior.unknown in (Unknown.AMPLITUDE, Unknown.FREQUENCY):
+                data["excitation"][prior.unknown.value] = prior.value
+                tolerances.pop(f"{prior.unknown.value.rpartition('_')[0]}_percent", None)
+                tolerances[prior.unknown.value] = (3 if normal else NORMAL_HALF) * prior.deviation
+        data["excitation"]["harmonics"] = [
+            {"order": own.order, "percent": own.percent, "phase_deg": own.phase_deg}
+            for own in shaker.harmonics
+            if own.significant
+        ]
+    # What is proved over tolerances is of a force that is a sine.
+    data["tolerances"] = None if data["excitation"]["harmonics"] else tolerances
     text = str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
     loads(text, "identified.yaml")
     return text

@@ -15,10 +15,11 @@ from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of, stabl
 
 if TYPE_CHECKING:
     from vireport.design.devices import devices_off, factor_of, region_of
+    from vireport.design.measured import MeasuredShare, measured_share
     from vireport.design.proof import prove_again
     from vireport.design.tolerances import Failure, Tolerances, assess_tolerances, sample_steps
 else:
-    __getattr__ = deferred(__name__, "devices", "proof", "tolerances")
+    __getattr__ = deferred(__name__, "devices", "measured", "proof", "tolerances")
 
 __all__ = [
     "HIGHEST_RESTITUTION",
@@ -29,6 +30,7 @@ __all__ = [
     "Failure",
     "FollowedMotion",
     "Margin",
+    "MeasuredShare",
     "Shift",
     "Shifts",
     "Solution",
@@ -47,6 +49,7 @@ __all__ = [
     "line_of",
     "margins",
     "mass_elasticity",
+    "measured_share",
     "mirrored",
     "motions_at",
     "prove_again",

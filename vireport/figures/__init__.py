@@ -1,5 +1,8 @@
 """Every figure of a study, drawn from its numbers, with caption and alternative text."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.figures.captions import OUTSIDE, about, alt_text, held, held_by, shown_along, swept_range, title_of
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
@@ -10,6 +13,11 @@ from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, Sheet, figure_css, literal, png_of, style
 from vireport.figures.sweeps import OUTCOMES, Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
+
+if TYPE_CHECKING:
+    from vireport.figures.record import record_picture
+else:
+    __getattr__ = deferred(__name__, "record")
 
 __all__ = [
     "DOTTED",
@@ -46,6 +54,7 @@ __all__ = [
     "png_of",
     "portraits_picture",
     "prefix",
+    "record_picture",
     "round_ticks",
     "shown_along",
     "simulated_points",

@@ -121,7 +121,9 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
     Unidentifiable
         If the record leaves some of it open.
     """
-    origin = 0.0 if referenced else float(record.times[0])
+    origin = record.force_maximum_s
+    if origin is None:
+        origin = 0.0 if referenced else float(record.times[0])
     given = (inquiry.model, record.times - origin, record.walls, inquiry.unknowns, inquiry.priors)
     found = fit(*given, say=say)
     return Identification(inquiry, found, judged(found, *given, say=say), origin)

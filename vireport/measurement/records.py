@@ -20,7 +20,7 @@ from vireport.measurement.flights import Array
 from vireport.text import visible
 
 TIME, MEMBRANE = "time_s", "membrane"
-UNUSED = "voltage_v", "velocity_m_s"
+UNUSED = "voltage_v", "velocity_m_s", "standard_error_s"
 """Columns that may be there; their numbers are checked, and have no part in what is identified."""
 
 COLUMNS = TIME, MEMBRANE, *UNUSED
@@ -51,12 +51,15 @@ class Record(Struct, frozen=True, eq=False):
         1 at the bottom membrane, -1 at the top one.
     unused : tuple of str
         Columns that were read and are not used.
+    force_maximum_s : float or None
+        Time at which the force is known to have a maximum, other than 0 [s].
     """
 
     name: str
     times: Array
     walls: Array
     unused: tuple[str, ...] = ()
+    force_maximum_s: float | None = None
 
 
 def read_record(path: str, frequency_hz: float) -> Record:

@@ -1,0 +1,206 @@
+"""Raw signals from files: what is read, and what, where and what is allowed of each mistake."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat, wavfile
+
+from vireport.base import UsageError, VireportError
+from vireport.measurement import HeardPlace, Recording, read_recording
+
+HEAD = "time_s,bottom_voltage_v,top_voltage_v"
+ROWS = [f"{k / 1000},{k % 7},{-(k % 5)}" for k in range(100)]
+
+
+def rows(change: int = -1, to: str = "", head: str = HEAD) -> str:
+    own = list(ROWS)
+    if change >= 0:
+        own[change] = to
+    return "\n".join([head, *own]) + "\n"
+
+
+def read(tmp_path: Path, data: bytes, name: str = "x.csv") -> Recording:
+    (tmp_path / name).write_bytes(data)
+    return read_recording(str(tmp_path / name))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        rows().encode(),
+        b"\xef\xbb\xbf" + rows().encode(),
+        rows().replace("\n", "\r\n").encode(),
+        rows(head='"time_s", "bottom_voltage_v","top_voltage_v"').encode(),
+    ],
+)
+def test_columns_are_read_by_their_names(tmp_path: Path, data: bytes) -> None:
+    own = read(tmp_path, data)
+    assert own.step_s == pytest.approx(1e-3)
+    assert [channel.place for channel in own.channels] == [HeardPlace.BOTTOM, HeardPlace.TOP]
+    np.testing.assert_array_equal(own.channels[0].values, np.arange(100) % 7)
+
+
+def test_units_are_those_of_the_names(tmp_path: Path) -> None:
+    lines = ["time_ms,unused_temperature,voltage_mv,acceleration_g"]
+    lines += [f"{k},{20 + k},{k % 3},{k % 2}" for k in range(100)]
+    own = read(tmp_path, "\n".join(lines).encode())
+    assert own.step_s == pytest.approx(1e-3)
+    voltage, acceleration = own.channels
+    assert voltage.values.max() == pytest.approx(2e-3)
+    assert acceleration.values.max() == pytest.approx(9.80665)
+
+
+def test_a_gap_is_kept_and_times_that_were_rounded_are_put_on_a_clock(tmp_path: Path) -> None:
+    times = [k / 2400 for k in range(300) if not 100 <= k < 150]
+    lines = [HEAD, *(f"{time:.4f},{k % 7},1" for k, time in enumerate(times))]
+    own = read(tmp_path, "\n".join(lines).encode())
+    assert [(x.first, x.last) for x in own.stretches] == [(0, 100), (100, 250)]
+    assert own.step_s == pytest.approx(1 / 2400, rel=1e-3)
+    assert own.stretches[1].start_s == pytest.approx(150 / 2400, abs=5e-5)
+    assert 0 < own.uneven_s < 1e-4
+
+
+MISTAKES = {
+    "empty": ("", "x.csv:1: the first line is empty (allowed: names and units"),
+    "names alone": (f"{HEAD}\n", "x.csv:1: no sample follows the names"),
+    "no names": ("\n".join(ROWS), "the name is no signal with a unit"),
+    "no unit": (rows(head="time_s,bottom_voltage,top_voltage_v"), "bottom_voltage: the name has no unit; did you mean"),
+    "no unit of time": (rows(head="time,bottom_voltage_v,top_voltage_v"), "time: the name"),
+    "other unit": (rows(head="time_s,bottom_voltage_psi,top_voltage_v"), "bottom_voltage_psi: the name is no signal"),
+    "misspelt": (rows(head="time_s,botom_voltage_v,top_voltage_v"), "did you mean 'bottom_voltage_v'?"),
+    "twice": (rows(head="time_s,top_voltage_v,top_voltage_v"), "top_voltage_v: stands twice (each once)"),
+    "two of a kind": (rows(head="time_s,top_voltage_v,top_sound_pa"), "two signals are of the same kind, top"),
+    "no time": (rows(head="voltage_v,unused_1,unused_2"), "one column of times is needed"),
+    "two times": (rows(head="time_s,time_ms,voltage_v"), "one column of times is needed"),
+    "one membrane": (rows(head="time_s,bottom_voltage_v,unused"), "impacts on both membranes are needed"),
+    "both ways": (rows(head="time_s,bottom_voltage_v,voltage_v"), "impacts on both membranes are needed"),
+    "nothing": (rows(head="time_s,unused_1,unused_2"), "impacts on both membranes are needed"),
+    "semicolons": (rows().replace(",", ";"), "columns are separated by semicolons (allowed: commas"),
+    "tabs": (rows().replace(",", "\t"), "columns are separated by tabs"),
+    "decimal comma": (rows(7, "0,007,1,2"), "x.csv:9: 4 values for 3 columns. A decimal comma?"),
+    "too few": (rows(7, "0.007,1"), "x.csv:9: 2 values for 3 columns."),
+    "text": (rows(7, "0.007,high,2"), "x.csv:9: bottom_voltage_v: 'high' is not a number"),
+    "no value": (rows(7, "0.007,,2"), "x.csv:9: bottom_voltage_v: '' is not a number"),
+    "NaN": (rows(7, "0.007,nan,2"), "bottom_voltage_v: sample 8 is not a finite number"),
+    "infinite": (rows(7, "0.007,1,1e999"), "top_voltage_v: sample 8 is not a finite number"),
+    "NaN time": (rows(7, "nan,1,2"), "time: sample 8 is not a finite number"),
+    "unsorted": (rows(7, "0.001,1,2"), "time: sample 8, 0.001, is not after the one before it"),
+    "same time": (rows(7, "0.006,1,2"), "time: sample 8, 0.006, is not after the one before it"),
+    "unequal": (
+        "\n".join([HEAD, *(f"{(k / 100) ** 2 + 1e-3},1,{k % 2}" for k in range(100))]),
+        "time: the steps are unequal, mostly",
+    ),
+    "drifting": (
+        "\n".join([HEAD, *(f"{k + 1e-4 * k * k},1,{k % 2}" for k in range(300))]),
+        "time: the steps are unequal, mostly",
+    ),
+    "short": ("\n".join([HEAD, *ROWS[:20]]), "20 samples (at least 64 are needed"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_told_with_what_is_allowed(tmp_path: Path, name: str) -> None:
+    text, message = MISTAKES[name]
+    with pytest.raises(VireportError, match=re.escape(message)) as refused:
+        read(tmp_path, text.encode())
+    assert refused.value.exit_code == 2
+    assert all("(" in line for line in refused.value.lines)
+
+
+def test_bytes_that_are_no_text_and_files_of_other_kinds_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(VireportError, match="byte 0xE9 is not UTF-8"):
+        read(tmp_path, b"time_s,\xe9\n")
+    with pytest.raises(UsageError, match=r"allowed: a file that ends in \.csv, \.wav or \.mat"):
+        read(tmp_path, b"", "x.flac")
+    with pytest.raises(UsageError, match="cannot be read: No such file"):
+        read_recording("/nowhere.csv")
+
+
+SAMPLES = np.stack([np.arange(200) % 50, -(np.arange(200) % 30)], axis=1)
+NOTES = "channels:\n  bottom_sound_fs: 1\n  top_sound_pa: -20\n"
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.int32, np.float32])
+def test_a_wav_file_is_read_with_its_notes(tmp_path: Path, kind: Any) -> None:
+    whole = {np.uint8: 128.0, np.int16: 32768.0, np.int32: 2.0**31, np.float32: 1.0}[kind]
+    values = SAMPLES / 100 * whole + (128 if kind is np.uint8 else 0)
+    wavfile.write(tmp_path / "x.wav", 8000, np.round(values).astype(kind) if whole > 1 else values.astype(kind))
+    (tmp_path / "x.wav.yaml").write_text(NOTES)
+    own = read_recording(str(tmp_path / "x.wav"))
+    assert own.step_s == 1 / 8000
+    np.testing.assert_allclose(own.channels[0].values, SAMPLES[:, 0] / 100, atol=0.005)
+    np.testing.assert_allclose(own.channels[1].values, -20 * SAMPLES[:, 1] / 100, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("notes", "message"),
+    [
+        (None, "x.wav.yaml is missing (allowed there: channels:"),
+        ("[", "is no YAML"),
+        ("a: 1", "has no channels (allowed"),
+        ("channels: {}", "has no channels (allowed"),
+        ("channels: {bottom_sound_fs: 1, top_sound_fs: loud}", "top_sound_fs: got 'loud' (allowed: full scale"),
+        ("channels: {bottom_sound_fs: 1, top_sound_fs: 0}", "got 0 (allowed"),
+        ("channels: {bottom_sound_fs: 1, top_sound: 1}", "top_sound: the name has no unit"),
+        ("channels: {sound_fs: 1}", "names 1 channels, and the file has 2 (allowed: all"),
+        ("channels: {sound_fs: 1, time_s: 1}", "a WAV file has no channel of times"),
+    ],
+)
+def test_notes_that_do_not_fit_are_refused(tmp_path: Path, notes: str | None, message: str) -> None:
+    wavfile.write(tmp_path / "x.wav", 8000, SAMPLES.astype(np.int16))
+    if notes is not None:
+        (tmp_path / "x.wav.yaml").write_text(notes)
+    with pytest.raises(VireportError, match=re.escape(message)):
+        read_recording(str(tmp_path / "x.wav"))
+
+
+def test_a_file_that_is_no_wav_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "x.wav.yaml").write_text(NOTES)
+    for data in (b"", b"RIFF", b"RIFF\0\0\0\0WAVEfmt ", bytes(100)):
+        with pytest.raises(UsageError, match="cannot be read as WAV"):
+            read(tmp_path, data, "x.wav")
+
+
+TIMES = np.arange(100) / 1000
+VECTORS = {"bottom_voltage_v": TIMES, "top_voltage_v": -TIMES}
+
+
+def test_a_matlab_file_is_read_with_times_or_a_rate(tmp_path: Path) -> None:
+    for clock in ({"time_s": TIMES}, {"sampling_rate_hz": 1000}):
+        savemat(tmp_path / "x.mat", VECTORS | clock | {"unused_notes": "text"})
+        own = read_recording(str(tmp_path / "x.mat"))
+        assert own.step_s == pytest.approx(1e-3)
+        np.testing.assert_array_equal(own.channels[1].values, -TIMES)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (VECTORS, "either the vector time_s or the number sampling_rate_hz is needed"),
+        (VECTORS | {"time_s": TIMES, "sampling_rate_hz": 1}, "either the vector time_s or"),
+        (VECTORS | {"sampling_rate_hz": -1}, "sampling_rate_hz: is no positive number"),
+        (VECTORS | {"sampling_rate_hz": "fast"}, "sampling_rate_hz: is no positive number"),
+        (VECTORS | {"time_s": TIMES[1:]}, "vectors of 99 to 100 samples (allowed: all of one length)"),
+        ({"voltage_v": np.ones((10, 10)), "sampling_rate_hz": 1}, "voltage_v: is no vector of real numbers"),
+        ({"voltage_v": TIMES * 1j, "sampling_rate_hz": 1}, "voltage_v: is no vector of real numbers"),
+        ({"voltage": TIMES, "sampling_rate_hz": 1}, "voltage: the name has no unit"),
+    ],
+)
+def test_variables_that_do_not_fit_are_refused(tmp_path: Path, content: dict[str, Any], message: str) -> None:
+    savemat(tmp_path / "x.mat", content)
+    with pytest.raises(VireportError, match=re.escape(message)):
+        read_recording(str(tmp_path / "x.mat"))
+
+
+def test_matlab_files_that_are_none_or_too_new_are_refused(tmp_path: Path) -> None:
+    for data in (b"", b"MATLAB", bytes(300)):
+        with pytest.raises(UsageError, match=r"cannot be read as a MATLAB file|no variables"):
+            read(tmp_path, data, "x.mat")
+    newer = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\x89HDF\r\n\x1a\n" + bytes(100)
+    with pytest.raises(UsageError, match=r"version 7\.3 \(allowed: save\(.*'-v7'\)\)"):
+        read(tmp_path, newer, "x.mat")

@@ -1,0 +1,136 @@
+"""From raw signals to a device: the whole command on a record of the simulation, against the truth behind it."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES
+from msgspec.structs import replace
+from scipy.io import savemat
+from sounds import RATE, clock, hum, ringing, signal
+from synthetic import device_of, truth
+
+from vireport import load
+from vireport.cli import main
+from vireport.measurement import read_record
+from vireport.physics import Harmonic
+from vireport.scenario import DesignInput
+
+SCENARIO, IMPACTS = str(EXAMPLES / "measured.yaml"), str(EXAMPLES / "measured-impacts.csv")
+TRUTH = {"restitution_bottom": 0.52, "restitution_top": 0.47}
+
+
+@cache
+def signals(harmonics: tuple[tuple[int, float, float], ...] = ()) -> dict[str, Any]:
+    """Raw signals of the example's device: both membranes, hum, noise, and the acceleration."""
+    rng = np.random.default_rng(1)
+    device = device_of("measured").with_values({DesignInput(key): value for key, value in TRUTH.items()})
+    device = replace(device, harmonics=tuple(Harmonic.of(*own) for own in harmonics))
+    known = truth(device, 60)
+    times = known.times + 3.2
+    seconds = float(times[-1]) + 0.3
+    sizes = rng.uniform(0.2, 1.0, len(times))
+    channels = {}
+    for name, wall in (("bottom_voltage_v", 1), ("top_voltage_v", -1)):
+        values = signal(times, sizes * np.where(known.walls == wall, 1.0, 0.1), seconds)
+        channels[name] = values + hum(values, 0.05) + 3e-3 * rng.standard_normal(len(values))
+    x = 2 * np.pi * device.frequency_hz * (clock(values) - 3.2) + known.phase
+    force = np.cos(x) + sum(percent / 100 * np.cos(k * x + np.radians(at)) for k, percent, at in harmonics)
+    struck = signal(times, -60 * known.walls * sizes, seconds, lambda t: ringing(t, 700.0, 3e-3))
+    noise = 0.3 * rng.standard_normal(len(values))
+    channels["acceleration_m_s2"] = device.amplitude_n / device.capsule_mass_kg * force + struck + noise + 0.2
+    return channels | {"sampling_rate_hz": RATE}
+
+
+def recorded(folder: Path, harmonics: tuple[tuple[int, float, float], ...] = ()) -> str:
+    savemat(folder / "record.mat", signals(harmonics))
+    return str(folder / "record.mat")
+
+
+@pytest.mark.slow
+def test_raw_signals_are_identified_with_the_truth_behind_them(capsys, tmp_path: Path) -> None:
+    record, folder = recorded(tmp_path), tmp_path / "out"
+    assert main(["identify", SCENARIO, "--record", record, "-o", str(folder)]) == 0
+    assert "60 impacts picked" in " ".join(capsys.readouterr().out.split())
+    assert {path.name for path in folder.iterdir()} == {
+        "identified.json",
+        "identified.yaml",
+        "impacts.csv",
+        "figure-record.png",
+    }
+    results = json.loads((folder / "identified.json").read_text())
+    assert results["misfit"]["accepted"]
+    for row in results["identified"]:
+        assert abs(row["value"] - TRUTH[row["name"]]) < 3.5 * row["standard_error"]
+        assert row["standard_error"] < 2e-4
+    measured = results["record"]["excitation"]
+    for key, value in (("amplitude_n", 3.0), ("frequency_hz", 2.0)):
+        assert abs(measured[key]["value"] - value) < 4 * measured[key]["standard_error"]
+    assert not any(own["significant"] for own in measured["harmonics"])
+    assert results["devices"]["stable"] == results["devices"]["samples"]
+    scenario = load(folder / "identified.yaml").scenario
+    assert scenario.excitation.amplitude_n == measured["amplitude_n"]["value"]
+    assert scenario.tolerances.amplitude_n == pytest.approx(1.96 * measured["amplitude_n"]["standard_error"])
+    # What was picked is a record of impacts, which says the same on a clock without the force's phase.
+    again = read_record(str(folder / "impacts.csv"), 2.0)
+    assert len(again.times) == 60
+    assert again.unused == ("standard_error_s",)
+
+
+@pytest.mark.slow
+def test_what_was_picked_is_shown_where_nothing_can_be_identified(capsys, tmp_path: Path) -> None:
+    """Noise with pulses at random: impacts of no device."""
+    rng = np.random.default_rng(2)
+    times = 0.2 + np.cumsum(rng.uniform(0.1, 0.4, 40))
+    values = signal(times, rng.choice([-1.0, 1.0], 40), float(times[-1]) + 0.2)
+    savemat(tmp_path / "record.mat", {"voltage_v": values + hum(values, 0.01), "sampling_rate_hz": RATE})
+    code = main(["identify", SCENARIO, "--record", str(tmp_path / "record.mat"), "-o", str(tmp_path / "out")])
+    assert code in (1, 3)
+    assert {"impacts.csv", "figure-record.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
+    assert "40 impacts picked" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.slow
+def test_a_distorted_shaker_is_in_the_identified_scenario(capsys, tmp_path: Path) -> None:
+    record = recorded(tmp_path, ((2, 4.0, 60.0),))
+    assert main(["identify", SCENARIO, "--record", record, "--json"]) == 0
+    results = json.loads(capsys.readouterr().out)
+    (tmp_path / "identified.yaml").write_text(results["scenario"])
+    excitation = load(tmp_path / "identified.yaml").scenario.excitation
+    assert [own.order for own in excitation.harmonics] == [2]
+    assert excitation.harmonics[0].percent == pytest.approx(4.0, abs=0.02)
+    assert excitation.harmonics[0].phase_deg == pytest.approx(60.0, abs=0.3)
+    for row in results["identified"]:
+        assert abs(row["value"] - TRUTH[row["name"]]) < 4 * row["standard_error"]
+    assert results["devices"] is None
+    assert main(["run", str(tmp_path / "identified.yaml"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["design_point"]["stability"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "either --impacts or --record is needed (allowed: one of them)"),
+        (["--impacts", IMPACTS, "--record", IMPACTS], "either --impacts or --record is needed"),
+        (["--record", "RECORD", "--clock", "force"], "--clock: the record's acceleration gives the phase"),
+        (
+            ["--record", "RECORD", "--free", "amplitude_n"],
+            "--free: amplitude_n is measured by the record's acceleration",
+        ),
+        (["--record", "RECORD", "--set", "excitation.frequency_hz=3"], "its strongest line is at"),
+        (["--record", "RECORD", "--set", "device.capsule=free"], "the acceleration of a free capsule"),
+        (["--record", IMPACTS], "membrane: the name is no signal with a unit"),
+    ],
+)
+def test_questions_that_do_not_fit_a_record_are_refused(
+    capsys, tmp_path: Path, arguments: list[str], message: str
+) -> None:
+    given = [recorded(tmp_path) if own == "RECORD" else own for own in arguments]
+    assert main(["identify", SCENARIO, *given, "-o", str(tmp_path / "out")]) == 2
+    assert message in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,159 @@
+"""What was picked from raw signals, so that a miss is seen: a stretch, every impact in its period, how each begins."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vireport.figures.curves import Floats
+from vireport.figures.layout import Entry, blank, finished, letter_of
+from vireport.figures.style import GUIDE, Color, Look, Picture, literal, style
+from vireport.measurement import Heard, Picked, ShakerMotion, Signals, filtered
+from vireport.wording import Words
+
+HEIGHT = 1.9
+"""Of a row of panels [in]."""
+
+PERIODS = 4
+"""Of the force that the stretch is long."""
+
+BINS = 1500
+"""Places of a stretch, at each of which the least and the largest value are drawn."""
+
+MOST_SHOWN = 60
+"""Impacts that are laid over one another."""
+
+AROUND = 0.002, 0.006
+"""Periods of the force before and after the beginning of an impact."""
+
+NAME = "figure-record"
+SIGNAL: Look = {"color": Color.GREY, "linewidth": 0.6}
+BOTTOM: Look = {"color": Color.BLUE, "marker": "o", "markersize": 3.0, "linestyle": "none"}
+TOP: Look = {"color": Color.GREEN, "marker": "^", "markersize": 3.4, "linestyle": "none"}
+WEAKEST: Look = {"color": Color.VERMILION, "linewidth": 0.8, "linestyle": (0, (3, 2))}
+FITTED: Look = {"color": Color.VERMILION, "linewidth": 1.2}
+
+
+def record_picture(signals: Signals) -> Picture:
+    """The figure with its words.
+
+    Parameters
+    ----------
+    signals : Signals
+    """
+    words = Words("figures/record")
+    own = signals.picked
+    shown = {
+        "impacts": len(own.times),
+        "name": own.recording.name,
+        "channels": len(own.heard),
+        "shaker": signals.shaker,
+    }
+    title, caption, alt = (words(f"figure_record_{part}", shown) for part in ("title", "caption", "alt"))
+    return Picture(NAME, title, caption, alt, figure_record(signals))
+
+
+def figure_record(signals: Signals) -> Figure:
+    """A stretch of each channel around the weakest impact, all impacts within their periods, beginnings, the shaker."""
+    own, shaker = signals.picked, signals.shaker
+    period = 1 / own.frequency_hz
+    channels = [(heard, filtered(own.recording, heard.channel, own.frequency_hz)) for heard in own.heard]
+    with style():
+        rows = len(channels) + 2
+        figure, panels = blank(rows, 2)
+        for k, (heard, signal) in enumerate(channels):
+            grid = panels[k, 0].get_gridspec()
+            panels[k, 0].remove()
+            panels[k, 1].remove()
+            axes = figure.add_subplot(grid[k, :])
+            _stretch(axes, own, heard, signal, period)
+            axes.set_title(f"({letter_of(k)}) {literal(heard.channel.name)}, filtered", loc="left")
+        raster, beginnings = panels[-2, 0], panels[-2, 1]
+        grid = raster.get_gridspec()
+        raster.remove()
+        beginnings.remove()
+        raster = figure.add_subplot(grid[-2, :])
+        _raster(raster, own, shaker, period)
+        raster.set_title(f"({letter_of(len(channels))}) every impact picked: a miss is a hole", loc="left")
+        _beginnings(panels[-1, 0], own, channels, period)
+        panels[-1, 0].set_title(f"({letter_of(len(channels) + 1)}) beginnings, each over its height", loc="left")
+        if shaker is not None:
+            _shaker(panels[-1, 1], shaker)
+            panels[-1, 1].set_title(f"({letter_of(len(channels) + 2)}) acceleration in a period", loc="left")
+        else:
+            panels[-1, 1].set_visible(False)
+        legend: list[Entry] = [("bottom", BOTTOM), ("top", TOP), ("least that is picked", WEAKEST), ("fitted", FITTED)]
+        return finished(figure, HEIGHT * rows, [], [legend if shaker is not None else legend[:3]])
+
+
+def _stretch(axes: Axes, own: Picked, heard: Heard, signal: Floats, period: float) -> None:
+    """A few periods around the weakest impact of a channel, as drawn by its least and largest values."""
+    recording = own.recording
+    weakest = float(heard.times[int(np.argmin(np.abs(heard.sizes)))])
+    start = float(np.clip(weakest - PERIODS * period / 2, recording.start_s, recording.end_s - PERIODS * period))
+    end = start + PERIODS * period
+    for stretch in recording.stretches:
+        first = stretch.first + max(int((start - stretch.start_s) / recording.step_s), 0)
+        last = min(stretch.first + int((end - stretch.start_s) / recording.step_s), stretch.last)
+        if last - first < 2:
+            continue
+        rows = np.arange(first, last)
+        if len(rows) > 2 * BINS:
+            parts = np.array_split(rows, BINS)
+            rows = np.array(
+                [k for part in parts for k in sorted((part[signal[part].argmin()], part[signal[part].argmax()]))]
+            )
+        axes.plot(stretch.start_s + (rows - stretch.first) * recording.step_s, signal[rows], **SIGNAL)
+    for side in (-1, 1):
+        axes.axhline(side * heard.least, **WEAKEST)
+    for wall, look in ((1.0, BOTTOM), (-1.0, TOP)):
+        mine = (own.walls == wall) & (own.times >= start) & (own.times <= end)
+        from_here = np.isin(own.times, heard.times) & mine
+        sizes = heard.sizes[np.searchsorted(heard.times, own.times[from_here])]
+        axes.plot(own.times[from_here], sizes, **look)
+    axes.set_xlim(start, end)
+    axes.set_xlabel("time [s]")
+
+
+def _raster(axes: Axes, own: Picked, shaker: ShakerMotion | None, period: float) -> None:
+    """Time within the period against time: what repeats itself makes lines, with a hole where an impact was missed."""
+    zero = shaker.maximum_s if shaker is not None else own.recording.start_s
+    within = (own.times - zero) / period % 1
+    for wall, look in ((1.0, BOTTOM), (-1.0, TOP)):
+        axes.plot(own.times[own.walls == wall], within[own.walls == wall], **look | {"markersize": 2.0})
+    axes.set(ylim=(0, 1), xlim=(own.recording.start_s, own.recording.end_s))
+    axes.set(xlabel="time [s]", ylabel="phase [periods]")
+
+
+def _beginnings(axes: Axes, own: Picked, channels: list[tuple[Heard, Floats]], period: float) -> None:
+    """Impacts over one another, from where each began."""
+    recording = own.recording
+    before, after = (max(3, int(share * period / recording.step_s)) for share in AROUND)
+    for (heard, signal), color in zip(channels, (Color.BLUE, Color.GREEN), strict=False):
+        for k in range(0, len(heard.times), max(1, len(heard.times) // MOST_SHOWN)):
+            stretch = max((x for x in recording.stretches if x.start_s <= heard.times[k]), key=lambda x: x.first)
+            at = (heard.times[k] - stretch.start_s) / recording.step_s + stretch.first
+            rows = np.arange(max(int(at) - before, stretch.first), min(int(at) + after, stretch.last))
+            look: dict[str, Any] = {"color": color, "linewidth": 0.4, "alpha": 0.5}
+            axes.plot(1e3 * (rows - at) * recording.step_s, signal[rows] / abs(heard.sizes[k]), **look)
+    axes.axvline(0.0, **GUIDE)
+    axes.set(ylim=(-1.6, 1.6), xlabel="time from the beginning [ms]", ylabel="share of the first peak")
+
+
+def _shaker(axes: Axes, shaker: ShakerMotion) -> None:
+    """Means of the acceleration over the force's period, with what is fitted."""
+    every = max(1, len(shaker.phases) // 2000)
+    axes.plot(
+        shaker.phases[::every] / (2 * np.pi),
+        shaker.means[::every],
+        **SIGNAL | {"linestyle": "none", "marker": ".", "markersize": 1.5},
+    )
+    order = np.argsort(shaker.phases)
+    order = order[:: max(1, len(order) // 400)]
+    axes.plot(shaker.phases[order] / (2 * np.pi), shaker.fitted[order], **FITTED)
+    axes.set(xlim=(0, 1), xlabel="phase [periods]", ylabel="acceleration [m/s²]")
+    low, high = shaker.fitted.min(), shaker.fitted.max()
+    axes.set_ylim(low - 0.2 * (high - low), high + 0.2 * (high - low))

@@ -1,0 +1,463 @@
+"""Impacts in raw signals: when each began, on which membrane, with its standard error from the noise.
+
+What is slow against an impact, hum and offset, is filtered away by a filter that looks back only, so that nothing comes
+before an impact. An impact is where the signal stands out of the noise, and out of what was there shortly before: so
+one that rings is one, and a second one within its ringing another. It began where the straight line through its first
+rise leaves zero, which does not depend on how strong it was.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from math import ceil, sqrt
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base import Progress, UsageError
+from vireport.measurement.flights import Array, Indices
+from vireport.measurement.recordings import Channel, HeardPlace, Recording
+from vireport.measurement.records import FEWEST
+
+WAIT = 0.005
+"""Periods of the force by which impacts must be apart to be told from the ringing of the one before; twice that at
+worst. What is slower than its inverse is filtered away."""
+
+SLOW = 0.5
+"""Over `WAIT`: cycles that last longer in periods of the force are filtered away."""
+
+MOST_OF_BAND = 0.1
+"""Of the sampling rate: the highest frequency below which is filtered away."""
+
+OUT_OF_NOISE = 7.0
+"""Standard deviations of the noise: of 1e8 normal samples, none."""
+
+OUT_OF_RINGING = 3.0
+"""Over what was there a wait earlier: ringing falls, and two tones of it together rise less."""
+
+FIRST_SWING = 0.35
+"""Over the highest: lower ones before it belong to the sensor, or to the ringing of the impact before."""
+
+SEEN = 5.0
+"""Standard deviations of the noise: the least first swing of what stands out of it later."""
+
+TURNED = 0.3
+"""Share by which a signal falls back behind a peak that is one."""
+
+RISE = 0.25, 0.75
+"""Shares of the first peak between which the line is laid."""
+
+STEPS_OF_RISE, STEPS_OF_SIGN = 3.0, 1.5
+"""Samples in the part of a rise that the line is laid through below which sampling is slow, and below which no sign
+is known."""
+
+EVEN_SO, FEW = 0.03, 0.6
+"""Steps by which a time is off without noise, as a rise is not straight and begins between samples: tried on pulses
+that ring and on halves of a sine. The second is over the cube of the steps in the rise."""
+
+FINE, BESIDE = 16, 24
+"""Points of a rise that a signal is resampled to where it has fewer, and samples beside it that are taken for that."""
+
+DITHER, SEED = 3.0, 0
+"""Independent normal errors that are added to times, over those that come of sampling. These depend on where samples
+lie, and so on one another: alone they would be taken for motion, by tests and by intervals. The seed makes equal
+records give equal times."""
+
+SMOOTHED = 4.0
+"""Part of a rise over which a signal is averaged that was sampled far faster than it rises."""
+
+ALONE = 0.5
+"""Of two channels at once: share of the other's strength below which one only hears through the device."""
+
+COARSEST = 0.01
+"""Step over the period of the force beyond which no impact can be timed."""
+
+FOLDED = 0.1
+"""Share of the power of impacts in the last tenth below half of the sampling rate beyond which more lies beyond it."""
+
+WINDOW, MOST_WINDOWS = 256, 200
+"""Samples of a spectrum, and of how many impacts it is the mean."""
+
+
+class Doubt(Enum):
+    """What is wrong with a signal, or may be."""
+
+    CLIPPED = auto()
+    SLOW = auto()
+    FOLDED = auto()
+    OFFSET = auto()
+    BOTH = auto()
+    GAPS = auto()
+    UNEVEN = auto()
+
+
+class RecordFinding(Struct, frozen=True):
+    """Something to be told of a recording: what, of which channel, and the number that says it."""
+
+    doubt: Doubt
+    channel: str
+    value: float
+
+
+class Heard(Struct, frozen=True, eq=False):
+    """What was picked of a channel.
+
+    Attributes
+    ----------
+    channel : Channel
+    noise : float
+        Standard deviation of the filtered signal between impacts, in the channel's unit.
+    times, errors : Array (n,)
+        Of the beginnings, and their standard errors [s].
+    sizes : Array (n,)
+        Heights of the first peaks, with their signs, in the channel's unit.
+    rise_samples : float
+        Samples in the part of a rise that times are taken from: the median.
+    clipped : int
+        Impacts that the channel cut off.
+    high_share : float
+        Share of the power of impacts next to half of the sampling rate.
+    """
+
+    channel: Channel
+    noise: float
+    times: Array
+    errors: Array
+    sizes: Array
+    rise_samples: float
+    clipped: int
+    high_share: float
+
+    @property
+    def least(self) -> float:
+        """The least height that is picked, in the channel's unit."""
+        return OUT_OF_NOISE * self.noise
+
+    @property
+    def middle_size(self) -> float:
+        """Height of the first peak of an impact: the median."""
+        return float(np.median(np.abs(self.sizes)))
+
+    @property
+    def middle_error_s(self) -> float:
+        """Standard error of a time: the median [s]."""
+        return float(np.median(self.errors))
+
+
+class Picked(Struct, frozen=True, eq=False):
+    """The impacts of a recording.
+
+    Attributes
+    ----------
+    recording : Recording
+    frequency_hz : float
+        Of the force, by which it was filtered.
+    heard : tuple of Heard
+    times, walls, errors : Array (n,)
+        Of impacts: times and standard errors [s], and 1 at the bottom, -1 at the top.
+    findings : tuple of RecordFinding
+    """
+
+    recording: Recording
+    frequency_hz: float
+    heard: tuple[Heard, ...]
+    times: Array
+    walls: Array
+    errors: Array
+    findings: tuple[RecordFinding, ...]
+
+    @property
+    def delay_s(self) -> float:
+        """By how much all times together may be late or early, as the shape of a rise is not known [s]."""
+        return max(own.rise_samples for own in self.heard) * self.recording.step_s
+
+
+def picked(recording: Recording, frequency_hz: float, say: Progress = lambda what: None) -> Picked:
+    """The impacts of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    frequency_hz : float
+        Of the force, which says what is slow.
+    say : callable
+        Is told each channel.
+
+    Raises
+    ------
+    UsageError
+        If impacts cannot be timed or do not stand out.
+    """
+    if (step := recording.step_s * frequency_hz) > COARSEST:
+        raise UsageError(
+            f"{recording.name}: {1 / step:.3g} samples in a period of the force are too few to time impacts (allowed: "
+            f"{1 / COARSEST:.0f} and more, thousands for use; or another excitation.frequency_hz)"
+        )
+    sources = recording.of(HeardPlace.BOTTOM, HeardPlace.TOP, HeardPlace.EITHER) or recording.of(HeardPlace.CAPSULE)
+    heard = []
+    for channel in sources:
+        say(f"picking impacts from {channel.name}")
+        heard.append(_heard(recording, channel, frequency_hz))
+    times, walls, errors, both = _merged(heard, 2 * WAIT / frequency_hz)
+    if len(times) < FEWEST:
+        raise UsageError(
+            f"{recording.name}: {len(times)} impact{'s' * (len(times) != 1)} stand out of the noise (at least {FEWEST} "
+            "are needed, and some tens to be of use)"
+        )
+    findings = [finding for own in heard for finding in _findings(own)]
+    if both:
+        findings.append(RecordFinding(Doubt.BOTH, "", both))
+    if len(recording.stretches) > 1:
+        findings.append(RecordFinding(Doubt.GAPS, "", len(recording.stretches) - 1))
+    if recording.uneven_s > 0.01 * recording.step_s:
+        findings.append(RecordFinding(Doubt.UNEVEN, "", recording.uneven_s))
+    return Picked(recording, frequency_hz, tuple(heard), times, walls, errors, tuple(findings))
+
+
+def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Array:
+    """A channel without what is slow, by a filter that looks back only."""
+    from scipy.signal import butter, sosfilt, sosfilt_zi  # type: ignore[import-untyped]
+
+    cut = min(SLOW * frequency_hz / WAIT * recording.step_s, MOST_OF_BAND)
+    sections = butter(2, 2 * cut, "highpass", output="sos")
+    begun = sosfilt_zi(sections)
+    out = np.empty_like(channel.values)
+    for stretch in recording.stretches:
+        own = channel.values[stretch.first : stretch.last]
+        # As if the first sample had been there for ever; slow oscillations need their time to go.
+        out[stretch.first : stretch.last] = sosfilt(sections, own, zi=begun * own[0])[0]
+    return out
+
+
+def _heard(recording: Recording, channel: Channel, frequency_hz: float) -> Heard:
+    """The impacts of a channel.
+
+    Raises
+    ------
+    UsageError
+        If nothing stands out of its noise.
+    """
+    from scipy.ndimage import uniform_filter1d  # type: ignore[import-untyped]
+
+    signal = filtered(recording, channel, frequency_hz)
+    wait = max(2, round(WAIT / (frequency_hz * recording.step_s)))
+    own = _beginnings(recording, channel, signal, wait, 1)
+    if (over := round(own.rise_samples / SMOOTHED)) > 2:
+        for stretch in recording.stretches:
+            part = signal[stretch.first : stretch.last]
+            part[:] = uniform_filter1d(part, over)
+        own = _beginnings(recording, channel, signal, wait, over)
+    if channel.place in (HeardPlace.EITHER, HeardPlace.CAPSULE) and own.rise_samples < STEPS_OF_SIGN:
+        raise UsageError(
+            f"{recording.name}: {channel.name} is sampled too slowly for the sign of an impact, which tells the "
+            f"membrane: half of its rise is of one sample (allowed: some {STEPS_OF_RISE:g} samples; or a channel for "
+            "each membrane)"
+        )
+    return own
+
+
+def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int, over: int) -> Heard:
+    """The impacts of a filtered channel, which is an average over some samples.
+
+    Raises
+    ------
+    UsageError
+        If nothing stands out of its noise.
+    """
+    from scipy.signal import find_peaks
+
+    size = np.abs(signal)
+    largest = float(size.max())
+    if np.ptp(channel.values) == 0:
+        raise UsageError(f"{recording.name}: {channel.name} is constant: nothing is connected (allowed: a signal)")
+    every = max(1, len(size) // 1_000_000)
+    noise = max(1.4826 * float(np.median(size[::every])), _resolution(channel.values) / sqrt(12), 1e-7 * largest)
+    rows: list[tuple[float, float, float, float, int]] = []
+    for stretch in recording.stretches:
+        own = size[stretch.first : stretch.last]
+        peaks, _ = find_peaks(own, height=OUT_OF_NOISE * noise)
+        for first in _first_peaks(own, peaks, wait):
+            row = _onset(signal[stretch.first : stretch.last], int(first), wait, noise, over)
+            if row is not None:
+                begun, error, height, length, place = row
+                at = stretch.start_s + begun * recording.step_s
+                rows.append((at, error * recording.step_s, height, length, stretch.first + place))
+    if not rows:
+        raise UsageError(
+            f"{recording.name}: no impact stands out of the noise of {channel.name}: its largest value is "
+            f"{largest / noise:.2g} times the noise ({OUT_OF_NOISE:g} are needed; is it the right channel, and "
+            "frequency?)"
+        )
+    times, errors, sizes, lengths, places = map(np.array, zip(*rows, strict=True))
+    sampled = recording.step_s * (EVEN_SO + FEW / lengths**3)
+    times = times + DITHER * sampled * np.random.default_rng(SEED).standard_normal(len(times))
+    errors = np.sqrt(errors**2 + (1 + DITHER**2) * sampled**2)
+    clipped = _clipped(channel.values, places, wait)
+    share = _high_share(signal, places, noise)
+    return Heard(channel, noise, times, errors, sizes, float(np.median(lengths)), clipped, share)
+
+
+def _resolution(values: Array) -> float:
+    """The least difference of numbers that a channel has."""
+    steps = np.abs(np.diff(values[:100_000]))
+    steps = steps[steps > 0]
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def _first_peaks(size: Array, peaks: Indices, wait: int) -> Indices:
+    """Of the peaks of a signal those with which an impact begins: out of what was there a wait before it."""
+    if not len(peaks):
+        return peaks
+    low, high = np.maximum(peaks - 2 * wait, 0), np.maximum(peaks - wait, 1)
+    before = np.maximum.reduceat(size, np.stack([low, high], axis=1).ravel())[::2]
+    new = peaks[size[peaks] > OUT_OF_RINGING * before]
+    return new[np.diff(new, prepend=-len(size)) > wait] if len(new) else new
+
+
+def _onset(
+    signal: Array, first: int, wait: int, noise: float, over: int
+) -> tuple[float, float, float, float, int] | None:
+    """Beginning of an impact and its standard error [samples], its first peak, and the samples of its rise.
+
+    None where the record does not have its rise.
+    """
+    from scipy.signal import resample_poly
+
+    low = max(first - 2 * wait, 0)
+    part = signal[low : first + wait]
+    start = first - low
+    highest = float(np.abs(part[start:]).max())
+    # The first swing that counts, and its end.
+    early = max(start - wait, 0)
+    here = early + int(np.argmax(np.abs(part[early:]) >= max(SEEN * noise, FIRST_SWING * highest)))
+    own = whole = part if part[here] > 0 else -part
+    top = np.maximum.accumulate(own[here:])
+    fell = own[here:] < top - np.maximum(5 * noise, TURNED * top)
+    end = int(np.argmax(fell)) if fell.any() else len(top)
+    peak = here + int(np.argmax(own[here : here + end]))
+    height = _vertex(own, peak)
+    rise = _rise(own, peak, height)
+    if rise is None:
+        return None
+    begin, stop = rise
+    length, origin = float(stop - begin), begin
+    fine = ceil(FINE / (stop - begin))
+    if fine > 1:  # between samples a signal without what is beyond half of their rate is known
+        first = max(begin - BESIDE, 0)
+        own = resample_poly(own[first : peak + BESIDE], fine, 1, padtype="line")
+        near = (peak - first) * fine
+        near = near - fine + int(np.argmax(own[near - fine : near + fine + 1]))
+        rise = _rise(own, near, float(own[near]))
+        if rise is None:
+            return None
+        begin, stop = rise
+    x = np.arange(begin, stop + 1)
+    y = own[begin : stop + 1]
+    count, middle = len(x), float(x.mean())
+    spread = float(((x - middle) ** 2).sum())
+    slope = float((x - middle) @ y) / spread
+    if slope <= 0:
+        return None
+    begun = middle - float(y.mean()) / slope
+    variance = min(over * fine, count) / slope**2 * (1 / count + (begun - middle) ** 2 / spread)
+    if fine > 1:
+        begun, variance, own = first + begun / fine, variance / fine**2, whole
+    # What rings from an impact before adds to the noise.
+    clear = max(origin - 2 * int(length), 0)
+    ringing = float(np.abs(own[max(clear - wait, 0) : clear]).max(initial=0.0))
+    around = max(noise, ringing / sqrt(2) if ringing > 5 * noise else 0.0)
+    variance *= around**2
+    return low + begun, sqrt(variance), height if part[here] > 0 else -height, length, low + origin
+
+
+def _rise(own: Array, peak: int, height: float) -> tuple[int, int] | None:
+    """The last sample below the line's part of a rise and the first above it; None where the record begins within."""
+    below = np.flatnonzero(own[:peak] <= RISE[0] * height)
+    if not len(below):
+        return None
+    begin = int(below[-1])
+    return begin, begin + 1 + int(np.argmax(own[begin + 1 : peak + 1] >= RISE[1] * height))
+
+
+def _vertex(own: Array, peak: int) -> float:
+    """Height of a peak between samples, by the parabola through three."""
+    if not 0 < peak < len(own) - 1:
+        return float(own[peak])
+    before, at, after = own[peak - 1 : peak + 2]
+    bend = before - 2 * at + after
+    return float(at - (after - before) ** 2 / (8 * bend)) if bend < 0 else float(at)
+
+
+def _clipped(values: Array, places: Indices, wait: int) -> int:
+    """Impacts in which a channel stays at the largest or the least value that it has."""
+    low, high = float(values.min()), float(values.max())
+    count = 0
+    for place in places:
+        at = [values[place : place + wait] == rail for rail in (low, high)]
+        count += any(bool((own[2:] & own[1:-1] & own[:-2]).any()) for own in at)
+    return count if count > 1 else 0
+
+
+def _high_share(signal: Array, places: Indices, noise: float) -> float:
+    """Share of the power of impacts in the last tenth of the band, without the noise."""
+    some = places[places + WINDOW < len(signal)][:: max(1, len(places) // MOST_WINDOWS)]
+    if not len(some):
+        return 0.0
+    rows = np.stack([signal[k : k + WINDOW] for k in some.astype(int)]) * np.hanning(2 * WINDOW)[WINDOW:]
+    power = (np.abs(np.fft.rfft(rows)) ** 2).mean(axis=0) - noise**2 * (np.hanning(2 * WINDOW)[WINDOW:] ** 2).sum()
+    power = np.maximum(power, 0)
+    total = float(power.sum())
+    return float(power[-WINDOW // 20 :].sum()) / total if total else 0.0
+
+
+def _merged(heard: list[Heard], apart_s: float) -> tuple[Array, Array, Array, int]:
+    """Times, walls and errors of the impacts of all channels; of two at once only the stronger one is one.
+
+    The last number counts those of which neither is clearly stronger.
+    """
+    times = np.concatenate([own.times for own in heard])
+    errors = np.concatenate([own.errors for own in heard])
+    strength = np.concatenate([np.abs(own.sizes) / np.quantile(np.abs(own.sizes), 0.9) for own in heard])
+    walls = np.concatenate([_walls(own) for own in heard])
+    order = np.argsort(times, kind="stable")
+    times, walls, errors, strength = times[order], walls[order], errors[order], strength[order]
+    if len(heard) == 1:
+        return times, walls, errors, 0
+    keep, both = np.ones(len(times), dtype=bool), 0
+    last = 0
+    for k in range(1, len(times)):
+        if walls[k] != walls[last] and times[k] - times[last] < apart_s:
+            weaker, stronger = (k, last) if strength[k] < strength[last] else (last, k)
+            keep[weaker] = False
+            both += bool(strength[weaker] > ALONE * strength[stronger])
+            last = stronger
+        else:
+            last = k
+    return times[keep], walls[keep], errors[keep], both
+
+
+def _walls(own: Heard) -> Array:
+    match own.channel.place:
+        case HeardPlace.BOTTOM:
+            return np.ones(len(own.times))
+        case HeardPlace.TOP:
+            return -np.ones(len(own.times))
+        case HeardPlace.CAPSULE:  # the ball pushes the capsule down where it strikes the bottom
+            return -np.sign(own.sizes)
+        case HeardPlace.EITHER:
+            return np.sign(own.sizes)
+
+
+def _findings(own: Heard) -> list[RecordFinding]:
+    name = own.channel.name
+    found = []
+    if own.clipped:
+        found.append(RecordFinding(Doubt.CLIPPED, name, own.clipped))
+    if own.rise_samples < STEPS_OF_RISE:
+        found.append(RecordFinding(Doubt.SLOW, name, own.rise_samples))
+    if own.high_share > FOLDED:
+        found.append(RecordFinding(Doubt.FOLDED, name, own.high_share))
+    offset = float(np.median(own.channel.values[:: max(1, len(own.channel.values) // 1_000_000)]))
+    if own.channel.place is not HeardPlace.CAPSULE and abs(offset) > 0.2 * float(np.median(np.abs(own.sizes))):
+        found.append(RecordFinding(Doubt.OFFSET, name, offset))
+    return found

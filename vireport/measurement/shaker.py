@@ -1,0 +1,295 @@
+"""The shaker's motion as it was measured: the capsule's acceleration as a sine with harmonics, with standard errors.
+
+Linear least squares for all harmonics and Newton's steps for the frequency. What impacts add is left out: samples that
+stand out of the rest. The errors are of the noise that is there around each harmonic, white or not.
+"""
+
+from __future__ import annotations
+
+from math import atan2, degrees, hypot, pi, sqrt
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base import UsageError
+from vireport.measurement.flights import Array
+from vireport.measurement.recordings import Channel, Recording
+
+ORDERS = 8
+"""Harmonics that are fitted, the first included."""
+
+PARTS = 128
+"""Means in a period of the force that samples are made into, where there are more."""
+
+FEWEST_PARTS = 20
+"""Samples in a period for `ORDERS` harmonics."""
+
+FEWEST_PERIODS = 10
+"""Of the force, for a frequency and the noise around it."""
+
+WITHIN = 0.1
+"""Of the frequency that is expected, where the line is looked for."""
+
+PADDED = 4
+"""Length of the spectrum in which it is looked for over that of the record."""
+
+OUTLYING = 5.0
+"""Standard deviations from which a sample is of an impact."""
+
+ROUNDS = 30
+SETTLED, FEW_CHANGE = 1e-9, 1e-3
+"""Change of the phase between the ends [rad] and share of the samples that change sides, below which steps end."""
+
+NEIGHBOURS = 2, 20
+"""Lines of the spectrum beside a harmonic, from and to, that the noise there is taken from."""
+
+SIGNIFICANT = 5.0
+"""Standard errors from which a harmonic is one."""
+
+TILTED = 0.1
+"""Part of gravity by which an offset may differ from what a sensor shows that hangs upside down."""
+
+
+class MeasuredHarmonic(Struct, frozen=True):
+    """A harmonic percent/100 cos(order x + phase) where the sine is cos x, with standard errors."""
+
+    order: int
+    percent: float
+    phase_deg: float
+    percent_error: float
+    phase_error_deg: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether it is more than the noise."""
+        return self.percent > SIGNIFICANT * self.percent_error
+
+
+class ShakerMotion(Struct, frozen=True, eq=False):
+    """The capsule's acceleration, A cos x and harmonics, with standard errors.
+
+    Attributes
+    ----------
+    channel : Channel
+    amplitude, amplitude_error : float
+        [m/s^2].
+    frequency_hz, frequency_error_hz : float
+    maximum_s : float
+        Time at which x = 0, next to the middle of the record, where it does not depend on the frequency.
+    phase_error : float
+        Of x there [rad].
+    harmonics : tuple of MeasuredHarmonic
+        Of orders 2 to 8.
+    offset : float
+        Constant part [m/s^2].
+    noise : float
+        Standard deviation of what is left of the means [m/s^2].
+    left_out : float
+        Share of them that stand out.
+    phases, means : Array (k,)
+        x of the means and their values, for a picture.
+    fitted : Array (k,)
+        What is fitted there.
+    """
+
+    channel: Channel
+    amplitude: float
+    amplitude_error: float
+    frequency_hz: float
+    frequency_error_hz: float
+    maximum_s: float
+    phase_error: float
+    harmonics: tuple[MeasuredHarmonic, ...]
+    offset: float
+    noise: float
+    left_out: float
+    phases: Array
+    means: Array
+    fitted: Array
+
+    @property
+    def maximum_error_s(self) -> float:
+        """Standard error of `maximum_s` [s]."""
+        return self.phase_error / (2 * pi * self.frequency_hz)
+
+
+def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -> ShakerMotion:
+    """The acceleration of a channel as a sine with harmonics.
+
+    Parameters
+    ----------
+    recording : Recording
+    channel : Channel
+        Of the capsule's acceleration, positive towards the top [m/s^2].
+    frequency_hz : float
+        That is expected.
+
+    Raises
+    ------
+    UsageError
+        If the record is too short or too coarse, or has another line.
+    """
+    name = f"{recording.name}: {channel.name}"
+    if frequency_hz * recording.step_s * FEWEST_PARTS > 1:
+        raise UsageError(
+            f"{name}: {1 / (frequency_hz * recording.step_s):.3g} samples in a period of the force (allowed: "
+            f"{FEWEST_PARTS} and more for harmonics up to order {ORDERS})"
+        )
+    together = max(1, int(1 / (frequency_hz * recording.step_s * PARTS)))
+    times, values = _means(recording, channel, together)
+    span = float(times[-1] - times[0])
+    if span * frequency_hz < FEWEST_PERIODS:
+        raise UsageError(f"{name}: {span * frequency_hz:.3g} periods of the force (allowed: {FEWEST_PERIODS} and more)")
+    step = together * recording.step_s
+    middle = float(times[0] + times[-1]) / 2
+    t = times - middle
+    omega = 2 * pi * _line(name, t, values, step, span, frequency_hz)
+    used = np.ones(len(t), dtype=bool)
+    coefficients: Array = np.zeros(2 * ORDERS + 1)
+    for _ in range(ROUNDS):
+        design = _design(t, omega, recording.step_s, together)
+        slope = _by_frequency(design, t, coefficients)
+        every = np.column_stack([design, slope]) if slope.any() else design
+        solved = _solved(every[used], values[used])
+        coefficients, move = solved[: 2 * ORDERS + 1], float(solved[-1]) if slope.any() else 1.0
+        left = values - design @ coefficients
+        deviation = 1.4826 * float(np.median(np.abs(left)))
+        now = np.abs(left) <= max(OUTLYING * deviation, 1e-12 * float(np.abs(values).max()))
+        same = bool(np.mean(now != used) < FEW_CHANGE)
+        used = now
+        if slope.any():
+            omega += float(np.clip(move, -1 / span, 1 / span))
+        if same and slope.any() and abs(move) * span < SETTLED:
+            break
+    design = _design(t, omega, recording.step_s, together)
+    every = np.column_stack([design, _by_frequency(design, t, coefficients)])
+    solved = _solved(every[used], values[used])
+    left = np.where(used, values - every @ solved, 0.0)
+    inverse: Array = np.asarray(np.linalg.inv(every[used].T @ every[used]), dtype=np.float64)
+    noise = _noise(t, left, step, omega, span, int(used.sum()))
+    spread = np.repeat(np.sqrt(noise), 2)
+    deviations = np.concatenate([[spread[0]], spread, [spread[0]]])
+    covariance = inverse * np.outer(deviations, deviations)
+    return _motion(channel, coefficients, covariance, omega, middle, left[used], used, t, values, design)
+
+
+def _means(recording: Recording, channel: Channel, together: int) -> tuple[Array, Array]:
+    """Means of some samples each, and the times of their middles."""
+    times, values = [], []
+    for stretch in recording.stretches:
+        count = (stretch.last - stretch.first) // together
+        own = channel.values[stretch.first : stretch.first + count * together]
+        values.append(own.reshape(count, together).mean(axis=1))
+        times.append(stretch.start_s + (np.arange(count) * together + (together - 1) / 2) * recording.step_s)
+    return np.concatenate(times), np.concatenate(values)
+
+
+def _line(name: str, t: Array, values: Array, step: float, span: float, expected: float) -> float:
+    """Frequency of the strongest line near that which is expected [Hz]."""
+    rows = np.round((t - t[0]) / step).astype(int)
+    even = np.zeros(rows[-1] + 1)
+    even[rows] = values - np.median(values)
+    size = 1 << int(np.ceil(np.log2(PADDED * len(even))))
+    power = np.abs(np.fft.rfft(even, size)) ** 2
+    lines = np.fft.rfftfreq(size, step)
+    near = np.abs(lines / expected - 1) < WITHIN
+    found = float(lines[near][np.argmax(power[near])])
+    # Twice and half the frequency would be of another motion: the line must be the strongest of all slow ones.
+    slow = (lines > max(0.2 * expected, 3 / span)) & (lines < 5 * expected)
+    strongest = float(lines[slow][np.argmax(power[slow])])
+    if abs(strongest / expected - 1) >= WITHIN:
+        raise UsageError(
+            f"{name}: its strongest line is at {strongest:.4g} Hz, and excitation.frequency_hz is {expected:g} "
+            f"(allowed: within {WITHIN:.0%} of it; is it the right channel, unit of time and frequency?)"
+        )
+    return found
+
+
+def _design(t: Array, omega: float, step: float, together: int) -> Array:
+    """1, and the means of cosine and sine of each order."""
+    columns = [np.ones_like(t)]
+    for order in range(1, ORDERS + 1):
+        half = order * omega * step / 2
+        share = np.sin(together * half) / (together * np.sin(half))
+        columns += [share * np.cos(order * omega * t), share * np.sin(order * omega * t)]
+    return np.column_stack(columns)
+
+
+def _solved(design: Array, values: Array) -> Array:
+    """Least squares by the normal equations of columns of one size: they are nearly orthogonal."""
+    size = np.linalg.norm(design, axis=0)
+    scaled = design / size
+    # Without the threads of a matrix product, which cost more than they save where the columns are few.
+    square, right = np.einsum("ij,ik->jk", scaled, scaled), np.einsum("ij,i->j", scaled, values)
+    return np.asarray(np.linalg.solve(square, right) / size)
+
+
+def _by_frequency(design: Array, t: Array, coefficients: Array) -> Array:
+    """Derivative of what is fitted by omega."""
+    slope = np.zeros_like(t)
+    for order in range(1, ORDERS + 1):
+        a, b = coefficients[2 * order - 1 : 2 * order + 1]
+        slope += order * t * (b * design[:, 2 * order - 1] - a * design[:, 2 * order])
+    return slope
+
+
+def _noise(t: Array, left: Array, step: float, omega: float, span: float, count: int) -> Array:
+    """Variance of white noise that is as strong as what is left around each harmonic."""
+    rows = np.round((t - t[0]) / step).astype(int)
+    even = np.zeros(rows[-1] + 1)
+    even[rows] = left
+    power = np.abs(np.fft.rfft(even)) ** 2 / count
+    at = np.arange(1, ORDERS + 1) * omega / (2 * pi) * step * len(even)
+    near, far = NEIGHBOURS
+    far = int(min(far, max(near + 3, omega / (2 * pi) * span / 3)))
+    noise = []
+    for line in np.round(at).astype(int):
+        beside = np.concatenate([np.arange(line - far, line - near + 1), np.arange(line + near, line + far + 1)])
+        beside = beside[(beside > 0) & (beside < len(power))]
+        noise.append(float(power[beside].mean()))
+    return np.array(noise)
+
+
+def _motion(
+    channel: Channel,
+    coefficients: Array,
+    covariance: Array,
+    omega: float,
+    middle: float,
+    left: Array,
+    used: Array,
+    t: Array,
+    values: Array,
+    design: Array,
+) -> ShakerMotion:
+    a, b = coefficients[1:3]
+    amplitude, lag = hypot(a, b), atan2(b, a)
+    own = covariance[1:3, 1:3]
+    along, across = np.array([a, b]) / amplitude, np.array([-b, a]) / amplitude
+    amplitude_error, phase_error = sqrt(along @ own @ along), sqrt(across @ own @ across) / amplitude
+    harmonics = []
+    for order in range(2, ORDERS + 1):
+        k = 2 * order - 1
+        c, s = coefficients[k : k + 2]
+        size = hypot(c, s)
+        error = sqrt((covariance[k, k] + covariance[k + 1, k + 1]) / 2)
+        phase = degrees(order * lag - atan2(s, c)) % 360
+        turn = degrees(hypot(error / size, order * phase_error)) if size else 180.0
+        percent = 100 * size / amplitude
+        harmonics.append(MeasuredHarmonic(order, percent, phase, 100 * error / amplitude, min(turn, 180.0)))
+    return ShakerMotion(
+        channel,
+        amplitude,
+        amplitude_error,
+        omega / (2 * pi),
+        sqrt(covariance[-1, -1]) / (2 * pi),
+        middle + lag / omega,
+        phase_error,
+        tuple(harmonics),
+        float(coefficients[0]),
+        float(np.std(left)),
+        float(1 - used.mean()),
+        (omega * t - lag) % (2 * pi),
+        values,
+        design @ coefficients,
+    )

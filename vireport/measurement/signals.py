@@ -1,0 +1,128 @@
+"""From raw signals to what is asked of them: the impacts, and the shaker as it moved in place of the scenario's."""
+
+from __future__ import annotations
+
+from math import hypot, pi, sin
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vireport.base import Progress, UsageError
+from vireport.measurement.adjustment import Prior
+from vireport.measurement.flights import Unknown
+from vireport.measurement.inquiry import Inquiry
+from vireport.measurement.picking import Picked, picked
+from vireport.measurement.recordings import HeardPlace, read_recording
+from vireport.measurement.records import Record
+from vireport.measurement.shaker import TILTED, ShakerMotion, shaker_motion
+from vireport.physics import Device, Harmonic
+from vireport.scenario import DesignInput
+
+OF_SHAKER = Unknown.AMPLITUDE, Unknown.FREQUENCY
+"""Inputs that the capsule's acceleration tells."""
+
+
+class Signals(Struct, frozen=True, eq=False):
+    """What raw signals tell before anything is identified.
+
+    Attributes
+    ----------
+    picked : Picked
+    shaker : ShakerMotion or None
+        None where the acceleration was not recorded.
+    """
+
+    picked: Picked
+    shaker: ShakerMotion | None
+
+    @property
+    def record(self) -> Record:
+        """What is identified from."""
+        own = self.picked
+        maximum = self.shaker.maximum_s if self.shaker is not None else None
+        return Record(own.recording.name, own.times, own.walls, (), maximum)
+
+
+def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None) -> Signals:
+    """Read raw signals, pick their impacts and fit the shaker's motion.
+
+    Parameters
+    ----------
+    path : str
+    inquiry : Inquiry
+        Of the scenario, for the frequency that is expected.
+    say : callable
+        Is told each step.
+
+    Raises
+    ------
+    UsageError, ScenarioError
+        If the file is malformed, or impacts or the shaker's motion cannot be had of it.
+    """
+    recording = read_recording(path)
+    device = inquiry.model.device
+    frequency = float(device.frequency_hz)
+    shaker = None
+    for channel in recording.of(HeardPlace.CAPSULE):
+        say("fitting the shaker's motion")
+        if device.recoils:
+            raise UsageError(
+                f"{recording.name}: the acceleration of a free capsule is not that of its force (allowed: "
+                "device.capsule: prescribed; or the record without this signal)"
+            )
+        shaker = shaker_motion(recording, channel, frequency)
+        _require_upright(f"{recording.name}: {channel.name}", shaker, device)
+        frequency = shaker.frequency_hz
+    return Signals(picked(recording, frequency, say), shaker)
+
+
+def _require_upright(name: str, shaker: ShakerMotion, device: Device) -> None:
+    """Refuse a sensor of constant accelerations that shows gravity with the wrong sign.
+
+    Raises
+    ------
+    UsageError
+    """
+    along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
+    if along > 1 and abs(shaker.offset + along) < TILTED * along:
+        raise UsageError(
+            f"{name}: its mean of {shaker.offset:.4g} m/s² is that of gravity with the other sign: the sensor points "
+            "to the bottom (allowed: positive towards the top, so that at rest it shows gravity positive)"
+        )
+
+
+def with_shaker(inquiry: Inquiry, shaker: ShakerMotion, delay_s: float) -> Inquiry:
+    """What is asked of a device whose shaker was measured: its force, frequency and harmonics with their errors.
+
+    Parameters
+    ----------
+    inquiry : Inquiry
+    shaker : ShakerMotion
+    delay_s : float
+        By how much the times of all impacts may be off against it.
+
+    Raises
+    ------
+    UsageError
+        If what was measured is asked for.
+    """
+    if asked := [x for x in OF_SHAKER if x in inquiry.unknowns]:
+        raise UsageError(f"--free: {asked[0]} is measured by the record's acceleration (leave one of them out)")
+    device = inquiry.model.device
+    mass = float(device.capsule_mass_kg)
+    own = device.with_values({DesignInput(x.value): value for x, value in _values(shaker, mass)})
+    harmonics = tuple(Harmonic.of(h.order, h.percent, h.phase_deg) for h in shaker.harmonics if h.significant)
+    model = replace(inquiry.model, device=replace(own, harmonics=harmonics), phase=0.0)
+    measured = {Unknown.AMPLITUDE: mass * shaker.amplitude_error, Unknown.FREQUENCY: shaker.frequency_error_hz}
+    # What the scenario says of the same input, of the sensor's calibration for one, is uncertain on its own.
+    given = {prior.unknown: prior.deviation for prior in inquiry.priors}
+    values = dict(_values(shaker, mass))
+    priors = [prior for prior in inquiry.priors if prior.unknown not in OF_SHAKER]
+    priors += [Prior(x, values[x], hypot(error, given.get(x, 0.0))) for x, error in measured.items()]
+    priors.append(Prior(Unknown.PHASE, 0.0, hypot(shaker.phase_error, 2 * pi * shaker.frequency_hz * delay_s)))
+    return Inquiry(model, tuple(x for x in inquiry.unknowns if x is not Unknown.PHASE), tuple(priors))
+
+
+def _values(shaker: ShakerMotion, mass_kg: float) -> tuple[tuple[Unknown, float], ...]:
+    return (Unknown.AMPLITUDE, mass_kg * shaker.amplitude), (Unknown.FREQUENCY, shaker.frequency_hz)
