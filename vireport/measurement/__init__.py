@@ -3,7 +3,7 @@
 from vireport.measurement.flights import ClockedDevice, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Open, Unfit, Unidentifiable, fit
 from vireport.measurement.inquiry import Identification, answered, inquiry_of
-from vireport.measurement.misfit import BetterFit, judged
+from vireport.measurement.misfit import BetterFit, judged, tested
 from vireport.measurement.records import parse_record, read_record
 
 __all__ = [
@@ -22,4 +22,5 @@ __all__ = [
     "judged",
     "parse_record",
     "read_record",
+    "tested",
 ]

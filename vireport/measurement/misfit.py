@@ -127,18 +127,26 @@ def judged(
         if instead is None and searched:
             raise Unidentifiable(Open(failed=found))  # it may be the search that failed, and not the model
         return Misfit(None, None, False, failure=found, explanation=instead)
-    tests, untested = _tests(found, {*with_known(unknowns, priors)})
-    swapped = _swapped(*given, max(AS_GOOD * found.adjusted.timing_error_s, exact_below(model)))
-    unseen = swapped is not None
+    said, likely = tested(found, {*with_known(unknowns, priors)})
+    error = found.adjusted.timing_error_s
+    if said.accepted:
+        unseen = _swapped(*given, max(AS_GOOD * error, exact_below(model))) is not None
+        return replace(said, swapped_untested=unseen)
+    return replace(said, explanation=_explanation(error, *given, likely))
+
+
+def tested(found: Fitted, known: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
+    """Test a fit in which some unknowns were fitted: what the tests say, and the alternatives that they find likely."""
+    tests, untested = _tests(found, known)
     if not tests:
-        return Misfit(None, None, True, untested=untested, swapped_untested=unseen)
-    p, statistic, alternative = min(tests, key=lambda test: test[0])
+        return Misfit(None, None, True, untested=untested), ()
+    tests = sorted(tests, key=lambda test: test[0])
+    p, statistic, alternative = tests[0]
     p = min(1.0, p * len(tests))
     if p >= LEVEL:
-        return Misfit(statistic, p, True, untested=untested, swapped_untested=unseen)
-    likely = tuple(x for own, _, x in sorted(tests, key=lambda test: test[0]) if x and own * len(tests) < LEVEL)
-    explanation = _explanation(found.adjusted.timing_error_s, *given, likely)
-    return Misfit(statistic, p, False, alternative, None, explanation, untested)
+        return Misfit(statistic, p, True, untested=untested), ()
+    likely = tuple(x for own, _, x in tests if x and own * len(tests) < LEVEL)
+    return Misfit(statistic, p, False, alternative, untested=untested), likely
 
 
 def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...]]:
