@@ -94,7 +94,8 @@ def _best(
     if not fitted:
         return []
     cost = np.array([[_spread(one, times[:few], walls[:few], flown, MANY) for few in parts] for one in fitted])
-    cost = np.maximum(cost, 1e-5 / fitted[0].device.frequency_hz)
+    # Of a part with hardly a flight nothing is known, and it says the same of all.
+    cost = np.clip(cost, 1e-5 / fitted[0].device.frequency_hz, 1e9)
     cost /= cost.min(axis=0)
     apart: list[ClockedDevice] = []
     for k in np.argsort(cost.prod(axis=1), kind="stable"):
@@ -137,9 +138,8 @@ def _best_around(
         return []
     k = min(int(MOST * off.shape[1]), off.shape[1] - 1)
     # The logarithms add up near the truth even where too many impacts are missed for a share to agree.
-    costs = np.stack(
-        [np.log(np.partition(off, k)[:, k]), np.log(off + 1e-5 / model.device.frequency_hz).mean(axis=1)], axis=1
-    )
+    none = 1e-5 / model.device.frequency_hz
+    costs = np.stack([np.partition(off, k)[:, k], np.log(off + none).mean(axis=1)], axis=1)
     lowest = (costs <= np.roll(costs, 1, axis=0)) & (costs <= np.roll(costs, -1, axis=0))
     chosen = {int(k) for i in (0, 1) for k in np.argsort(np.where(lowest[:, i], costs[:, i], np.inf))[:MOST_TRIED]}
     around = (model.with_values((Unknown.PHASE,), phases[k : k + 1]) for k in sorted(chosen) if lowest[k].any())
