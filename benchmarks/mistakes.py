@@ -64,7 +64,7 @@ def outcome(mistake: str, referenced: bool, k: int) -> dict:
             f"{t!r},{'bottom' if w > 0 else 'top'}\n" for t, w in zip((1e3 * times).tolist(), walls, strict=True)
         )
         try:
-            parse_record(f"time_s,membrane\n{rows}".encode(), "x", 1000 * given.frequency_hz)
+            parse_record(f"time_s,membrane\n{rows}".encode(), "x", given.frequency_hz)
         except ScenarioError as refused:
             return said | {"outcome": "named" if "milliseconds" in str(refused.lines) else "rejected"}
         return said | {"outcome": "accepted"}

@@ -66,8 +66,9 @@ SAMPLES = 24
 LONGEST_PATTERN = 24
 """Impacts of a motion that is looked for as one that repeats itself."""
 
-MOST_GROWN = log(1e6)
-"""Growth of a deviation up to which a motion may stay near one that repeats itself: less than that by chance."""
+MOST_GROWN = log(1e4)
+"""Logarithm of the growth of a deviation up to which a motion may happen to stay near one that repeats itself: chaos
+that hardly is one does so for hundreds of impacts."""
 
 
 class Unfit(Enum):
@@ -360,21 +361,18 @@ def _require_information(found: Adjusted, unknowns: tuple[Unknown, ...]) -> None
 def _unstable(found: Fitted) -> bool:
     """Whether a record repeats a pattern of impacts, within the timing error, that the fitted device leaves at once.
 
-    In all but its first half, or for so long that what is left of a deviation would have grown beyond any bound.
+    That is, for so long that a deviation that was far below the timing error would have grown beyond it.
     """
     kept, flown = found.screened.kept, found.screened.flown
     times, walls = found.times[kept], found.walls[kept]
-    flights, together, half = np.diff(times), np.cumsum(~flown), len(kept) // 2
+    flights, together = np.diff(times), np.cumsum(~flown)
     rates = _rates(found)
     for count in range(1, min(LONGEST_PATTERN, len(flights) - 2) + 1):
         # Only where no flight was lost between the one and the other.
         both = flown[:-count] & (together[count:] == together[:-count])
         off = np.abs(flights[count:] - flights[:-count]) > 10 * found.adjusted.timing_error_s
         off |= walls[count:-1] != walls[: -count - 1]
-        late = both[half:].sum()
-        if late > 2 * count and off[half:][both[half:]].mean() < 0.1:
-            return float(rates.mean()) > 0
-        # Ends of the longest stretches of flights that are as those before them.
+        # Ends of the stretches of flights that are as those before them.
         ends = np.concatenate([[-1], np.flatnonzero(off | ~both), [len(off)]])
         for start in np.flatnonzero(np.diff(ends) > 2 * count):
             low, high = np.searchsorted(found.adjusted.equations.impacts, ends[start : start + 2] + count)

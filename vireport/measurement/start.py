@@ -207,19 +207,39 @@ def _fitted(
 ) -> ClockedDevice:
     """Least squares with Tukey's weights; along what the impacts leave open it does not move.
 
-    The best of all steps: where many impacts were missed, some lead away from a start that was good.
+    On the error that most impacts keep to; where no error of most is that of many, too many were missed for it.
     """
-    every = with_known(unknowns, priors)
-    if not every:
+    if not with_known(unknowns, priors):
         return model
+    given = times, walls, flown[: len(times) - 1]
+    none = 1e-5 / model.device.frequency_hz
+    most = _descended(model, *given, unknowns, priors, MOST)
+    many = max(_spread(most, *given, MANY), none)
+    if _spread(most, *given, MOST) <= ALIKE * many and many <= ALIKE * max(_spread(model, *given, MANY), none):
+        return most
+    # Of three impacts of a motion two can be met exactly, with the third far off: only where all else fails.
+    other = _descended(model, *given, unknowns, priors, MANY)
+    return min(most, other, key=lambda one: _spread(one, *given, MANY))
+
+
+def _descended(
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    flown: Mask,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...],
+    share: float,
+) -> ClockedDevice:
+    """The best step of a descent in which errors are counted in that which a share of the equations keeps to."""
+    every = with_known(unknowns, priors)
     scales = np.array([model.scale_of(x, float(times[-1] - times[0])) for x in every])
-    flown = flown[: len(times) - 1]
     # What the start does not know yet may make it far off everywhere: Huber's weights, as Tukey's would leave out all.
     tail = set(unknowns) <= {*RESTITUTIONS, Unknown.PHASE}
     best, least = model, np.inf
     for _ in range(STEPS):
         own = equations(model, times, walls, flown, every)
-        error = max(typical(own, MANY), 1e-18)
+        error = max(typical(own, share), 1e-18)
         if error < least:
             best, least = model, error
         off = own.value / (own.spread * error)
@@ -243,4 +263,4 @@ def _fitted(
             if tail:
                 break
             tail = True
-    return model if typical(equations(model, times, walls, flown), MANY) < least else best
+    return model if _spread(model, times, walls, flown, share) < least else best
