@@ -228,14 +228,13 @@ def _settled(
         return NoFit(Unfit.SCATTER, error)
     known = whole(len(times))
     every = with_known(unknowns, priors)
-    through = doubted = np.empty(0, dtype=np.intp)
+    through = doubted = np.empty(0, dtype=np.intp)  # rows with which flights begin that are not used
     found: Adjusted | None = None
     for _ in range(ROUNDS):
         # Exact times fail by rounding, which is not the same for all equations.
         now = screened(model, times, walls, max(error, exact_below(model)))
-        if len(now.kept) == len(known.kept):
-            doubted = doubted[now.flown[doubted]]
-            now = without_flights(now, times, doubted) if len(doubted) else now
+        if len(flights := np.flatnonzero(now.flown & np.isin(now.kept[:-1], doubted))):
+            now = without_flights(now, times, flights)
         if found is not None and now.same_as(known) and found.settled:
             break
         known = now
@@ -253,10 +252,10 @@ def _settled(
         if error > LARGEST_TIMING_ERROR * period:
             return NoFit(Unfit.SCATTER, error)
         # An impact so slow that its loss is within the noise leaves a flight through a membrane.
-        through = np.union1d(through, _through(Fitted(found, known, times, walls))).astype(np.intp)
+        through = np.union1d(through, known.kept[_through(Fitted(found, known, times, walls))]).astype(np.intp)
         if len(through) > MOST_THROUGH * len(times):
-            return NoFit(Unfit.PATH, float(times[known.kept][through[0]]))
-        doubted = np.union1d(np.union1d(doubted, through), _beyond_noise(found)).astype(np.intp)
+            return NoFit(Unfit.PATH, float(times[through[0]]))
+        doubted = np.union1d(np.union1d(doubted, through), known.kept[_beyond_noise(found)]).astype(np.intp)
     if found is None or not found.settled:
         return NoFit(Unfit.NO_MOTION, error)
     fitted = Fitted(found, known, times, walls)

@@ -17,6 +17,9 @@ FAILED = 6.0
 MOST, MANY = 0.8, 0.6
 """Shares of the equations that agree in a fit, and that must agree for it to be looked at further."""
 
+SHORTEST = 10.0
+"""Timing errors between two impacts up to which nothing can be said of the flight."""
+
 PLACES = 100
 """Times within a flight at which a missed impact is tried, before the best is refined."""
 
@@ -98,7 +101,12 @@ def screened(model: ClockedDevice, times: Array, walls: Array, timing_error_s: f
             gaps += [Gap(float(t[k]), float(t[k + 1]), None) for k in every]
         else:
             gaps += [Gap(float(t[k]), float(t[k + 1]), missed[k]) for k in single]
-    return Screened(kept, flown, tuple(gaps))
+    found = Screened(kept, flown, tuple(gaps))
+    # Of two rows at one time, one is none: the flight between them has any velocity, and keeps to any equation.
+    close = np.flatnonzero(np.diff(t) < SHORTEST * timing_error_s)
+    around = np.unique(np.clip(close[:, None] + np.arange(-1, 2), 0, len(flown) - 1))
+    around = around[flown[around]]
+    return without_flights(found, times, around) if len(around) else found
 
 
 def without_flights(known: Screened, times: Array, flights: Indices) -> Screened:
