@@ -70,7 +70,10 @@ def truth(regime: str, device: Device, rng: np.random.Generator, impacts: int):
         letters = "".join("B" if wall > 0 else "T" for wall in rows[:, WALL])
         if len(rows) < impacts or (word and len(word) * letters.count(word) < len(letters) - 2 * len(word)):
             continue  # at rest, or another motion than that of the regime
-        own = np.concatenate([[0.0], np.cumsum(rows[1:, FLIGHT])]) / (2 * device.frequency_hz)
+        own = np.concatenate([[0.0], np.cumsum(rows[1:, FLIGHT])])
+        if np.abs(np.exp(1j * (rows[0, PHASE] + np.pi * own - rows[:, PHASE])) - 1).max() > 1e-6:
+            continue  # the ball rests in between, which no flight is
+        own /= 2 * device.frequency_hz
         return own + 0.1 / device.frequency_hz, rows[:, WALL], float(rows[0, PHASE] - 2 * np.pi * 0.1)
 
 
