@@ -71,6 +71,20 @@ def test_a_record_that_contradicts_the_model_gives_no_interval(capsys, tmp_path:
         (["--impacts", IMPACTS, "--free", "restitution", "--free", "restitution_top"], 2, "allowed: it alone"),
         (["--impacts", IMPACTS, "--set", "device.friction=0.1", "--set", "tolerances="], 2, "of a ball with friction"),
         (["--impacts", IMPACTS, "--json", "-o", "x"], 2, "--json prints the result"),
+        (
+            [
+                "--impacts",
+                IMPACTS,
+                "--set",
+                "device.restitution_exponent=-0.1",
+                "--set",
+                "tolerances=",
+                "--set",
+                "device.restitution_speed_m_s=2",
+            ],
+            2,
+            "of a restitution that falls with speed",
+        ),
         (["--impacts", SCENARIO], 2, "unknown column"),
     ],
 )

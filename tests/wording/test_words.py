@@ -1254,6 +1254,12 @@ SAID += [
         (misfit(alternative=Unknown.EXPONENT, explanation=explained(Unknown.EXPONENT)),),
         "alone to blame, it would be 0.42 ±",
     ),
+    (
+        "identify",
+        "reason",
+        (misfit(explanation=BetterFit(False, Unknown.EXPONENT, -0.1, 1e-3, 1e-4, (), BOTH[:1], 1.5)),),
+        "device.restitution_exponent: -0.1, device.restitution_speed_m_s: 1.5, device.restitution_bottom: 0.01",
+    ),
     *(
         ("identify", "reason", (misfit(failure=NoFit(Unfit[name], value)),), part)
         for name, value, part in (
@@ -1270,6 +1276,7 @@ SAID += [
     ("identify", "untested", ((Unknown.LENGTH,), True), "another length, exchanged membranes."),
     ("identify", "untested", ((), True), "from the scenario: exchanged membranes."),
     ("identify", "untested", ((Unknown.LENGTH,), False), "another length."),
+    ("identify", "untested", ((Unknown.LENGTH,), False, True), "another length, other harmonics of the force."),
     ("identify", "not_used", ((),), ""),
     ("identify", "not_used", (("voltage_v",),), "Read and not used: voltage_v."),
     (

@@ -45,6 +45,9 @@ SAME_RESTITUTION = 1e-9
 SWAPPED = "swapped_membranes"
 """What is wrong where it is no key of a scenario."""
 
+DISTORTION = "harmonics"
+"""What a record may not show of `excitation`."""
+
 WORDS = Words("identify")
 
 
@@ -251,7 +254,12 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
             "reason": WORDS("reason", misfit),
             "alternative": None if instead is None else SWAPPED if instead.swapped else instead.unknown,
             "alternative_value": instead.value if instead is not None and instead.unknown else None,
-            "untested": [*misfit.untested, *([SWAPPED] if misfit.swapped_untested else [])],
+            "alternative_standard_error": instead.standard_error if instead is not None and instead.unknown else None,
+            "untested": [
+                *misfit.untested,
+                *([SWAPPED] if misfit.swapped_untested else []),
+                *([DISTORTION] if misfit.distortion_untested else []),
+            ],
         },
         "scenario": scenario,
     }
@@ -338,7 +346,8 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
     if rows:
         columns = (*texts("Input"), *numbers("Value", "Standard error", "From", "To"), *texts("Unit"))
         yield Table("Identified, with 95 % intervals", columns, rows)
-    if misfit.accepted and (untested := WORDS("untested", misfit.untested, misfit.swapped_untested)):
+    unseen = misfit.untested, misfit.swapped_untested, misfit.distortion_untested
+    if misfit.accepted and (untested := WORDS("untested", *unseen)):
         yield untested
     if unused:
         yield WORDS("not_used", unused)

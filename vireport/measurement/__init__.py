@@ -3,7 +3,7 @@
 from vireport.measurement.flights import ClockedDevice, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Open, Unfit, Unidentifiable, fit
 from vireport.measurement.inquiry import Identification, answered, inquiry_of
-from vireport.measurement.misfit import BetterFit, judged
+from vireport.measurement.misfit import BetterFit, judged, tested
 from vireport.measurement.picking import Heard, Picked, filtered, picked
 from vireport.measurement.recordings import Channel, HeardPlace, Recording, Unbroken, read_recording
 from vireport.measurement.records import parse_record, read_record
@@ -39,5 +39,6 @@ __all__ = [
     "read_recording",
     "read_signals",
     "shaker_motion",
+    "tested",
     "with_shaker",
 ]

@@ -204,7 +204,7 @@ def adjusted(
         moved = np.clip(move_of_times, -allowed, allowed)
         limit = max(1.0, float(np.abs(move).max(initial=0.0)) / 0.2)
         true, values = true + moved / limit, values + scales * move / limit
-        values = _within(unknowns, values)
+        values = within(unknowns, values)
         model = model.with_values(unknowns, values)
         error = float(np.sqrt(square))
         # Of exact times what is left is rounding, below which no step settles.
@@ -251,7 +251,7 @@ def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
     return inverse, -inverse @ (design.T @ right)
 
 
-def _within(unknowns: tuple[Unknown, ...], values: Array) -> Array:
+def within(unknowns: tuple[Unknown, ...], values: Array) -> Array:
     """Values moved to where the device has a meaning."""
     positive = {Unknown.LENGTH, Unknown.AMPLITUDE, Unknown.CAPSULE_MASS, Unknown.FREQUENCY}
     limits = [

@@ -7,6 +7,7 @@ of an impact give its restitution without any further guess, for every motion: c
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from math import pi
 from typing import Any
@@ -16,7 +17,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.physics import ARRAYS, Device, flight
+from vireport.physics import ARRAYS, Device, Groups, flight
 from vireport.scenario import DesignInput, Parameter
 
 Array = NDArray[np.float64]
@@ -157,21 +158,76 @@ def velocities(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls
     walls, end_walls : array_like
         Membranes, 1 of the bottom one, -1 of the top one.
     """
-    return _flown(model, start, end, walls, end_walls)[:2]
-
-
-def _flown(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls: Any) -> tuple[Any, ...]:
-    """`velocities`, with the forces at both ends and the flight time."""
     groups = model.device.groups(Parameter.LENGTH, model.device.length_m)
-    begun, ended = dimensionless(model, start), dimensionless(model, end)
+    flights = _flown(groups, model.phase, dimensionless(model, start), dimensionless(model, end), walls, end_walls)
+    return flights.after, flights.before
+
+
+class _Flights(Struct, frozen=True, eq=False):
+    """Flights between two times: velocities just after the first and just before the last impact, forces at both."""
+
+    after: Array
+    before: Array
+    force: Array
+    force_end: Array
+    duration: Array
+
+
+def _flown(groups: Groups[Any], phase: Any, begun: Any, ended: Any, walls: Any, end_walls: Any) -> _Flights:
+    """Flights between dimensionless times."""
     duration = ended - begun
-    first, last = (groups.wave(pi * t + model.phase, ARRAYS) for t in (begun, ended))
+    first, last = (groups.wave(pi * t + phase, ARRAYS) for t in (begun, ended))
     across = (end_walls - walls) * groups.d / 2
     # The velocity with which a flight that begins at rest covers what is missing, Eq. (2.12).
     covered = flight.displacement(duration, 0.0, first.impulse, first.path, last.path, groups.gbar)
     after = (across - covered) / duration
     before = flight.velocity(duration, after, first.impulse, last.impulse, groups.gbar)
-    return after, before, first.force, last.force, duration
+    return _Flights(after, before, first.force, last.force, duration)
+
+
+def _by_time(flights: _Flights, gbar: float, first: Indices, slope: Any) -> Array:
+    """Derivatives of c by the three times around each impact between a flight and the next, whose index is `first`.
+
+    Of a flight's velocities by its two times, from Eqs. (2.11), (2.12); the flights may be of several phases.
+    """
+    last = first - 1
+    u, w, duration = flights.after, flights.before, flights.duration
+    return np.stack(
+        [
+            slope * (u[..., last] / duration[last]),
+            slope * (gbar + flights.force_end[..., last] - w[..., last] / duration[last])
+            + (u[..., first] / duration[first] + gbar + flights.force[..., first]),
+            -w[..., first] / duration[first],
+        ],
+        axis=-1,
+    )
+
+
+def around_phases(
+    model: ClockedDevice, times: Array, walls: Array, flown: Mask, phases: Array, profile: Callable[[Array, Array], Any]
+) -> Array:
+    """Timing error that the equation of each impact alone would need, at many phases of the force: (p, m) [s].
+
+    Parameters
+    ----------
+    model, times, walls, flown
+        As for `equations`; an exponent is not looked at.
+    phases : Array (p,)
+        Of the force at time 0 [rad].
+    profile : callable
+        Gives the restitutions (p, m) from those of single impacts, -u/W (p, m), and their membranes (m,).
+    """
+    groups = model.device.groups(Parameter.LENGTH, model.device.length_m)
+    t = dimensionless(model, times)
+    flights = _flown(groups, phases[:, None], t[:-1], t[1:], walls[:-1], walls[1:])
+    first = np.flatnonzero(flown[:-1] & flown[1:]) + 1
+    u, w = flights.after[:, first], flights.before[:, first - 1]
+    with np.errstate(all="ignore"):
+        single = np.where(walls[first] * w > 0, -u / w, np.nan)
+    r = profile(single, walls[first])
+    by_time = _by_time(flights, float(groups.gbar), first, r)
+    spread = np.sqrt(np.einsum("ijk,ijk->ij", by_time, by_time)) * (2 * model.device.frequency_hz)
+    return np.asarray(np.abs(u + r * w) / spread)
 
 
 def dimensionless(model: ClockedDevice, t: Any) -> Any:
@@ -198,33 +254,28 @@ def equations(
     """
     device = model.device
     groups = device.groups(Parameter.LENGTH, device.length_m)
-    after, before, force, force_end, duration = _flown(model, times[:-1], times[1:], walls[:-1], walls[1:])
+    t = dimensionless(model, times)
+    flights = _flown(groups, model.phase, t[:-1], t[1:], walls[:-1], walls[1:])
     inner = np.flatnonzero(flown[:-1] & flown[1:]) + 1
     last, first = inner - 1, inner  # the flights that end and begin with the impact
     wall = walls[inner]
     bottom, top = (float(device.value_of(x)) for x in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
-    u, w = after[first], before[last]
+    u, w = flights.after[first], flights.before[last]
     share = np.ones_like(w)
     if model.exponent:
         share = (np.maximum(np.abs(w), 1e-300) / model.speed) ** model.exponent
     r = np.where(wall > 0, bottom, top) * share
     slope = (1 + model.exponent) * r
-    # Derivatives of a flight's velocities by its two times, from Eqs. (2.11), (2.12).
-    own_after = after / duration + groups.gbar + force
-    next_after = -before / duration
-    last_before = after / duration
-    own_before = -before / duration + groups.gbar + force_end
-    by_time = np.stack(
-        [slope * last_before[last], slope * own_before[last] + own_after[first], next_after[first]], axis=1
-    )
+    by_time = _by_time(flights, float(groups.gbar), first, slope)
     impact, sides = (w, r, slope, share, wall), walls[1:] - walls[:-1]
-    columns = [_column(model, x, times, inner, by_time, impact, duration, sides) for x in unknowns]
+    columns = [_column(model, groups, x, times, inner, by_time, impact, flights.duration, sides) for x in unknowns]
     by_unknown = np.stack(columns, axis=1) if columns else np.empty((len(inner), 0))
     return Equations(inner, u + r * w, by_time * (2 * device.frequency_hz), w, u, by_unknown)
 
 
 def _column(
     model: ClockedDevice,
+    groups: Groups[Any],
     unknown: Unknown,
     times: Array,
     inner: Indices,
@@ -247,7 +298,6 @@ def _column(
     if unknown is Unknown.EXPONENT:
         return np.asarray(r * w * np.log(np.maximum(np.abs(w), 1e-300) / model.speed))
     device, known = model.device, DesignInput(unknown.value)
-    groups = device.groups(Parameter.LENGTH, device.length_m)
     by_d, by_gbar, by_bottom, by_top = device.slopes(known, float(groups.d), float(groups.gbar))
     last, first = inner - 1, inner
     column = np.where(wall > 0, by_bottom, by_top) * share * w

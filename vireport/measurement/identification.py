@@ -8,7 +8,7 @@ unknowns, which no noise can add to.
 from __future__ import annotations
 
 from enum import Enum, auto
-from math import pi
+from math import log, pi
 
 import numpy as np
 from msgspec import Struct
@@ -26,7 +26,7 @@ from vireport.measurement.flights import (
     velocities,
 )
 from vireport.measurement.screening import MANY, Gap, Screened, screened, typical, whole, without_flights
-from vireport.measurement.start import starts
+from vireport.measurement.start import same_start, starts
 from vireport.physics import ARRAYS, flight
 from vireport.scenario import Parameter
 
@@ -54,6 +54,9 @@ EXACT = 1e-9
 MOST_THROUGH = 0.02
 """Share of flights through a membrane up to which these are impacts that were missed, and the model may fit."""
 
+LARGEST_INNOVATION = 5.0
+"""Standard deviations; of a million normal errors half a one is beyond."""
+
 GLANCE = 1000
 """Impacts that a model is looked for in where only a good fit is of interest."""
 
@@ -62,6 +65,10 @@ SAMPLES = 24
 
 LONGEST_PATTERN = 24
 """Impacts of a motion that is looked for as one that repeats itself."""
+
+MOST_GROWN = log(1e4)
+"""Logarithm of the growth of a deviation up to which a motion may happen to stay near one that repeats itself: chaos
+that hardly is one does so for hundreds of impacts."""
 
 
 class Unfit(Enum):
@@ -192,6 +199,7 @@ def fit(
         clean = min(doubted, key=lambda found: found.lost).screened
         kept = clean.kept[:first]
         more = starts(model, times[kept], walls[kept], unknowns, priors, clean.flown[: len(kept) - 1])
+        more = [start for start in more if not any(same_start(start, other, unknowns) for other in begun)]
         tried += [_settled(start, times, walls, unknowns, priors, within_s) for start in more]
         fits = [found for found in tried if isinstance(found, Fitted)]
     if not fits:
@@ -220,13 +228,13 @@ def _settled(
         return NoFit(Unfit.SCATTER, error)
     known = whole(len(times))
     every = with_known(unknowns, priors)
-    through = np.empty(0, dtype=np.intp)
+    through = doubted = np.empty(0, dtype=np.intp)  # rows with which flights begin that are not used
     found: Adjusted | None = None
     for _ in range(ROUNDS):
         # Exact times fail by rounding, which is not the same for all equations.
         now = screened(model, times, walls, max(error, exact_below(model)))
-        if len(through) and len(now.kept) == len(known.kept):
-            now = without_flights(now, times, through[now.flown[through]])
+        if len(flights := np.flatnonzero(now.flown & np.isin(now.kept[:-1], doubted))):
+            now = without_flights(now, times, flights)
         if found is not None and now.same_as(known) and found.settled:
             break
         known = now
@@ -244,9 +252,10 @@ def _settled(
         if error > LARGEST_TIMING_ERROR * period:
             return NoFit(Unfit.SCATTER, error)
         # An impact so slow that its loss is within the noise leaves a flight through a membrane.
-        through = np.union1d(through, _through(Fitted(found, known, times, walls))).astype(np.intp)
+        through = np.union1d(through, known.kept[_through(Fitted(found, known, times, walls))]).astype(np.intp)
         if len(through) > MOST_THROUGH * len(times):
-            return NoFit(Unfit.PATH, float(times[known.kept][through[0]]))
+            return NoFit(Unfit.PATH, float(times[through[0]]))
+        doubted = np.union1d(np.union1d(doubted, through), known.kept[_beyond_noise(found)]).astype(np.intp)
     if found is None or not found.settled:
         return NoFit(Unfit.NO_MOTION, error)
     fitted = Fitted(found, known, times, walls)
@@ -263,6 +272,18 @@ def _impossible(found: Adjusted) -> NoFit | None:
             if value < -margin or value > 1 + margin:
                 return NoFit(Unfit.RESTITUTION, value)
     return None
+
+
+def _beyond_noise(found: Adjusted) -> Indices:
+    """Flights on both sides of impacts that differ from the others by more than errors of the times do.
+
+    Where several impacts were missed or false together, one that is left may keep within what screening lets pass, and
+    would still outweigh hundreds.
+    """
+    size = np.abs(found.innovations[: len(found.equations.impacts)])
+    most = LARGEST_INNOVATION * max(1.4826 * float(np.median(size)), exact_below(found.model))
+    own = found.equations.impacts[size > most]
+    return np.union1d(own - 1, own).astype(np.intp)
 
 
 def _through(fitted: Fitted) -> Indices:
@@ -297,15 +318,16 @@ def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
     most = max(AS_GOOD * least, exact_below(fits[0].adjusted.model))
     good = [found for found in fits if found.adjusted.timing_error_s <= most]
     good = [found for k, found in enumerate(good) if not any(_alike(found, other) for other in good[:k])]
+    lasting = [found for found in good if not _unstable(found)]
+    if not lasting:  # the lasting one may have been missed
+        for found in good:
+            _require_information(found.adjusted, unknowns)
+        raise Unidentifiable(Open(unstable=True))
     # A fit that gets rid of more of the record explains less of it.
-    fewest = min(found.lost for found in good)
-    good = [found for found in good if found.lost <= 1.5 * fewest + 3]
+    fewest = min(found.lost for found in lasting)
+    good = [found for found in lasting if found.lost <= 1.5 * fewest + 3]
     for found in good:
         _require_information(found.adjusted, unknowns)
-    if good:
-        good = [found for found in good if not (_repeats(found) and growth(found) > 0)]
-    if not good:  # the lasting one may have been missed
-        raise Unidentifiable(Open(unstable=True))
     if len(good) > 1:
         raise Unidentifiable(
             Open(answers=tuple(tuple((x, found.adjusted.model.value_of(x)) for x in unknowns) for found in good))
@@ -335,30 +357,40 @@ def _require_information(found: Adjusted, unknowns: tuple[Unknown, ...]) -> None
     raise Unidentifiable(Open(combination=parts))
 
 
-def _repeats(found: Fitted) -> bool:
-    """Whether a record, but for its first half, repeats a pattern of impacts within the timing error."""
+def _unstable(found: Fitted) -> bool:
+    """Whether a record repeats a pattern of impacts, within the timing error, that the fitted device leaves at once.
+
+    That is, for so long that a deviation that was far below the timing error would have grown beyond it.
+    """
     kept, flown = found.screened.kept, found.screened.flown
-    half = len(kept) // 2
-    times, walls, flown = found.times[kept][half:], found.walls[kept][half:], flown[half:]
+    times, walls = found.times[kept], found.walls[kept]
     flights, together = np.diff(times), np.cumsum(~flown)
-    for count in range(1, LONGEST_PATTERN + 1):
-        if count >= len(flights) - 1:
-            return False
+    rates = _rates(found)
+    for count in range(1, min(LONGEST_PATTERN, len(flights) - 2) + 1):
         # Only where no flight was lost between the one and the other.
         both = flown[:-count] & (together[count:] == together[:-count])
         off = np.abs(flights[count:] - flights[:-count]) > 10 * found.adjusted.timing_error_s
         off |= walls[count:-1] != walls[: -count - 1]
-        if both.sum() > 2 * count and off[both].mean() < 0.1:
-            return True
+        # Ends of the stretches of flights that are as those before them.
+        ends = np.concatenate([[-1], np.flatnonzero(off | ~both), [len(off)]])
+        for start in np.flatnonzero(np.diff(ends) > 2 * count):
+            low, high = np.searchsorted(found.adjusted.equations.impacts, ends[start : start + 2] + count)
+            if rates[low:high].sum() > MOST_GROWN:
+                return True
     return False
 
 
 def growth(found: Fitted) -> float:
     """Rate at which small deviations from the fitted motion grow, per impact: negative where it is stable."""
-    own = found.adjusted.equations
-    last, here, total, count = 0.3, 1.0, 0.0, 0
-    for b, c, d in own.by_time.tolist():
+    return float(_rates(found).mean())
+
+
+def _rates(found: Fitted) -> Array:
+    """Logarithms of the growth of small deviations from the fitted motion at each of its equations."""
+    last, here, rates = 0.3, 1.0, []
+    for b, c, d in found.adjusted.equations.by_time.tolist():
         last, here = here, -(b * last + c * here) / d
         size = abs(last) + abs(here)
-        last, here, total, count = last / size, here / size, total + np.log(size), count + 1
-    return float(total / max(count, 1))
+        last, here = last / size, here / size
+        rates.append(log(size))
+    return np.array(rates or [0.0])

@@ -12,8 +12,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import Progress
-from vireport.measurement.adjustment import LEAST_SHARE, Prior, with_known
-from vireport.measurement.flights import Array, ClockedDevice, Unknown, equations
+from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, with_known
+from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Unknown, equations
 from vireport.measurement.identification import (
     AS_GOOD,
     Fitted,
@@ -24,6 +24,8 @@ from vireport.measurement.identification import (
     exact_below,
     fit,
 )
+from vireport.physics import Harmonic
+from vireport.scenario import Parameter
 
 LEVEL = 0.01
 """Probability at which a true model is rejected, by any of the tests."""
@@ -67,6 +69,10 @@ class BetterFit(Struct, frozen=True):
         That is then left [s].
     others : tuple of Unknown
         What else, alone, would fit about as well.
+    restitutions : tuple of (Unknown, float)
+        That were fitted with an exponent, at the speed; none with anything else.
+    speed_m_s : float
+        At which they are stated.
     """
 
     swapped: bool
@@ -75,6 +81,8 @@ class BetterFit(Struct, frozen=True):
     standard_error: float
     timing_error_s: float
     others: tuple[Unknown, ...] = ()
+    restitutions: tuple[tuple[Unknown, float], ...] = ()
+    speed_m_s: float = 0.0
 
 
 class Misfit(Struct, frozen=True):
@@ -97,6 +105,8 @@ class Misfit(Struct, frozen=True):
         What might be wrong and would not show in this record.
     swapped_untested : bool
         Whether exchanged membranes would not show.
+    distortion_untested : bool
+        Whether a second harmonic of the force that the scenario does not say would not show.
     """
 
     statistic: float | None
@@ -107,6 +117,7 @@ class Misfit(Struct, frozen=True):
     explanation: BetterFit | None = None
     untested: tuple[Unknown, ...] = ()
     swapped_untested: bool = False
+    distortion_untested: bool = False
 
 
 def judged(
@@ -127,18 +138,27 @@ def judged(
         if instead is None and searched:
             raise Unidentifiable(Open(failed=found))  # it may be the search that failed, and not the model
         return Misfit(None, None, False, failure=found, explanation=instead)
-    tests, untested = _tests(found, {*with_known(unknowns, priors)})
-    swapped = _swapped(*given, max(AS_GOOD * found.adjusted.timing_error_s, exact_below(model)))
-    unseen = swapped is not None
+    said, likely = tested(found, {*with_known(unknowns, priors)})
+    error = found.adjusted.timing_error_s
+    if said.accepted:
+        unseen = _swapped(*given, max(AS_GOOD * error, exact_below(model))) is not None
+        return replace(said, swapped_untested=unseen)
+    return replace(said, explanation=_explanation(error, *given, likely))
+
+
+def tested(found: Fitted, known: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
+    """Test a fit in which some unknowns were fitted: what the tests say, and the alternatives that they find likely."""
+    tests, untested = _tests(found, known)
+    unseen = _hides_distortion(found)
     if not tests:
-        return Misfit(None, None, True, untested=untested, swapped_untested=unseen)
-    p, statistic, alternative = min(tests, key=lambda test: test[0])
+        return Misfit(None, None, True, untested=untested, distortion_untested=unseen), ()
+    tests = sorted(tests, key=lambda test: test[0])
+    p, statistic, alternative = tests[0]
     p = min(1.0, p * len(tests))
     if p >= LEVEL:
-        return Misfit(statistic, p, True, untested=untested, swapped_untested=unseen)
-    likely = tuple(x for own, _, x in sorted(tests, key=lambda test: test[0]) if x and own * len(tests) < LEVEL)
-    explanation = _explanation(found.adjusted.timing_error_s, *given, likely)
-    return Misfit(statistic, p, False, alternative, None, explanation, untested)
+        return Misfit(statistic, p, True, untested=untested, distortion_untested=unseen), ()
+    likely = tuple(x for own, _, x in tests if x and own * len(tests) < LEVEL)
+    return Misfit(statistic, p, False, alternative, untested=untested), likely
 
 
 def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...]]:
@@ -154,10 +174,7 @@ def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float,
     scales = np.array([model.scale_of(x, float(true[-1] - true[0])) for x in possible])
     white = np.zeros((len(own.innovations), len(possible)))
     white[: len(columns)] = own.weights.whitened(columns * scales)
-    basis = np.linalg.qr(own.scaled_design)[0] if own.scaled_design.shape[1] else np.zeros((len(white), 0))
-    # Twice, as columns that are nearly within what was fitted lose their digits the first time.
-    rest = white - basis @ (basis.T @ white)
-    rest -= basis @ (basis.T @ rest)
+    rest = _beyond_fitted(own, white)
     size, rest_size = np.linalg.norm(white, axis=0), np.linalg.norm(rest, axis=0)
     told = rest_size > LEAST_SHARE * np.maximum(size, 1e-300)
     untested = tuple(x for x, tells in zip(possible, told, strict=True) if not tells)
@@ -179,6 +196,29 @@ def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float,
     if max(map(abs, correlated)) > LEAST_CORRELATION:
         tests.append((float(chdtrc(LAGS, q)), q, None))
     return tests, untested
+
+
+def _beyond_fitted(own: Adjusted, white: Array) -> Array:
+    """What whitened columns have that no change of what was fitted makes."""
+    basis = np.linalg.qr(own.scaled_design)[0] if own.scaled_design.shape[1] else np.zeros((len(white), 0))
+    # Twice, as columns that are nearly within what was fitted lose their digits the first time.
+    rest = white - basis @ (basis.T @ white)
+    return np.asarray(rest - basis @ (basis.T @ rest))
+
+
+def _hides_distortion(found: Fitted) -> bool:
+    """Whether some second harmonic of the force changes no more than what was fitted makes up for."""
+    own, kept = found.adjusted, found.screened.kept
+    device, given = own.model.device, (found.times[kept] - own.errors, found.walls[kept], found.screened.flown)
+    base = equations(own.model, *given).value
+    white = np.zeros((len(own.innovations), 2))
+    for k, (cosine, sine) in enumerate(((1.0, 0.0), (0.0, 1.0))):
+        harmonics = (*device.harmonics, Harmonic(2, cosine, sine))
+        # Flights, and with them the equations, are linear in the force.
+        more = equations(replace(own.model, device=replace(device, harmonics=harmonics)), *given).value - base
+        white[: len(base), k] = own.weights.whitened(more)
+    rest = _beyond_fitted(own, white)
+    return bool(np.linalg.norm(rest, 2) == 0 or np.linalg.norm(rest, -2) <= LEAST_SHARE * np.linalg.norm(white, 2))
 
 
 def _swapped(
@@ -223,7 +263,8 @@ def _explanation(
             continue
         if isinstance(other, Fitted) and other.adjusted.timing_error_s < error:
             own = other.adjusted
-            found.append(BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s))
+            one = BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s)
+            found.append(one if x is not Unknown.EXPONENT else _stated(one, own.model, unknowns))
     if not found:
         return None
     best = min(found, key=lambda one: one.timing_error_s)
@@ -233,3 +274,10 @@ def _explanation(
         if one is not best and one.unknown and one.timing_error_s < ABOUT * best.timing_error_s
     )
     return replace(best, others=others)
+
+
+def _stated(one: BetterFit, model: ClockedDevice, unknowns: tuple[Unknown, ...]) -> BetterFit:
+    """A fit of an exponent with what a scenario needs beside it."""
+    unit = float(model.device.velocity_unit(Parameter.LENGTH, model.device.length_m))
+    values = tuple((x, model.value_of(x)) for x in unknowns if x in RESTITUTIONS)
+    return replace(one, restitutions=values, speed_m_s=model.speed * unit)

@@ -23,10 +23,13 @@ TIME, MEMBRANE = "time_s", "membrane"
 UNUSED = "voltage_v", "velocity_m_s", "standard_error_s"
 """Columns that may be there; their numbers are checked, and have no part in what is identified."""
 
+UTF_16 = b"\xff\xfe", b"\xfe\xff"
+"""How such files begin, which spreadsheets call Unicode text."""
+
 COLUMNS = TIME, MEMBRANE, *UNUSED
 SIDES = {"bottom": 1.0, "top": -1.0}
-LARGEST_RECORD = 200_000_000
-"""Bytes; an impact has some 20."""
+LARGEST_RECORD = 50_000_000
+"""Bytes; an impact has some 20, so that these are beyond two million, which are read within half a gigabyte."""
 
 MOST_MISTAKES = 20
 """That are told one by one."""
@@ -36,6 +39,10 @@ FEWEST = 3
 
 LONGEST_FLIGHT, SHORTEST_FLIGHT = 20.0, 1e-3
 """In periods of the force: a median beyond them is of a time in another unit."""
+
+
+LEAST_STEP = 1e-6
+"""In periods of the force: of the digits that the numbers of a time leave, less than any clock's error."""
 
 
 class Record(Struct, frozen=True, eq=False):
@@ -93,23 +100,31 @@ def read_record(path: str, frequency_hz: float) -> Record:
 
 def parse_record(data: bytes, name: str, frequency_hz: float) -> Record:
     """Read a record from the bytes of a file; see `read_record`."""
+    if data[:2] in UTF_16:
+        raise _refused(name, 1, "", "the file is UTF-16 (allowed: save it as CSV in UTF-8)")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise _refused(
-            name, line, "", f"byte 0x{data[error.start]:02X} is not UTF-8 (save the file as CSV in UTF-8)"
+            name,
+            line,
+            "",
+            f"byte 0x{data[error.start]:02X} is not UTF-8 (allowed: CSV in UTF-8)",
         ) from None
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise _refused(name, line, "", "a zero byte: this is no text (allowed: CSV in UTF-8)")
-    rows = enumerate(csv.reader(io.StringIO(text, newline=""), strict=True), 1)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    # A row in which a quoted cell has line breaks ends some lines further down.
+    rows = ((reader.line_num, row) for row in reader)
     mistakes: list[Mistake] = []
     try:
         places, unused, head = _columns(rows, name)
         times, walls, lines = _values(rows, places, unused, head, mistakes)
     except csv.Error as error:
-        raise _refused(name, 1, "", f"{error} (allowed: CSV with commas)") from None
+        # Where a quote is not closed, the file ends before the row does.
+        raise _refused(name, reader.line_num, "", f"{error} (allowed: CSV with commas)") from None
     if not mistakes:
         mistakes += _order(times, lines)
     if mistakes:
@@ -143,8 +158,11 @@ def _columns(rows: Iterator[tuple[int, list[str]]], name: str) -> tuple[dict[str
         if title not in COLUMNS:
             close = get_close_matches(title, COLUMNS, 1, 0.5)
             hint = f"; did you mean '{close[0]}'?" if close else ""
-            mistakes.append(Mistake(line, visible(title[:60]), f"unknown column{hint} (allowed: {', '.join(COLUMNS)})"))
-    mistakes += [Mistake(line, title, "the column stands twice") for title in COLUMNS if titles.count(title) > 1]
+            what = f"unknown column{hint}" if title else "a column without a name"
+            mistakes.append(Mistake(line, visible(title[:60]), f"{what} (allowed: {', '.join(COLUMNS)})"))
+    mistakes += [
+        Mistake(line, title, "the column stands twice (allowed: once)") for title in COLUMNS if titles.count(title) > 1
+    ]
     mistakes += [
         Mistake(line, title, f"the column is missing ({example})") for title in (TIME, MEMBRANE) if title not in titles
     ]
@@ -170,10 +188,9 @@ def _values(
             mistakes.append(Mistake(line, "", "more mistakes may follow, which are not told one by one"))
             break
         if len(row) != head:
-            comma = " A decimal comma?" if len(row) > head else ""
-            mistakes.append(
-                Mistake(line, "", f"{len(row)} values for {head} columns.{comma} (allowed: points in numbers)")
-            )
+            hint = " A decimal comma?" if len(row) > head else " Semicolons?" if ";" in row[0] else ""
+            count = f"{len(row)} value{'s' * (len(row) != 1)} for {head} columns.{hint}"
+            mistakes.append(Mistake(line, "", f"{count} (allowed: commas between columns, and points in numbers)"))
             continue
         number = _number(row[time], line, TIME, mistakes)
         side = SIDES.get(row[membrane].strip())
@@ -196,7 +213,7 @@ def _number(text: str, line: int, column: str, mistakes: list[Mistake]) -> float
     """A number of a cell; None where it is none, which is added to the mistakes."""
     own = text.strip()
     try:
-        value = float(own) if "_" not in own else None
+        value = float(own) if own.isascii() and "_" not in own else None
     except ValueError:
         value = None
     if value is None or not isfinite(value):
@@ -225,6 +242,10 @@ def _require_seconds(record: Record, line: int, frequency_hz: float) -> None:
     ------
     ScenarioError
     """
+    step = float(np.spacing(np.abs(record.times).max())) * frequency_hz
+    if LEAST_STEP < step <= 1:
+        what = f"so far from 0 that a double has steps of {step:.2g} periods of the force"
+        raise _refused(record.name, line, TIME, f"times are {what} (allowed: count them from the record's beginning)")
     periods = float(np.median(np.diff(record.times))) * frequency_hz
     if SHORTEST_FLIGHT <= periods <= LONGEST_FLIGHT:
         return

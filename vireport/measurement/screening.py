@@ -17,6 +17,9 @@ FAILED = 6.0
 MOST, MANY = 0.8, 0.6
 """Shares of the equations that agree in a fit, and that must agree for it to be looked at further."""
 
+SHORTEST = 10.0
+"""Timing errors between two impacts up to which nothing can be said of the flight."""
+
 PLACES = 100
 """Times within a flight at which a missed impact is tried, before the best is refined."""
 
@@ -68,7 +71,11 @@ def typical(own: Equations, share: float = MOST) -> float:
 
     A smaller share than usual would not do for a fit: of the four equations of a 3:1 motion three can always be met.
     """
-    return float(np.quantile(np.abs(own.value) / own.spread, share)) / NormalDist().inv_cdf((1 + share) / 2)
+    size = np.abs(own.value) / own.spread
+    if not len(size):
+        return np.inf
+    k = min(int(share * len(size)), len(size) - 1)
+    return float(np.partition(size, k)[k]) / NormalDist().inv_cdf((1 + share) / 2)
 
 
 def screened(model: ClockedDevice, times: Array, walls: Array, timing_error_s: float) -> Screened:
@@ -77,20 +84,29 @@ def screened(model: ClockedDevice, times: Array, walls: Array, timing_error_s: f
     t, w = times[kept], walls[kept]
     flown = np.ones(len(t) - 1, dtype=bool)
     own = equations(model, t, w, flown)
-    gaps: list[Gap] = []
+    stretches = []
     for run in _runs(own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]):
         every = np.arange(run[0], run[-1])
         if len(run) == 1:  # at an end of the record, or next to what is hardly beyond the noise: one of its flights
             every = np.array([run[0] if run[0] + 2 >= len(t) else run[0] - 1])
+        flown[every[::2]] = False
+        stretches.append((every, len(run) % 2 == 1 and len(run) > 1))
+    missed = _missed(model, t, w, flown, [k for every, _ in stretches for k in every[::2]], timing_error_s)
+    gaps: list[Gap] = []
+    for every, odd in stretches:
         single = every[::2]
-        flown[single] = False
-        own_gaps = [_gap(model, t, w, flown, k, timing_error_s) for k in single]
-        if (len(run) % 2 and len(run) > 1) or any(gap.missed_s is None for gap in own_gaps):
+        if odd or any(missed[k] is None for k in single):
             # Not one missed impact in every other flight: nothing is known of any of them.
             flown[every] = False
-            own_gaps = [Gap(float(t[k]), float(t[k + 1]), None) for k in every] if len(every) > 1 else own_gaps
-        gaps += own_gaps
-    return Screened(kept, flown, tuple(gaps))
+            gaps += [Gap(float(t[k]), float(t[k + 1]), None) for k in every]
+        else:
+            gaps += [Gap(float(t[k]), float(t[k + 1]), missed[k]) for k in single]
+    found = Screened(kept, flown, tuple(gaps))
+    # Of two rows at one time, one is none: the flight between them has any velocity, and keeps to any equation.
+    close = np.flatnonzero(np.diff(t) < SHORTEST * timing_error_s)
+    around = np.unique(np.clip(close[:, None] + np.arange(-1, 2), 0, len(flown) - 1))
+    around = around[flown[around]]
+    return without_flights(found, times, around) if len(around) else found
 
 
 def without_flights(known: Screened, times: Array, flights: Indices) -> Screened:
@@ -130,33 +146,52 @@ def _without_false(model: ClockedDevice, times: Array, walls: Array, timing_erro
     return np.setdiff1d(np.arange(len(times)), np.array(taken, dtype=int))
 
 
-def _gap(model: ClockedDevice, times: Array, walls: Array, flown: Mask, k: int, timing_error_s: float) -> Gap:
-    """What lies between impact k and the next: one missed impact on either membrane, if it explains both ends."""
-    start, end = float(times[k]), float(times[k + 1])
-    low, high = max(k - 1, 0), min(k + 2, len(times) - 1)
-    if (low < k and not flown[low]) or (high > k + 1 and not flown[k + 1]) or high - low < 2:
-        return Gap(start, end, None)
-    found: tuple[float, float] = (FAILED, np.nan)
-    for wall in (1.0, -1.0):
-        a, b = start, end
-        for _ in range(4):
-            tried = np.linspace(a, b, PLACES + 2)[1:-1]
-            worst = _misfit(model, times, walls, k, tried, wall) / timing_error_s
-            i = int(np.argmin(worst))
-            a, b = (tried[max(i - 1, 0)], tried[min(i + 1, PLACES - 1)])
-        found = min(found, (float(worst[i]), float(tried[i])))
-    return Gap(start, end, found[1] if found[0] < FAILED else None)
+def _missed(
+    model: ClockedDevice, times: Array, walls: Array, flown: Mask, flights: list[int], timing_error_s: float
+) -> dict[int, float | None]:
+    """Time [s] of the one missed impact, on either membrane, that explains both ends of each of some flights."""
+    found: dict[int, float | None] = dict.fromkeys(flights)
+    alike: dict[tuple[int, int], list[int]] = {}
+    for k in flights:
+        low, high = max(k - 1, 0), min(k + 2, len(times) - 1)
+        if (low < k and not flown[low]) or (high > k + 1 and not flown[k + 1]) or high - low < 2:
+            continue
+        alike.setdefault((k - low, high - k), []).append(k)
+    for (before, after), some in alike.items():
+        ks = np.array(some)
+        around = ks[:, None] + np.arange(-before, after + 1)
+        best, at = np.full(len(ks), FAILED), np.full(len(ks), np.nan)
+        for wall in (1.0, -1.0):
+            a, b = times[ks], times[ks + 1]
+            for _ in range(4):
+                tried = a[:, None] + (b - a)[:, None] * np.linspace(0, 1, PLACES + 2)[1:-1]
+                worst = _misfit(model, times[around], walls[around], before + 1, tried, wall) / timing_error_s
+                i, row = np.argmin(worst, axis=1), np.arange(len(ks))
+                a, b = tried[row, np.maximum(i - 1, 0)], tried[row, np.minimum(i + 1, PLACES - 1)]
+            better = worst[row, i] < best
+            best, at = np.where(better, worst[row, i], best), np.where(better, tried[row, i], at)
+        found |= {k: float(t) for k, t in zip(some, at, strict=True) if np.isfinite(t)}
+    return found
 
 
-def _misfit(model: ClockedDevice, times: Array, walls: Array, k: int, tried: Array, wall: float) -> Array:
-    """How far the equations around a flight fail with an impact in it at each of some times [s]."""
-    worst = np.zeros(len(tried))
+def _misfit(model: ClockedDevice, times: Array, walls: Array, place: int, tried: Array, wall: float) -> Array:
+    """How far the equations around flights fail with an impact in them at each of some times [s].
+
+    Parameters
+    ----------
+    times, walls : Array (g, n)
+        Of the impacts around each flight.
+    place : int
+        Of the impact among them.
+    tried : Array (g, t)
+    """
     # An own small record for each time tried, one after the other, with nothing between them.
-    low, high = max(k - 1, 0), min(k + 2, len(times) - 1)
-    before, after = times[low : k + 1], times[k + 1 : high + 1]
-    rows = np.stack([np.concatenate([before, [x], after]) for x in tried])
-    sides = np.tile(np.concatenate([walls[low : k + 1], [wall], walls[k + 1 : high + 1]]), len(tried))
-    within = np.tile(np.arange(rows.shape[1]) < rows.shape[1] - 1, len(tried))[:-1]
-    own = equations(model, rows.ravel(), sides, within)
-    np.maximum.at(worst, own.impacts // rows.shape[1], np.abs(own.value) / own.spread)
-    return worst
+    count, width = tried.size, times.shape[1] + 1
+    rows, sides = (np.repeat(np.insert(x, place, wall, axis=1), tried.shape[1], axis=0) for x in (times, walls))
+    rows[:, place] = tried.ravel()
+    within = np.tile(np.arange(width) < width - 1, count)[:-1]
+    with np.errstate(all="ignore"):  # between two small records there may be no time
+        own = equations(model, rows.ravel(), sides.ravel(), within)
+    worst = np.zeros(count)
+    np.maximum.at(worst, own.impacts // width, np.abs(own.value) / own.spread)
+    return worst.reshape(tried.shape)

@@ -10,11 +10,14 @@ from math import cos, pi
 
 import numpy as np
 
-from vireport.measurement.adjustment import Prior, with_known
-from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Mask, Unknown, equations
+from vireport.measurement.adjustment import Prior, with_known, within
+from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Mask, Unknown, around_phases, equations
 from vireport.measurement.screening import MANY, MOST, typical
 
-PHASES = 72
+PHASES = 240
+MOST_TRIED = 6
+"""Phases that are looked at more closely, of each part of a record and each measure of agreement."""
+
 FIRST = 40
 """Impacts that are fitted first; then twice as many, and so on: a clock that is a little off turns the phase far."""
 
@@ -27,7 +30,10 @@ CLOSE = 0.03
 ENOUGH = 5000
 """Impacts from which the most likely parameters are found in a few steps."""
 
-STEPS = 12
+STEPS = 14
+CLOSE_ENOUGH = 1e-5
+"""Change of an unknown over its scale from which steps end: the most likely values are then few steps away."""
+
 LEAST_MOVED = 1e-2
 """Singular value over the largest of combinations that are moved: noise drives others to the end of their range."""
 
@@ -56,40 +62,49 @@ def starts(
         few = min(len(times), 10 * FIRST)
         first = _with_typical_restitutions(model, times[:few], walls[:few], flown, unknowns)
         return [_grown(first, times, walls, flown, unknowns, priors)]
-    every = {*with_known(unknowns, priors)}
     # What has not settled yet tells most of a motion that then repeats itself, and would be lost among the rest.
-    parts = [
-        min(len(times), FIRST // 2),
-        min(len(times), FIRST),
-        min(len(times), FIRST if every & CLOCK else 10 * FIRST),
-    ]
-    fitted: list[ClockedDevice] = []
-    for few in dict.fromkeys(parts):
-        own, sides = times[:few], walls[:few]
-        around = [
-            _with_typical_restitutions(model.with_values((Unknown.PHASE,), np.array([x])), own, sides, flown, unknowns)
-            for x in np.arange(PHASES) * 2 * pi / PHASES
-        ]
-        # The logarithms add up near the truth even where too many impacts are missed for a share to agree.
-        costs = np.array([[_spread(one, own, sides, flown), _mean_logarithm(one, own, sides, flown)] for one in around])
-        lowest = ((costs <= np.roll(costs, 1, axis=0)) & (costs <= np.roll(costs, -1, axis=0))).any(axis=1)
-        for k in np.flatnonzero(lowest):
-            one = around[k]
-            for part in parts:
-                one = _fitted(one, times[:part], walls[:part], flown, unknowns, priors)
-            fitted.append(one)
-    # Over the best of each part; below a hundred-thousandth of a period all fit, and which is best is chance.
+    longest = FIRST if {*with_known(unknowns, priors)} & CLOCK else 10 * FIRST
+    parts = sorted({min(len(times), few) for few in (FIRST // 2, FIRST, longest)})
+    tried: list[ClockedDevice] = []
+    for few in parts:
+        around = _best_around(model, times[:few], walls[:few], flown[: few - 1], unknowns)
+        tried += _best(
+            [_fitted(one, times[:few], walls[:few], flown, unknowns, priors) for one in around],
+            times, walls, flown, unknowns, [few],
+        )  # fmt: skip
+    # All that fit one part are fitted to all, the first impacts first.
+    for few in parts:
+        tried = [_fitted(one, times[:few], walls[:few], flown, unknowns, priors) for one in tried]
+    best = _best(tried, times, walls, flown, unknowns, parts)
+    return [_grown(own, times, walls, flown, unknowns, priors) for own in best]
+
+
+def _best(
+    fitted: list[ClockedDevice],
+    times: Array,
+    walls: Array,
+    flown: Mask,
+    unknowns: tuple[Unknown, ...],
+    parts: list[int],
+) -> list[ClockedDevice]:
+    """The models that fit one of the first parts of a record about as well as the best one, each once, the best first.
+
+    Below a hundred-thousandth of a period all fit, and which is best is chance.
+    """
+    if not fitted:
+        return []
     cost = np.array([[_spread(one, times[:few], walls[:few], flown, MANY) for few in parts] for one in fitted])
-    cost = np.maximum(cost, 1e-5 / model.device.frequency_hz)
+    # Of a part with hardly a flight nothing is known, and it says the same of all.
+    cost = np.clip(cost, 1e-5 / fitted[0].device.frequency_hz, 1e9)
     cost /= cost.min(axis=0)
     apart: list[ClockedDevice] = []
     for k in np.argsort(cost.prod(axis=1), kind="stable"):
-        if cost[k].min() <= ALIKE and not any(_same(fitted[k], other, unknowns) for other in apart):
+        if cost[k].min() <= ALIKE and not any(same_start(fitted[k], other, unknowns) for other in apart):
             apart.append(fitted[k])
-    return [_grown(own, times, walls, flown, unknowns, priors) for own in apart[:MOST_STARTS]]
+    return apart[:MOST_STARTS]
 
 
-def _same(one: ClockedDevice, other: ClockedDevice, unknowns: tuple[Unknown, ...]) -> bool:
+def same_start(one: ClockedDevice, other: ClockedDevice, unknowns: tuple[Unknown, ...]) -> bool:
     """Whether two fits are one, up to what may yet be refined."""
     turned = cos(one.phase - other.phase) > cos(CLOSE)
     values = ((one.value_of(x), other.value_of(x)) for x in unknowns if x in RESTITUTIONS)
@@ -101,10 +116,50 @@ def _spread(model: ClockedDevice, times: Array, walls: Array, flown: Mask, share
     return typical(equations(model, times, walls, flown[: len(times) - 1]), share)
 
 
-def _mean_logarithm(model: ClockedDevice, times: Array, walls: Array, flown: Mask) -> float:
-    """Mean logarithm of the timing error that each equation alone would need."""
-    own = equations(model, times, walls, flown[: len(times) - 1])
-    return float(np.log(np.abs(own.value) / own.spread + 1e-5 / model.device.frequency_hz).mean())
+def _best_around(
+    model: ClockedDevice, times: Array, walls: Array, flown: Mask, unknowns: tuple[Unknown, ...]
+) -> list[ClockedDevice]:
+    """Models at the phases around which impacts fit best, with the restitutions that most of them agree on there."""
+    phases = np.arange(PHASES) * 2 * pi / PHASES
+    free = [x for x in unknowns if x in RESTITUTIONS]
+    known = [np.full(PHASES, model.value_of(x)) for x in RESTITUTIONS[1:]]
+
+    def profile(single: Array, sides: Array) -> Array:
+        """The middle of those of single impacts, for each membrane that is unknown."""
+        bottom, top = known
+        for x in free:
+            middle = _middle(single[:, _counts(x, sides)])
+            bottom = middle if x != Unknown.RESTITUTION_TOP else bottom
+            top = middle if x != Unknown.RESTITUTION_BOTTOM else top
+        return np.where(sides > 0, bottom[:, None], top[:, None])
+
+    off = around_phases(model, times, walls, flown, phases, profile)
+    if not off.shape[1]:
+        return []
+    k = min(int(MOST * off.shape[1]), off.shape[1] - 1)
+    # The logarithms add up near the truth even where too many impacts are missed for a share to agree.
+    none = 1e-5 / model.device.frequency_hz
+    costs = np.stack([np.partition(off, k)[:, k], np.log(off + none).mean(axis=1)], axis=1)
+    lowest = (costs <= np.roll(costs, 1, axis=0)) & (costs <= np.roll(costs, -1, axis=0))
+    chosen = {int(k) for i in (0, 1) for k in np.argsort(np.where(lowest[:, i], costs[:, i], np.inf))[:MOST_TRIED]}
+    around = (model.with_values((Unknown.PHASE,), phases[k : k + 1]) for k in sorted(chosen) if lowest[k].any())
+    return [_with_typical_restitutions(one, times, walls, flown, unknowns) for one in around]
+
+
+def _counts(x: Unknown, sides: Array) -> Mask:
+    """Which impacts a restitution is of, by their membranes."""
+    side = {Unknown.RESTITUTION_BOTTOM: 1, Unknown.RESTITUTION_TOP: -1}.get(x, 0)
+    return np.asarray((sides == side) | (side == 0))
+
+
+def _middle(single: Array) -> Array:
+    """Medians of rows without what is not a number; 0.5 of those in which nothing else is."""
+    ordered = np.sort(single, axis=1)
+    count = np.sum(np.isfinite(ordered), axis=1)
+    if not single.shape[1]:
+        return np.full(len(single), 0.5)
+    middle = ordered[np.arange(len(single)), np.maximum(count // 2, 0)]
+    return np.clip(np.where(count > 0, middle, 0.5), 0.01, 0.99)
 
 
 def _with_typical_restitutions(
@@ -117,12 +172,8 @@ def _with_typical_restitutions(
     own = equations(model, times, walls, flown[: len(times) - 1])
     wall = walls[own.impacts]
     with np.errstate(all="ignore"):
-        r = -own.after / own.before
-    values = []
-    for x in free:
-        side = {Unknown.RESTITUTION_BOTTOM: 1, Unknown.RESTITUTION_TOP: -1}.get(x, 0)
-        usable = np.isfinite(r) & (wall * own.before > 0) & ((wall == side) | (side == 0))
-        values.append(float(np.clip(np.median(r[usable]), 0.01, 0.99)) if usable.any() else 0.5)
+        single = np.where(wall * own.before > 0, -own.after / own.before, np.nan)
+    values = [float(_middle(single[None, _counts(x, wall)])[0]) for x in free]
     return model.with_values(tuple(free), np.array(values))
 
 
@@ -137,7 +188,8 @@ def _grown(
     """The model fitted to the first impacts, then to twice as many, up to all; or to enough, if no clock is unknown."""
     every = {*with_known(unknowns, priors)}
     most = len(times) if every & CLOCK else min(len(times), ENOUGH)
-    count = min(FIRST, most)
+    # Of a phase that does not turn away a first guess holds for many.
+    count = min(FIRST if every & CLOCK else 10 * FIRST, most)
     while True:
         model = _fitted(model, times[:count], walls[:count], flown, unknowns, priors)
         if count == most:
@@ -153,21 +205,46 @@ def _fitted(
     unknowns: tuple[Unknown, ...],
     priors: tuple[Prior, ...],
 ) -> ClockedDevice:
-    """Least squares with Tukey's weights; along what the impacts leave open it does not move."""
-    every = with_known(unknowns, priors)
-    if not every:
+    """Least squares with Tukey's weights; along what the impacts leave open it does not move.
+
+    On the error that most impacts keep to; where no error of most is that of many, too many were missed for it.
+    """
+    if not with_known(unknowns, priors):
         return model
+    given = times, walls, flown[: len(times) - 1]
+    none = 1e-5 / model.device.frequency_hz
+    most = _descended(model, *given, unknowns, priors, MOST)
+    many = max(_spread(most, *given, MANY), none)
+    if _spread(most, *given, MOST) <= ALIKE * many and many <= ALIKE * max(_spread(model, *given, MANY), none):
+        return most
+    # Of three impacts of a motion two can be met exactly, with the third far off: only where all else fails.
+    other = _descended(model, *given, unknowns, priors, MANY)
+    return min(most, other, key=lambda one: _spread(one, *given, MANY))
+
+
+def _descended(
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    flown: Mask,
+    unknowns: tuple[Unknown, ...],
+    priors: tuple[Prior, ...],
+    share: float,
+) -> ClockedDevice:
+    """The best step of a descent in which errors are counted in that which a share of the equations keeps to."""
+    every = with_known(unknowns, priors)
     scales = np.array([model.scale_of(x, float(times[-1] - times[0])) for x in every])
-    flown = flown[: len(times) - 1]
-    for step in range(STEPS):
+    # What the start does not know yet may make it far off everywhere: Huber's weights, as Tukey's would leave out all.
+    tail = set(unknowns) <= {*RESTITUTIONS, Unknown.PHASE}
+    best, least = model, np.inf
+    for _ in range(STEPS):
         own = equations(model, times, walls, flown, every)
-        error = max(typical(own), 1e-18)
+        error = max(typical(own, share), 1e-18)
+        if error < least:
+            best, least = model, error
         off = own.value / (own.spread * error)
-        # Huber's weights first: Tukey's would leave out what the first guess is far from.
         size = np.maximum(np.abs(off), 1e-300)
-        root = (
-            np.sqrt(np.minimum(1.0, HUBER / size)) if step < STEPS // 2 else np.clip(1 - (off / TUNING) ** 2, 0, None)
-        )
+        root = np.clip(1 - (off / TUNING) ** 2, 0, None) if tail else np.sqrt(np.minimum(1.0, HUBER / size))
         values = np.array([model.value_of(x) for x in every])
         columns = own.by_unknown * scales / own.spread[:, None] * root[:, None]
         known = np.zeros((len(priors), len(every)))
@@ -177,11 +254,13 @@ def _fitted(
         right = -np.concatenate([own.value / own.spread * root, rest])
         move = np.linalg.lstsq(np.vstack([columns, known]), right, rcond=LEAST_MOVED)[0]
         move /= max(1.0, float(np.abs(move).max()) / 0.2)
-        values = values + scales * move
+        values = within(every, values + scales * move)
         for i, x in enumerate(every):
             if x in RESTITUTIONS:
                 values[i] = np.clip(values[i], 0.0, 1.0)
         model = model.with_values(every, values)
-        if np.abs(move).max() < 1e-13:
-            break
-    return model
+        if np.abs(move).max() < CLOSE_ENOUGH:
+            if tail:
+                break
+            tail = True
+    return model if _spread(model, times, walls, flown, share) < least else best
