@@ -30,7 +30,7 @@ CI = EXAMPLES / "ci"
 
 def test_formats_for_jobs_are_written_only_when_asked_for(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert FORMATS == ("html", "pdf", "png", "json", "csv")
-    assert set(ALL_FORMATS) - set(FORMATS) == {"svg", "junit", "markdown", "github"}
+    assert set(ALL_FORMATS) - set(FORMATS) == {"svg", "figure-pdf", "junit", "markdown", "github"}
     folder = tmp_path / "out"
     assert main([str(CI / "failing.yaml"), "-o", str(folder), "--format", "github"]) == 1
     out, err = capfd.readouterr()

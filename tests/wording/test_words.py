@@ -1283,15 +1283,15 @@ SAID += [
         "identify",
         "heard",
         (
-            thing(times=[1.0] * 300),
+            thing(times=[1.0] * 300, middle_error_s=2e-5),
             [
-                thing(times=[1.0] * 150, channel=thing(name=x), noise=0.01, middle_size=0.5, middle_error_s=2e-5)
+                thing(times=[1.0] * 150, channel=thing(name=x), noise=0.01, middle_size=0.5)
                 for x in ("bottom_voltage_v", "top_voltage_v")
             ],
             thing(name="x.csv", samples=96000, start_s=1.0, end_s=3.0),
         ),
-        "x.csv: 96000 samples in 2 s, 300 impacts picked: 150 in bottom_voltage_v, its noise 0.01 and impacts of 0.5, "
-        "with a standard error of 20 µs; 150 in top_voltage_v",
+        "x.csv: 96000 samples in 2 s, 300 impacts picked: 150 in bottom_voltage_v, its noise 0.01 and impacts of 0.5; "
+        "150 in top_voltage_v, its noise 0.01 and impacts of 0.5. Their times have a standard error of 20 µs.",
     ),
     *(
         ("identify", "finding", (thing(doubt=thing(name=name), channel="sound_pa", value=value),), part)

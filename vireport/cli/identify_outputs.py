@@ -167,7 +167,7 @@ def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
                 "impacts": len(heard.times),
                 "noise": heard.noise,
                 "rise_samples": heard.rise_samples,
-                "standard_error_s": float(np.median(heard.errors)),
+                "standard_error_s": own.middle_error_s,
             }
             for heard in own.heard
         ],

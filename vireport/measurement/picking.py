@@ -58,10 +58,12 @@ that ring and on halves of a sine. The second is over the cube of the steps in t
 FINE, BESIDE = 16, 24
 """Points of a rise that a signal is resampled to where it has fewer, and samples beside it that are taken for that."""
 
-DITHER, SEED = 3.0, 0
+DITHER, SEED, MOST_ERRORS = 3.0, 0, 0.9
 """Independent normal errors that are added to times, over those that come of sampling. These depend on where samples
-lie, and so on one another: alone they would be taken for motion, by tests and by intervals. The seed makes equal
-records give equal times."""
+lie, and so on one another: alone they would be taken for motion, by tests and by intervals. What is added also makes
+the errors of that share of the impacts alike, as those are that a fit takes them for: where half a rise is now one
+sample and now two, some errors are six times others, and a fit took them for impacts that were missed. The seed makes
+equal records give equal times."""
 
 SMOOTHED = 4.0
 """Part of a rise over which a signal is averaged that was sampled far faster than it rises."""
@@ -109,6 +111,8 @@ class Heard(Struct, frozen=True, eq=False):
         Standard deviation of the filtered signal between impacts, in the channel's unit.
     times, errors : Array (n,)
         Of the beginnings, and their standard errors [s].
+    sampled : Array (n,)
+        The part of these that comes of sampling [s].
     sizes : Array (n,)
         Heights of the first peaks, with their signs, in the channel's unit.
     rise_samples : float
@@ -123,6 +127,7 @@ class Heard(Struct, frozen=True, eq=False):
     noise: float
     times: Array
     errors: Array
+    sampled: Array
     sizes: Array
     rise_samples: float
     clipped: int
@@ -137,11 +142,6 @@ class Heard(Struct, frozen=True, eq=False):
     def middle_size(self) -> float:
         """Height of the first peak of an impact: the median."""
         return float(np.median(np.abs(self.sizes)))
-
-    @property
-    def middle_error_s(self) -> float:
-        """Standard error of a time: the median [s]."""
-        return float(np.median(self.errors))
 
 
 class Picked(Struct, frozen=True, eq=False):
@@ -165,6 +165,11 @@ class Picked(Struct, frozen=True, eq=False):
     walls: Array
     errors: Array
     findings: tuple[RecordFinding, ...]
+
+    @property
+    def middle_error_s(self) -> float:
+        """Standard error of the times: the median [s]."""
+        return float(np.median(self.errors))
 
     @property
     def delay_s(self) -> float:
@@ -290,11 +295,10 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
         )
     times, errors, sizes, lengths, places = map(np.array, zip(*rows, strict=True))
     sampled = recording.step_s * (EVEN_SO + FEW / lengths**3)
-    times = times + DITHER * sampled * np.random.default_rng(SEED).standard_normal(len(times))
-    errors = np.sqrt(errors**2 + (1 + DITHER**2) * sampled**2)
+    errors = np.hypot(errors, sampled)
     clipped = _clipped(channel.values, places, wait)
     share = _high_share(signal, places, noise)
-    return Heard(channel, noise, times, errors, sizes, float(np.median(lengths)), clipped, share)
+    return Heard(channel, noise, times, errors, sampled, sizes, float(np.median(lengths)), clipped, share)
 
 
 def _resolution(values: Array) -> float:
@@ -415,8 +419,10 @@ def _merged(heard: list[Heard], apart_s: float) -> tuple[Array, Array, Array, in
 
     The last number counts those of which neither is clearly stronger.
     """
-    times = np.concatenate([own.times for own in heard])
-    errors = np.concatenate([own.errors for own in heard])
+    times, errors, sampled = (
+        np.concatenate(parts) for parts in zip(*((own.times, own.errors, own.sampled) for own in heard), strict=True)
+    )
+    times, errors = _alike(times, errors, sampled)
     strength = np.concatenate([np.abs(own.sizes) / np.quantile(np.abs(own.sizes), 0.9) for own in heard])
     walls = np.concatenate([_walls(own) for own in heard])
     order = np.argsort(times, kind="stable")
@@ -434,6 +440,13 @@ def _merged(heard: list[Heard], apart_s: float) -> tuple[Array, Array, Array, in
         else:
             last = k
     return times[keep], walls[keep], errors[keep], both
+
+
+def _alike(times: Array, errors: Array, sampled: Array) -> tuple[Array, Array]:
+    """Times and their standard errors with independent errors added, see `DITHER` [s]."""
+    wanted = np.hypot(np.quantile(errors, MOST_ERRORS), DITHER * np.quantile(sampled, MOST_ERRORS))
+    added = np.sqrt(np.maximum(wanted**2 - errors**2, (DITHER * sampled) ** 2))
+    return times + added * np.random.default_rng(SEED).standard_normal(len(times)), np.hypot(errors, added)
 
 
 def _walls(own: Heard) -> Array:
