@@ -16,8 +16,6 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import argparse
-import json
 import time
 import zlib
 from collections import Counter
@@ -26,6 +24,7 @@ from pathlib import Path
 import numpy as np
 from record import record
 from scipy.special import stdtrit
+from slices import options, pursued
 
 from vireport import load
 from vireport.measurement import ClockedDevice, Fitted, Unidentifiable, Unknown, fit, judged, tested
@@ -172,24 +171,11 @@ def table(outcomes: list[dict]) -> list[dict]:
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=__doc__)
+    asked = options(__doc__, 501, "of each regime", OUTCOMES)
     asked.add_argument("regimes", nargs="*", metavar="REGIME", help=", ".join(REGIMES))
-    asked.add_argument("--records", type=int, default=501, help="of each regime")
-    asked.add_argument("--seconds", type=float, default=500, help="after which a slice of the study ends")
-    asked.add_argument("--outcomes", type=Path, default=OUTCOMES, help="where they are kept")
-    asked.add_argument("--table", action="store_true", help="only tell what is known, and keep it as a result")
     given = asked.parse_args()
-    known = [json.loads(line) for line in given.outcomes.open()] if given.outcomes.exists() else []
-    done, end = {(x["regime"], x["k"]) for x in known}, time.monotonic() + given.seconds
-    # In turn, so that a study that ends early has as many of each regime.
-    todo = [(r, k) for k in range(given.records) for r in given.regimes or REGIMES if (r, k) not in done]
-    with given.outcomes.open("a") as file:
-        for regime, k in [] if given.table else todo:
-            if time.monotonic() > end:
-                break
-            known.append(outcome(regime, k))
-            file.write(json.dumps(known[-1], default=int) + "\n")
-            file.flush()
+    every = [(r, k) for k in range(given.records) for r in given.regimes or REGIMES]
+    known = pursued(given, every, outcome, ("regime", "k"))
     rows = table(known)
     for row in rows:
         cover, bias, spread = (" ".join(f"{x:+.3f}" for x in row[name]) for name in ("coverage", "bias", "spread"))

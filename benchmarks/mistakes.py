@@ -15,8 +15,6 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import argparse
-import json
 import time
 from collections import Counter
 from pathlib import Path
@@ -25,6 +23,7 @@ import numpy as np
 from intervals import EACH, FALSE, IMPACTS, JITTER_S, MISSED, device_of, truth
 from msgspec.structs import replace
 from record import record
+from slices import options, pursued
 
 from vireport.base import ScenarioError
 from vireport.measurement import ClockedDevice, Unidentifiable, Unknown, fit, judged, parse_record
@@ -103,23 +102,9 @@ def outcome(mistake: str, referenced: bool, k: int) -> dict:
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--records", type=int, default=100, help="of each mistake, with and without reference")
-    asked.add_argument("--seconds", type=float, default=500, help="after which a slice of the study ends")
-    asked.add_argument("--outcomes", type=Path, default=OUTCOMES, help="where they are kept")
-    asked.add_argument("--table", action="store_true", help="only tell what is known, and keep it as a result")
-    given = asked.parse_args()
-    known = [json.loads(line) for line in given.outcomes.open()] if given.outcomes.exists() else []
-    done, end = {(x["mistake"], x["referenced"], x["k"]) for x in known}, time.monotonic() + given.seconds
+    given = options(__doc__, 100, "of each mistake, with and without reference", OUTCOMES).parse_args()
     every = [(m, r, k) for k in range(given.records) for m in MISTAKES for r in (True, False)]
-    with given.outcomes.open("a") as file:
-        for one in [] if given.table else every:
-            if time.monotonic() > end:
-                break
-            if one not in done:
-                known.append(outcome(*one))
-                file.write(json.dumps(known[-1], default=float) + "\n")
-                file.flush()
+    known = pursued(given, every, outcome, ("mistake", "referenced", "k"))
     rows = []
     for mistake in MISTAKES:
         for referenced in (True, False):

@@ -15,6 +15,7 @@ from vireport.base import NumericalError, Progress, UsageError
 from vireport.cli.outcome import CommandOutcome
 from vireport.design import MeasuredShare, measured_share
 from vireport.measurement import (
+    OF_SHAKER,
     Fitted,
     Identification,
     ShakerMotion,
@@ -27,7 +28,8 @@ from vireport.measurement import (
     read_signals,
     with_shaker,
 )
-from vireport.scenario import DesignInput, Distribution, Loaded, Scenario, loads, to_dict
+from vireport.physics import RESTITUTIONS
+from vireport.scenario import DesignInput, Distribution, Loaded, Scenario, loads, percent_key, to_dict
 from vireport.study import json_bytes, provenance_of
 from vireport.text import Table, bounded, numbers, plain_text, significant, texts
 from vireport.wording import Words
@@ -274,35 +276,36 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
     tolerances = data["tolerances"] or {}
     device, found = data["device"], answer.found
     assert isinstance(found, Fitted)
-    restitutions = (DesignInput.RESTITUTION, DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP)
-    if any(x in restitutions for x in values):
+    if any(x in RESTITUTIONS for x in values):
         # Of one membrane alone the other stays; of both together their difference does.
-        bottom, top = (float(found.adjusted.model.device.value_of(x)) for x in restitutions[1:])
+        bottom, top = (float(found.adjusted.model.device.value_of(x)) for x in RESTITUTIONS[1:])
         same = abs(bottom - top) < SAME_RESTITUTION
+        one = same and DesignInput.RESTITUTION in values
         device.update(
-            restitution=(bottom + top) / 2 if same and restitutions[0] in values else None,
-            restitution_bottom=None if same and restitutions[0] in values else bottom,
-            restitution_top=None if same and restitutions[0] in values else bottom if same else top,
+            restitution=(bottom + top) / 2 if one else None,
+            restitution_bottom=None if one else bottom,
+            restitution_top=None if one else bottom if same else top,
         )
         # A tolerance of what the file no longer gives has no meaning.
-        for x in restitutions:
+        for x in RESTITUTIONS:
             tolerances.pop(x.value, None)
-            tolerances.pop(f"{x.value}_percent", None)
+            tolerances.pop(percent_key(x), None)
     normal = tolerances.get("distribution") == Distribution.NORMAL.value
     for x, (value, error, half) in values.items():
         *blocks, key = x.path.split(".")
-        if x not in restitutions:
+        if x not in RESTITUTIONS:
             reduce(dict.__getitem__, blocks, data)[key] = value
-        tolerances.pop(f"{x.value.rpartition('_')[0] if x.unit else x.value}_percent", None)
+        tolerances.pop(percent_key(x), None)
         # Of a normal distribution a tolerance is three standard deviations.
         tolerances[x.value] = 3 * error if normal else half
     if shaker is not None:
         # With the errors that they were taken with, among them what the scenario said of them.
         for prior in answer.inquiry.priors:
-            if prior.unknown in (Unknown.AMPLITUDE, Unknown.FREQUENCY):
-                data["excitation"][prior.unknown.value] = prior.value
-                tolerances.pop(f"{prior.unknown.value.rpartition('_')[0]}_percent", None)
-                tolerances[prior.unknown.value] = (3 if normal else NORMAL_HALF) * prior.deviation
+            if prior.unknown in OF_SHAKER:
+                varied = DesignInput(prior.unknown.value)
+                data["excitation"][varied.value] = prior.value
+                tolerances.pop(percent_key(varied), None)
+                tolerances[varied.value] = (3 if normal else NORMAL_HALF) * prior.deviation
         data["excitation"]["harmonics"] = [
             {"order": own.order, "percent": own.percent, "phase_deg": own.phase_deg}
             for own in shaker.harmonics

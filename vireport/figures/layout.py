@@ -137,7 +137,7 @@ def finished(
 
 def _filled(text: str) -> str:
     """A line of text in as many lines as it takes."""
-    return fill(text, int((sheet().width - 2 * EDGE) / sheet().letter), break_long_words=False)
+    return fill(text, sheet().letters(sheet().width - 2 * EDGE), break_long_words=False)
 
 
 def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
@@ -167,7 +167,7 @@ def letter_of(number: int) -> str:
 
 def title(axes: Axes, text: str, columns: int = 1) -> None:
     """Write a line over a panel, one of some columns, in as many lines as it takes."""
-    axes.set_title(fill(text, int(sheet().across / columns / sheet().letter)), loc="left")
+    axes.set_title(fill(text, sheet().letters(sheet().across / columns)), loc="left")
 
 
 def letter_panels(panels: Sequence[Axes], first: int) -> None:
@@ -181,7 +181,7 @@ def letter_panels(panels: Sequence[Axes], first: int) -> None:
 def say(axes: Axes, text: str) -> None:
     """Write a sentence in the middle of a panel that shows nothing else."""
     box = {"facecolor": "white", "edgecolor": "none"}
-    said = fill(text, int(0.8 * sheet().across / sheet().letter))
+    said = fill(text, sheet().letters(0.8 * sheet().across))
     axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", va="center", size=sheet().text + 1, bbox=box)
 
 

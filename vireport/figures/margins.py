@@ -38,7 +38,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)
         shift = f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]"
-        axes.set_xlabel(fill(shift, int(BESIDE_NAMES * sheet().across / sheet().letter)))
+        axes.set_xlabel(fill(shift, sheet().letters(BESIDE_NAMES * sheet().across)))
         return finished(figure, height, [], [])
 
 

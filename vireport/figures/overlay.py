@@ -95,9 +95,8 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
             fit_vertically([axes])
         _dress(panels[-1, 0], shown, along)
         figure.align_ylabels(panels[:, 0])
-        names = (
-            fill(f"{k} {literal(name)}", int(sheet().across / sheet().letter)) for k, name in enumerate(drawings, 1)
-        )
+        letters = sheet().letters(sheet().across)
+        names = (fill(f"{k} {literal(name)}", letters) for k, name in enumerate(drawings, 1))
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
         legends = [scenarios, [*stability_legend(shown), *point_legend(shown)]]
         return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels)

@@ -13,7 +13,7 @@ from vireport.figures.captions import held, pictured, shown_along
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture, Sheet, drawn_for
-from vireport.figures.sweeps import drawing_of, sweep_figure
+from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.motions import Atlas, model_of
 from vireport.physics import ARRAYS
 from vireport.study import Study, Task
@@ -54,9 +54,9 @@ def pictures(
 
 def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path | None) -> Iterator[Picture]:
     draw: dict[Task, Callable[[], Figure]] = {
-        Task.FIGURE_2: lambda: sweep_figure(Task.FIGURE_2, [drawing_of(study, simulated)]),
-        Task.FIGURE_4: lambda: sweep_figure(Task.FIGURE_4, [drawing_of(study)]),
-        Task.FIGURE_7: lambda: sweep_figure(Task.FIGURE_7, [drawing_of(study, simulated)]),
+        Task.FIGURE_2: lambda: figure_2(study, simulated),
+        Task.FIGURE_4: lambda: figure_4(study),
+        Task.FIGURE_7: lambda: figure_7(study, simulated),
     }
     for name, figure in draw.items():
         if study.plan.runs(name):

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vireport.figures.curves import Floats
-from vireport.figures.layout import Entry, blank, finished, letter_of
+from vireport.figures.layout import Entry, blank, finished, letter_of, title
 from vireport.figures.style import GUIDE, Color, Look, Picture, literal, style
 from vireport.measurement import Heard, Picked, ShakerMotion, Signals, filtered
 from vireport.wording import Words
@@ -52,8 +52,8 @@ def record_picture(signals: Signals) -> Picture:
         "channels": len(own.heard),
         "shaker": signals.shaker,
     }
-    title, caption, alt = (words(f"figure_record_{part}", shown) for part in ("title", "caption", "alt"))
-    return Picture(NAME, title, caption, alt, figure_record(signals))
+    heading, caption, alt = (words(f"figure_record_{part}", shown) for part in ("title", "caption", "alt"))
+    return Picture(NAME, heading, caption, alt, figure_record(signals))
 
 
 def figure_record(signals: Signals) -> Figure:
@@ -65,28 +65,29 @@ def figure_record(signals: Signals) -> Figure:
         rows = len(channels) + 2
         figure, panels = blank(rows, 2)
         for k, (heard, signal) in enumerate(channels):
-            grid = panels[k, 0].get_gridspec()
-            panels[k, 0].remove()
-            panels[k, 1].remove()
-            axes = figure.add_subplot(grid[k, :])
+            axes = _whole_row(figure, panels, k)
             _stretch(axes, own, heard, signal, period)
-            axes.set_title(f"({letter_of(k)}) {literal(heard.channel.name)}, filtered", loc="left")
-        raster, beginnings = panels[-2, 0], panels[-2, 1]
-        grid = raster.get_gridspec()
-        raster.remove()
-        beginnings.remove()
-        raster = figure.add_subplot(grid[-2, :])
+            title(axes, f"({letter_of(k)}) {literal(heard.channel.name)}, filtered")
+        raster = _whole_row(figure, panels, len(channels))
         _raster(raster, own, shaker, period)
-        raster.set_title(f"({letter_of(len(channels))}) every impact picked: a miss is a hole", loc="left")
+        title(raster, f"({letter_of(len(channels))}) every impact picked: a miss is a hole")
         _beginnings(panels[-1, 0], own, channels, period)
-        panels[-1, 0].set_title(f"({letter_of(len(channels) + 1)}) beginnings, each over its height", loc="left")
+        title(panels[-1, 0], f"({letter_of(len(channels) + 1)}) beginnings, each over its height", 2)
         if shaker is not None:
             _shaker(panels[-1, 1], shaker)
-            panels[-1, 1].set_title(f"({letter_of(len(channels) + 2)}) acceleration in a period", loc="left")
+            title(panels[-1, 1], f"({letter_of(len(channels) + 2)}) acceleration in a period", 2)
         else:
             panels[-1, 1].set_visible(False)
         legend: list[Entry] = [("bottom", BOTTOM), ("top", TOP), ("least that is picked", WEAKEST), ("fitted", FITTED)]
         return finished(figure, HEIGHT * rows, [], [legend if shaker is not None else legend[:3]])
+
+
+def _whole_row(figure: Figure, panels: Any, row: int) -> Axes:
+    """One panel in place of both of a row."""
+    grid = panels[row, 0].get_gridspec()
+    for axes in panels[row]:
+        axes.remove()
+    return figure.add_subplot(grid[row, :])
 
 
 def _stretch(axes: Axes, own: Picked, heard: Heard, signal: Floats, period: float) -> None:

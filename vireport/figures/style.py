@@ -113,7 +113,7 @@ class Sheet(Struct, frozen=True):
 
     @staticmethod
     def of(width_mm: float | None = None, settings: Mapping[str, Any] | None = None) -> Sheet:
-        """The page of a report, or where a width or settings are given the column of a paper.
+        """What is asked for, the column of a paper; where nothing is, what figures are drawn for just now.
 
         Parameters
         ----------
@@ -128,7 +128,7 @@ class Sheet(Struct, frozen=True):
             For another width.
         """
         if width_mm is None and settings is None:
-            return REPORT
+            return sheet()
         if width_mm is not None and not NARROWEST <= width_mm <= WIDEST:
             raise UsageError(f"figures are {NARROWEST} to {WIDEST} mm wide (got {width_mm:g} mm)")
         return Sheet(WIDTH if width_mm is None else width_mm / 25.4, False, settings or {})
@@ -153,6 +153,10 @@ class Sheet(Struct, frozen=True):
         """Width of a panel, or of the panels beside one another, for the choice of ticks [in]."""
         return self.width - BESIDE_PANELS
 
+    def letters(self, width: float) -> int:
+        """Letters of the small size in a line of some width [in]."""
+        return int(width / self.letter)
+
     @property
     def fonts(self) -> list[str]:
         """The families of fonts, the preferred one first."""
@@ -160,8 +164,8 @@ class Sheet(Struct, frozen=True):
         return [family] if isinstance(family, str) else list(family)
 
 
-REPORT = Sheet()
-_SHEET = ContextVar("_SHEET", default=REPORT)
+_REPORT = Sheet()
+_SHEET = ContextVar("_SHEET", default=_REPORT)
 
 
 def sheet() -> Sheet:

@@ -261,7 +261,7 @@ def sweep_figure(
             if row.limits != EVERYTHING:
                 for axes, drawing in zip(axes_of_row, drawings, strict=True):
                     _mark_leaving(axes, row, drawing)
-        letters = int(sheet().across / len(drawings) / sheet().letter)
+        letters = sheet().letters(sheet().across / len(drawings))
         for k, drawing in enumerate(drawings):
             if titles:
                 panels[0, k].set_title(fill(titles[k], int(letters / BOLD)), weight="bold")

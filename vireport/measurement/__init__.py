@@ -8,9 +8,10 @@ from vireport.measurement.picking import Heard, Picked, filtered, picked
 from vireport.measurement.recordings import Channel, HeardPlace, Recording, Unbroken, read_recording
 from vireport.measurement.records import parse_record, read_record
 from vireport.measurement.shaker import ShakerMotion, shaker_motion
-from vireport.measurement.signals import Signals, read_signals, with_shaker
+from vireport.measurement.signals import OF_SHAKER, Signals, read_signals, with_shaker
 
 __all__ = [
+    "OF_SHAKER",
     "BetterFit",
     "Channel",
     "ClockedDevice",

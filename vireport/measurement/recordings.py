@@ -22,6 +22,7 @@ from msgspec import Struct
 
 from vireport.base import Mistake, ScenarioError, UsageError, VireportError
 from vireport.measurement.flights import Array
+from vireport.measurement.records import contents
 from vireport.text import visible
 
 LARGEST_RECORDING = 2_000_000_000
@@ -153,15 +154,9 @@ def read_recording(path: str) -> Recording:
 
 
 def _bytes(path: str) -> bytes:
-    name = visible(path)
-    try:
-        with open(path, "rb") as file:
-            data = file.read(LARGEST_RECORDING + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise UsageError(f"{name} cannot be read: {reason}") from error
+    data = contents(path, LARGEST_RECORDING)
     if len(data) > LARGEST_RECORDING:
-        raise _refused(name, "", f"the file is larger than {LARGEST_RECORDING // 10**9} GB (cut the record)")
+        raise _refused(visible(path), "", f"the file is larger than {LARGEST_RECORDING // 10**9} GB (cut the record)")
     return data
 
 
@@ -174,7 +169,7 @@ def _refused(name: str, path: str, message: str, line: int = 1) -> VireportError
 
 def _known(title: str) -> tuple[HeardPlace | None, float] | None:
     """What a name stands for, and its unit in SI units; a place of None is the time's. None where it is not known."""
-    for place in (HeardPlace.BOTTOM, HeardPlace.TOP, HeardPlace.EITHER, HeardPlace.CAPSULE, None):
+    for place in (*HeardPlace, None):
         quantities = {HeardPlace.CAPSULE: ("acceleration",), None: ("time",)}.get(place, ("voltage", "sound"))
         for quantity in quantities:
             head = f"{place.value}_{quantity}" if place in (HeardPlace.BOTTOM, HeardPlace.TOP) else quantity
@@ -221,7 +216,7 @@ def _require_known(name: str, titles: list[str], timed: bool) -> None:
         raise _refused(
             name, "", f"one column of times is needed (allowed: time_s, time_ms or time_us, as in {EXAMPLE})"
         )
-    for place in (HeardPlace.BOTTOM, HeardPlace.TOP, HeardPlace.EITHER, HeardPlace.CAPSULE):
+    for place in HeardPlace:
         if places.count(place) > 1:
             raise _refused(name, "", f"two signals are of the same kind, {place.value} (allowed: one of each)")
     each, either = {HeardPlace.BOTTOM, HeardPlace.TOP} & set(places), HeardPlace.EITHER in places

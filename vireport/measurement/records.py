@@ -86,16 +86,26 @@ def read_record(path: str, frequency_hz: float) -> Record:
     ScenarioError
         With every mistake in it, by its line.
     """
-    name = visible(path)
-    try:
-        with open(path, "rb") as file:
-            data = file.read(LARGEST_RECORD + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise UsageError(f"{name} cannot be read: {reason}") from error
+    name, data = visible(path), contents(path, LARGEST_RECORD)
     if len(data) > LARGEST_RECORD:
         raise _refused(name, 1, "", f"the file is larger than {LARGEST_RECORD // 10**6} MB (cut the record)")
     return parse_record(data, name, frequency_hz)
+
+
+def contents(path: str, largest: int) -> bytes:
+    """The bytes of a file, of one that is larger than allowed one more.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read.
+    """
+    try:
+        with open(path, "rb") as file:
+            return file.read(largest + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise UsageError(f"{visible(path)} cannot be read: {reason}") from error
 
 
 def parse_record(data: bytes, name: str, frequency_hz: float) -> Record:

@@ -184,11 +184,17 @@ def _means(recording: Recording, channel: Channel, together: int) -> tuple[Array
     return np.concatenate(times), np.concatenate(values)
 
 
-def _line(name: str, t: Array, values: Array, step: float, span: float, expected: float) -> float:
-    """Frequency of the strongest line near that which is expected [Hz]."""
+def _even(t: Array, values: Array, step: float) -> Array:
+    """Values on an even clock, 0 where there are none."""
     rows = np.round((t - t[0]) / step).astype(int)
     even = np.zeros(rows[-1] + 1)
-    even[rows] = values - np.median(values)
+    even[rows] = values
+    return even
+
+
+def _line(name: str, t: Array, values: Array, step: float, span: float, expected: float) -> float:
+    """Frequency of the strongest line near that which is expected [Hz]."""
+    even = _even(t, values - np.median(values), step)
     size = 1 << int(np.ceil(np.log2(PADDED * len(even))))
     power = np.abs(np.fft.rfft(even, size)) ** 2
     lines = np.fft.rfftfreq(size, step)
@@ -235,9 +241,7 @@ def _by_frequency(design: Array, t: Array, coefficients: Array) -> Array:
 
 def _noise(t: Array, left: Array, step: float, omega: float, span: float, count: int) -> Array:
     """Variance of white noise that is as strong as what is left around each harmonic."""
-    rows = np.round((t - t[0]) / step).astype(int)
-    even = np.zeros(rows[-1] + 1)
-    even[rows] = left
+    even = _even(t, left, step)
     power = np.abs(np.fft.rfft(even)) ** 2 / count
     at = np.arange(1, ORDERS + 1) * omega / (2 * pi) * step * len(even)
     near, far = NEIGHBOURS

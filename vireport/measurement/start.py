@@ -7,6 +7,7 @@ it is off. The phase of the force, where it is not known, is tried around the ci
 from __future__ import annotations
 
 from math import cos, pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,30 @@ CLOCK = {Unknown.FREQUENCY, Unknown.DRIFT}
 """With which the phase turns away from a first guess in a long record."""
 
 
+class _Stretch(NamedTuple):
+    """Impacts that are fitted, and what: unknowns, and inputs that are known with an uncertainty."""
+
+    times: Array
+    walls: Array
+    flown: Mask
+    unknowns: tuple[Unknown, ...]
+    priors: tuple[Prior, ...]
+
+    @property
+    def impacts(self) -> tuple[Array, Array, Mask]:
+        """As `equations` takes them."""
+        return self.times, self.walls, self.flown
+
+    @property
+    def fitted(self) -> tuple[Unknown, ...]:
+        """All that is fitted."""
+        return with_known(self.unknowns, self.priors)
+
+    def first(self, few: int) -> _Stretch:
+        """Its first impacts."""
+        return self._replace(times=self.times[:few], walls=self.walls[:few], flown=self.flown[: few - 1])
+
+
 def starts(
     model: ClockedDevice,
     times: Array,
@@ -58,42 +83,31 @@ def starts(
     """
     if flown is None:
         flown = np.ones(len(times) - 1, dtype=np.bool_)
+    whole = _Stretch(times, walls, flown, unknowns, priors)
     if Unknown.PHASE not in unknowns:
-        few = min(len(times), 10 * FIRST)
-        first = _with_typical_restitutions(model, times[:few], walls[:few], flown, unknowns)
-        return [_grown(first, times, walls, flown, unknowns, priors)]
+        first = _with_typical_restitutions(model, whole.first(10 * FIRST))
+        return [_grown(first, whole)]
     # What has not settled yet tells most of a motion that then repeats itself, and would be lost among the rest.
-    longest = FIRST if {*with_known(unknowns, priors)} & CLOCK else 10 * FIRST
-    parts = sorted({min(len(times), few) for few in (FIRST // 2, FIRST, longest)})
+    longest = FIRST if {*whole.fitted} & CLOCK else 10 * FIRST
+    parts = [whole.first(few) for few in sorted({min(len(times), few) for few in (FIRST // 2, FIRST, longest)})]
     tried: list[ClockedDevice] = []
-    for few in parts:
-        around = _best_around(model, times[:few], walls[:few], flown[: few - 1], unknowns)
-        tried += _best(
-            [_fitted(one, times[:few], walls[:few], flown, unknowns, priors) for one in around],
-            times, walls, flown, unknowns, [few],
-        )  # fmt: skip
+    for part in parts:
+        around = _best_around(model, part)
+        tried += _best([_fitted(one, part) for one in around], unknowns, [part])
     # All that fit one part are fitted to all, the first impacts first.
-    for few in parts:
-        tried = [_fitted(one, times[:few], walls[:few], flown, unknowns, priors) for one in tried]
-    best = _best(tried, times, walls, flown, unknowns, parts)
-    return [_grown(own, times, walls, flown, unknowns, priors) for own in best]
+    for part in parts:
+        tried = [_fitted(one, part) for one in tried]
+    return [_grown(own, whole) for own in _best(tried, unknowns, parts)]
 
 
-def _best(
-    fitted: list[ClockedDevice],
-    times: Array,
-    walls: Array,
-    flown: Mask,
-    unknowns: tuple[Unknown, ...],
-    parts: list[int],
-) -> list[ClockedDevice]:
+def _best(fitted: list[ClockedDevice], unknowns: tuple[Unknown, ...], parts: list[_Stretch]) -> list[ClockedDevice]:
     """The models that fit one of the first parts of a record about as well as the best one, each once, the best first.
 
     Below a hundred-thousandth of a period all fit, and which is best is chance.
     """
     if not fitted:
         return []
-    cost = np.array([[_spread(one, times[:few], walls[:few], flown, MANY) for few in parts] for one in fitted])
+    cost = np.array([[_spread(one, part, MANY) for part in parts] for one in fitted])
     # Of a part with hardly a flight nothing is known, and it says the same of all.
     cost = np.clip(cost, 1e-5 / fitted[0].device.frequency_hz, 1e9)
     cost /= cost.min(axis=0)
@@ -111,17 +125,15 @@ def same_start(one: ClockedDevice, other: ClockedDevice, unknowns: tuple[Unknown
     return turned and all(abs(a - b) < CLOSE for a, b in values)
 
 
-def _spread(model: ClockedDevice, times: Array, walls: Array, flown: Mask, share: float = MOST) -> float:
+def _spread(model: ClockedDevice, part: _Stretch, share: float = MOST) -> float:
     """Timing error that a share of the equations agrees on [s]."""
-    return typical(equations(model, times, walls, flown[: len(times) - 1]), share)
+    return typical(equations(model, *part.impacts), share)
 
 
-def _best_around(
-    model: ClockedDevice, times: Array, walls: Array, flown: Mask, unknowns: tuple[Unknown, ...]
-) -> list[ClockedDevice]:
+def _best_around(model: ClockedDevice, part: _Stretch) -> list[ClockedDevice]:
     """Models at the phases around which impacts fit best, with the restitutions that most of them agree on there."""
     phases = np.arange(PHASES) * 2 * pi / PHASES
-    free = [x for x in unknowns if x in RESTITUTIONS]
+    free = [x for x in part.unknowns if x in RESTITUTIONS]
     known = [np.full(PHASES, model.value_of(x)) for x in RESTITUTIONS[1:]]
 
     def profile(single: Array, sides: Array) -> Array:
@@ -133,7 +145,7 @@ def _best_around(
             top = middle if x != Unknown.RESTITUTION_BOTTOM else top
         return np.where(sides > 0, bottom[:, None], top[:, None])
 
-    off = around_phases(model, times, walls, flown, phases, profile)
+    off = around_phases(model, *part.impacts, phases, profile)
     if not off.shape[1]:
         return []
     k = min(int(MOST * off.shape[1]), off.shape[1] - 1)
@@ -143,7 +155,7 @@ def _best_around(
     lowest = (costs <= np.roll(costs, 1, axis=0)) & (costs <= np.roll(costs, -1, axis=0))
     chosen = {int(k) for i in (0, 1) for k in np.argsort(np.where(lowest[:, i], costs[:, i], np.inf))[:MOST_TRIED]}
     around = (model.with_values((Unknown.PHASE,), phases[k : k + 1]) for k in sorted(chosen) if lowest[k].any())
-    return [_with_typical_restitutions(one, times, walls, flown, unknowns) for one in around]
+    return [_with_typical_restitutions(one, part) for one in around]
 
 
 def _counts(x: Unknown, sides: Array) -> Mask:
@@ -162,83 +174,58 @@ def _middle(single: Array) -> Array:
     return np.clip(np.where(count > 0, middle, 0.5), 0.01, 0.99)
 
 
-def _with_typical_restitutions(
-    model: ClockedDevice, times: Array, walls: Array, flown: Mask, unknowns: tuple[Unknown, ...]
-) -> ClockedDevice:
+def _with_typical_restitutions(model: ClockedDevice, part: _Stretch) -> ClockedDevice:
     """The model with the restitutions that are unknown taken from the middle of those of single impacts."""
-    free = [x for x in unknowns if x in RESTITUTIONS]
+    free = [x for x in part.unknowns if x in RESTITUTIONS]
     if not free:
         return model
-    own = equations(model, times, walls, flown[: len(times) - 1])
-    wall = walls[own.impacts]
+    own = equations(model, *part.impacts)
+    wall = part.walls[own.impacts]
     with np.errstate(all="ignore"):
         single = np.where(wall * own.before > 0, -own.after / own.before, np.nan)
     values = [float(_middle(single[None, _counts(x, wall)])[0]) for x in free]
     return model.with_values(tuple(free), np.array(values))
 
 
-def _grown(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    flown: Mask,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...],
-) -> ClockedDevice:
+def _grown(model: ClockedDevice, whole: _Stretch) -> ClockedDevice:
     """The model fitted to the first impacts, then to twice as many, up to all; or to enough, if no clock is unknown."""
-    every = {*with_known(unknowns, priors)}
-    most = len(times) if every & CLOCK else min(len(times), ENOUGH)
+    turning, impacts = bool({*whole.fitted} & CLOCK), len(whole.times)
+    most = impacts if turning else min(impacts, ENOUGH)
     # Of a phase that does not turn away a first guess holds for many.
-    count = min(FIRST if every & CLOCK else 10 * FIRST, most)
+    count = min(FIRST if turning else 10 * FIRST, most)
     while True:
-        model = _fitted(model, times[:count], walls[:count], flown, unknowns, priors)
+        model = _fitted(model, whole.first(count))
         if count == most:
             return model
         count = min(2 * count, most)
 
 
-def _fitted(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    flown: Mask,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...],
-) -> ClockedDevice:
+def _fitted(model: ClockedDevice, part: _Stretch) -> ClockedDevice:
     """Least squares with Tukey's weights; along what the impacts leave open it does not move.
 
     On the error that most impacts keep to; where no error of most is that of many, too many were missed for it.
     """
-    if not with_known(unknowns, priors):
+    if not part.fitted:
         return model
-    given = times, walls, flown[: len(times) - 1]
     none = 1e-5 / model.device.frequency_hz
-    most = _descended(model, *given, unknowns, priors, MOST)
-    many = max(_spread(most, *given, MANY), none)
-    if _spread(most, *given, MOST) <= ALIKE * many and many <= ALIKE * max(_spread(model, *given, MANY), none):
+    most = _descended(model, part, MOST)
+    many = max(_spread(most, part, MANY), none)
+    if _spread(most, part, MOST) <= ALIKE * many and many <= ALIKE * max(_spread(model, part, MANY), none):
         return most
     # Of three impacts of a motion two can be met exactly, with the third far off: only where all else fails.
-    other = _descended(model, *given, unknowns, priors, MANY)
-    return min(most, other, key=lambda one: _spread(one, *given, MANY))
+    other = _descended(model, part, MANY)
+    return min(most, other, key=lambda one: _spread(one, part, MANY))
 
 
-def _descended(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    flown: Mask,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...],
-    share: float,
-) -> ClockedDevice:
+def _descended(model: ClockedDevice, part: _Stretch, share: float) -> ClockedDevice:
     """The best step of a descent in which errors are counted in that which a share of the equations keeps to."""
-    every = with_known(unknowns, priors)
-    scales = np.array([model.scale_of(x, float(times[-1] - times[0])) for x in every])
+    every, unknowns, priors = part.fitted, part.unknowns, part.priors
+    scales = np.array([model.scale_of(x, float(part.times[-1] - part.times[0])) for x in every])
     # What the start does not know yet may make it far off everywhere: Huber's weights, as Tukey's would leave out all.
     tail = set(unknowns) <= {*RESTITUTIONS, Unknown.PHASE}
     best, least = model, np.inf
     for _ in range(STEPS):
-        own = equations(model, times, walls, flown, every)
+        own = equations(model, *part.impacts, every)
         error = max(typical(own, share), 1e-18)
         if error < least:
             best, least = model, error
@@ -263,4 +250,4 @@ def _descended(
             if tail:
                 break
             tail = True
-    return model if _spread(model, times, walls, flown, share) < least else best
+    return model if _spread(model, part, share) < least else best

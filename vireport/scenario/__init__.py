@@ -29,6 +29,7 @@ from vireport.scenario.blocks import (
     SimulationBlock,
     TolerancesBlock,
     inputs,
+    percent_key,
     to_dict,
     unit_of,
 )
@@ -83,6 +84,7 @@ __all__ = [
     "load_map",
     "loads",
     "loads_map",
+    "percent_key",
     "schema",
     "to_dict",
     "unit_of",
