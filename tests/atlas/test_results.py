@@ -43,6 +43,7 @@ def study(followed):
     return followed[0]
 
 
+@pytest.mark.slow
 def test_each_family_is_told_as_it_is_followed(followed):
     study, told = followed
     words = {step.rpartition(" ")[2] for step in told}
@@ -82,6 +83,7 @@ def test_results_hold_every_family_with_its_ends_and_voltages(study):
         assert point["kind"] == "node_focus" or labels[point["label"]] == point["sweep_value"]
 
 
+@pytest.mark.slow
 def test_a_family_that_is_not_followed_to_its_end_says_so_and_how_far_it_was(monkeypatch):
     monkeypatch.setattr("vireport.motions.paths.MOST_POINTS", 6)
     study = analyse(loads(TEXT))
@@ -187,7 +189,7 @@ def test_motions_at_a_value_are_found_with_their_families(study):
     assert {"BT", "BBT"} <= words
     for family, motion in study.atlas.at(0.3):
         assert family.word == motion.word
-        assert study.solution.sweep.value(*family.curve.model.groups(motion.coordinate)[:2]) == pytest.approx(0.3)
+        assert study.solution.sweep.value(motion.coordinate) == pytest.approx(0.3)
 
 
 def test_motions_are_found_again_from_results(study):

@@ -24,7 +24,7 @@ EXAMPLES = int(os.environ.get("EXAMPLES", "0"))
 
 
 @pytest.mark.slow
-@settings(max_examples=EXAMPLES or 40, derandomize=not EXAMPLES)
+@settings(max_examples=EXAMPLES or 20, derandomize=not EXAMPLES)
 @given(solvable_trees())
 def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
     loaded = loads(json.dumps(tree))

@@ -51,7 +51,7 @@ def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[
     return seen
 
 
-@pytest.mark.parametrize("seed", first(4, range(24)))
+@pytest.mark.parametrize("seed", first(1, range(16)))
 def test_every_motion_of_a_scan_is_found(seed: int) -> None:
     rng = np.random.default_rng(seed)
     d, gbar, r = 10 ** rng.uniform(-1.5, 0.1), 10 ** rng.uniform(-2.5, 0.2), rng.uniform(0.05, 0.95)
@@ -76,7 +76,7 @@ def test_small_inclination_has_two_families_and_large_has_fewer_stable_ones() ->
     assert stable(45.0) <= 1
 
 
-@pytest.mark.parametrize("angle", [1e-9, 1e-6, 1e-3, 0.01, 0.1])
+@pytest.mark.parametrize("angle", first(2, [1e-9, 1e-6, 1e-3, 0.01, 0.1]))
 def test_nearly_symmetric_branch_of_a_nearly_horizontal_capsule_is_found(angle: float) -> None:
     device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, angle)
     solution = solve(Sweep(device, Parameter.LENGTH, 0.26, 0.75))
@@ -108,7 +108,7 @@ def test_branch_across_the_singularity_of_the_printed_form() -> None:
     np.testing.assert_allclose(smooth(main.q[inside]), main.velocity_bottom[inside], rtol=1e-9)
 
 
-SWEEPS, BATCHES = 120, 24
+SWEEPS, BATCHES = 70, 14
 """Random sweeps, and the parts of them of which each is a test."""
 
 
@@ -136,7 +136,7 @@ def test_branches_hold_every_motion_of_each_design_point(batch: int) -> None:
             assert crossings(solution, value) == len(alone.motions), (sweep, value)
 
 
-@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 0.01, 0.05, 0.1, 0.5])
+@pytest.mark.parametrize("angle", first(2, [0.0, 1e-9, 1e-4, 0.01, 0.05, 0.1, 0.5]))
 def test_unstable_branch_near_pi_of_a_nearly_horizontal_capsule(angle: float) -> None:
     device = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, angle)
     solution = solve(Sweep(device, Parameter.LENGTH, 0.1, 1.0))

@@ -43,7 +43,7 @@ from vireport.physics import (
     voltage_bounds,
     voltages,
 )
-from vireport.scenario import Parameter
+from vireport.scenario import DRIVING, Parameter
 from vireport.simulation import growth_bound
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
@@ -98,7 +98,7 @@ def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
     return ratios
 
 
-@pytest.mark.parametrize("batch", first(1, range(0, 30, 4)))
+@pytest.mark.parametrize("batch", first(0, range(0, 30, 4)))
 def test_bounds_of_branches_hold_and_are_not_wild(batch: int) -> None:
     together: dict[str, list[float]] = {}
     for sweep in sweep_grid()[6 * batch : 6 * batch + 6]:
@@ -114,7 +114,7 @@ def test_bounds_of_random_branches_hold() -> None:
     for sweep in random_sweeps(22, seed=11):
         if any(ratios_of(solution_of(sweep.device, MEMBRANE, sweep, design=False), 3)):
             parameters.add(sweep.parameter)
-    assert parameters == set(Parameter)
+    assert parameters == set(DRIVING)
 
 
 @pytest.mark.parametrize("parameter", [Parameter.AMPLITUDE, Parameter.FREQUENCY])
@@ -131,7 +131,7 @@ def test_bounds_hold_at_the_ends_of_sweeps_next_to_horizontal(parameter: Paramet
         assert (bounds["average_v"][ends] < 1e-11 * branch.voltages.average_v[ends]).all()
 
 
-@pytest.mark.parametrize("parameter", list(Parameter))
+@pytest.mark.parametrize("parameter", DRIVING)
 def test_bounds_hold_where_the_stated_value_is_not_that_of_the_motion(parameter: Parameter) -> None:
     """So it is at an end of the sweep that could not be solved for; voltages are those at the stated value."""
     at = float(getattr(DEVICE, parameter))
@@ -199,7 +199,7 @@ def test_bounds_at_design_points_hold(seed: int) -> None:
         assert np.median(ratios) < 1e4, name
 
 
-@pytest.mark.parametrize("share", [0.0, 1e-12, 1e-3, 2.0])
+@pytest.mark.parametrize("share", first(2, [0.0, 1e-12, 1e-3, 2.0]))
 def test_bounds_of_voltages_hold_and_are_not_wild(share: float) -> None:
     """Of impacts whose speed is known to a share: the exact speed may be anywhere up to it."""
     rng = np.random.default_rng(3)
@@ -232,7 +232,7 @@ def test_bounds_of_voltages_hold_and_are_not_wild(share: float) -> None:
 @pytest.mark.parametrize("device", first(0, [DEVICE, *(sweep.device for sweep in random_sweeps(3, seed=8)[1:])]))
 def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
     errors = []
-    for parameter in Parameter:
+    for parameter in DRIVING:
         at = float(getattr(device, parameter))
         low, high = (0.0, 90.0) if parameter is Parameter.INCLINATION else (at / 4, at * 4)
         diagram = solve(Sweep(device, parameter, low, high))

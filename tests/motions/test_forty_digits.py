@@ -13,8 +13,8 @@ from vireport.motions import solve
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
 
-SWEEPS = random_sweeps(240, seed=20190301)
-BATCHES = 23  # not 24, as kinds of sweeps come in turn
+SWEEPS = random_sweeps(130, seed=20190301)
+BATCHES = 13  # not 12, as kinds of sweeps come in turn
 TOLERANCE = 1e-12
 ROWS = 5
 

@@ -185,15 +185,17 @@ def check_complete(count: int, seed: int) -> None:
     assert seen > count
 
 
+@pytest.mark.slow
 def test_no_motion_is_found_from_anywhere_that_is_not_listed() -> None:
     check_complete(3, 3)
 
 
 @pytest.mark.slow
-def test_no_motion_of_fifty_devices_is_found_from_anywhere_that_is_not_listed() -> None:
-    check_complete(50, 4)
+def test_no_motion_of_many_devices_is_found_from_anywhere_that_is_not_listed() -> None:
+    check_complete(20, 4)
 
 
+@pytest.mark.slow
 def test_stable_motions_are_those_that_the_simulation_comes_to() -> None:
     """Velocity, phase and the larger multiplier, of random devices whose ball does not stop, and no others stay 1:1."""
     rng = np.random.default_rng(8)

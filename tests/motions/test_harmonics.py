@@ -7,6 +7,7 @@ from math import pi, radians
 
 import numpy as np
 import pytest
+from conftest import first
 from mpmath import mp, mpf
 from msgspec.structs import replace
 from raw_flights import Flights
@@ -19,7 +20,7 @@ from vireport.motions.contour import Surface, contours, places
 from vireport.motions.points import motion_at
 from vireport.motions.sweep import Held, Level
 from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall
-from vireport.scenario import Parameter
+from vireport.scenario import DRIVING, Parameter
 from vireport.simulation import BOTTOM, Impact, find_attractor
 
 INCLINED = Device(
@@ -113,7 +114,7 @@ def gap_by_sampling(flights: Flights, motions: Motions, row: int, n: int) -> flo
 
 
 @pytest.mark.parametrize(
-    "parts", [((2, 0.5, 200.0),), ((8, 0.4, 50.0), (3, 0.2, 10.0)), ((2, 0.4, 0.0), (4, 0.5, 90.0))]
+    "parts", first(1, [((2, 0.5, 200.0),), ((8, 0.4, 50.0), (3, 0.2, 10.0)), ((2, 0.4, 0.0), (4, 0.5, 90.0))])
 )
 def test_the_gap_to_a_membrane_is_that_of_many_times(parts) -> None:
     seen = 0
@@ -192,6 +193,7 @@ def random_device(rng: np.random.Generator) -> tuple[Device, Parts]:
     return with_force(device, *parts), parts
 
 
+@pytest.mark.slow
 def test_newton_from_random_starts_finds_no_other_motion() -> None:
     rng = np.random.default_rng(5)
     assert sum(missed_by(*random_device(rng), rng, 40) for _ in range(2)) > 5
@@ -200,7 +202,7 @@ def test_newton_from_random_starts_finds_no_other_motion() -> None:
 @pytest.mark.slow
 def test_newton_from_many_random_starts_finds_no_other_motion() -> None:
     rng = np.random.default_rng(17)
-    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(10)) > 200
+    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(5)) > 100
 
 
 def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
@@ -208,7 +210,7 @@ def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("parameter", list(Parameter))
+@pytest.mark.parametrize("parameter", DRIVING)
 def test_every_sweep_has_the_motions_of_each_of_its_points(parameter) -> None:
     for parts, beta in (((SECOND, THIRD), 0.0), ((THIRD,), 0.0)):
         as_many_along_a_sweep(parameter, parts, beta)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
+from conftest import first
 from msgspec.structs import replace
 
 from vireport.design.lines import LINES, Line, along
@@ -84,7 +85,7 @@ def raw_map(groups: Groups[float], from_time: mp.mpf):
     return next_impact
 
 
-@pytest.mark.parametrize("harmonics", [False, True])
+@pytest.mark.parametrize("harmonics", first(1, [False, True]))
 def test_motions_and_multipliers_are_those_of_the_raw_map(harmonics: bool) -> None:
     """The map is differentiated by differences in 40 digits, and knows nothing of Jacobians."""
     with mp.workdps(40):

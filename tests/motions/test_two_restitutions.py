@@ -276,7 +276,7 @@ def test_the_trace_of_any_word_has_the_restitution_of_each_wall() -> None:
     model = replace(Model(sweep.level, r), level=replace(sweep.level, value=float(orbit.gbar)))
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
     assert trace(motion.word, x, model) == pytest.approx(return_trace(orbit, r), rel=1e-13)
-    assert model.determinant((1, -1)) == pytest.approx((0.47 * 0.52) ** 2)
+    assert model.determinant((1, -1), 0.4) == pytest.approx((0.47 * 0.52) ** 2)
 
 
 def test_a_membrane_that_is_struck_twice_counts_twice_in_the_determinant() -> None:

@@ -96,6 +96,7 @@ def atlas(
         How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
+    sweep.driven("the families of all impact sequences")
     device = sweep.device.plain_ball("the families of all impact sequences")
     model = Model(sweep.level, device.restitution, device.harmonics)
     search = _Search(solve(sweep), model, low, high, limits, progress, finest, openings)
@@ -325,7 +326,7 @@ class _Search(Struct):
         """Take up a family that was followed."""
         x = np.array([point.x for point in trail.points])
         trace = np.array([point.trace for point in trail.points])
-        values = np.asarray(self.sweep.value(*(np.broadcast_to(g, len(x)) for g in self.model.groups(x[:, -1])[:2])))
+        values = np.asarray(self.sweep.value(x[:, -1]))
         marks = tuple(Mark(row, event) for row, event in trail.events)
         self.take(Family(0, self.sweep, curve, x, trace, values, np.ones(len(x), dtype=bool), marks))
 

@@ -39,7 +39,7 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * word.periods)
     at_rest = not motion.velocity.all()  # where the trace has a pole
     groups = model.groups(motion.coordinate).as_floats()
-    pair = multipliers(np.array([nan if at_rest else trace(word, x, model)]), model.determinant(word.walls))[0]
+    pair = multipliers(np.array([nan if at_rest else trace(word, x, model)]), model.determinant(word.walls, x[-1]))[0]
     cycle = Cycle(
         word=word.canonical().letters,
         period=word.periods,

@@ -122,7 +122,7 @@ def harvester_of(loaded: Loaded | None) -> Harvester:
     span = PAPER.span
     if scenario.sweep is not None:
         parameter, ends = Parameter(scenario.sweep.parameter), (scenario.sweep.from_, scenario.sweep.to)
-        if getattr(device, parameter) is None:
+        if device.value_of(parameter) is None:
             device = device.with_values({parameter: sum(ends) / 2})
         if parameter is Parameter.LENGTH:
             span = ends[0] / device.length_m, ends[1] / device.length_m

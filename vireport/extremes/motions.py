@@ -41,7 +41,7 @@ from vireport.physics import (
     each,
     voltages,
 )
-from vireport.scenario import Parameter
+from vireport.scenario import DRIVING, Parameter
 from vireport.study import Study
 from vireport.text import AlertCode
 
@@ -185,8 +185,7 @@ def _units(harvester: Harvester) -> Iterator[Case]:
 def _velocity_units(device: Device) -> dict[Parameter, float]:
     """The unit of velocity [m/s] with each parameter as the one that is swept, a third above the device's value."""
     return {
-        parameter: float(device.velocity_unit(parameter, RAISED * getattr(device, parameter)))
-        for parameter in Parameter
+        parameter: float(device.velocity_unit(parameter, RAISED * getattr(device, parameter))) for parameter in DRIVING
     }
 
 

@@ -1,7 +1,8 @@
-"""The level curve of a sweep where the force has harmonics: found as a contour in the plane of q and phase.
+"""The level curve of a sweep where no two sheets are its motions: found as a contour in the plane of q and phase.
 
-Above each q the level is a trigonometric polynomial in the phase, of the highest order of the force: with at most twice
-as many phases, and not on two sheets as that of a sine. So the plane is covered with a grid, far below the shortest
+Where the force has harmonics, above each q the level is a trigonometric polynomial in the phase, of the highest order
+of the force: with at most twice as many phases, and not on two sheets as that of a sine. So is that of a sweep over a
+restitution, see `bounces`. So the plane is covered with a grid, far below the shortest
 wavelength and, next to q = 1/2 and to the edges, in every decade down to rounding. Where the signs differ at the ends
 of an edge of the grid, the curve crosses it; these points are located to the last bit and joined from cell to cell.
 A curve that a cell hides crosses no edge: it goes round an extremum, which is looked for next to the extrema of the
@@ -12,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from msgspec import Struct
@@ -74,13 +75,64 @@ EXTREMUM_STEPS = 40
 """Newton steps to an extremum of the level, of which six are usual."""
 
 
+class LevelHeight(Protocol):
+    """How far above its level a place of the plane of q and phase is, and its derivatives."""
+
+    @property
+    def n(self) -> int:
+        """Forcing periods per motion."""
+
+    @property
+    def order(self) -> int:
+        """Highest order of the phase in the level."""
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the level may have features of any size next to q = 1/2, as that of a nearly horizontal capsule."""
+
+    @property
+    def unresolved(self) -> str:
+        """Why its level cannot be followed, where that is so."""
+
+    def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
+        """A measure of places on the level that is above 0 where motions are, and how far below it none are near."""
+
+    def value(self, u: Any, phi: Any) -> Any:
+        """The height above the level at places of one shape."""
+
+    def on_grid(self, u: Floats, phi: Floats) -> Floats:
+        """The height at all pairs of a u and a phase."""
+
+    def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
+        """The height and its derivatives by u and by the phase."""
+
+
 class Surface(Struct, frozen=True, eq=False):
-    """How far above its level a place of the plane is, and its derivatives; of a force with harmonics."""
+    """The plane of a level of one group, of a force with harmonics."""
 
     level: Level
     r: Any
     n: int
     harmonics: tuple[Harmonic, ...]
+
+    @property
+    def order(self) -> int:
+        """Highest order of the phase in the level."""
+        return max(own.order for own in self.harmonics)
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the level may have features of any size next to q = 1/2."""
+        return True
+
+    @property
+    def unresolved(self) -> str:
+        """Why its level cannot be followed, where that is so."""
+        return UNRESOLVED
+
+    def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
+        """A measure of places on the level that is above 0 where motions are: here anywhere."""
+        return np.ones(len(u)), 0.0
 
     def value(self, u: Any, phi: Any) -> Any:
         """The height above the level at places of one shape."""
@@ -139,16 +191,35 @@ class Contour(Struct, frozen=True, eq=False):
         return [float(i) for i in np.flatnonzero(np.abs(self.u[1:-1]) <= ON_MIDDLE) + 1]
 
 
-def contours(surface: Surface) -> list[Contour]:
+def contours(surface: LevelHeight) -> list[Contour]:
     """Every piece of the level curve over 0 < q < 1."""
     u, phi = _grid(surface)
     values = surface.on_grid(u, phi)
     found = [_thinned(chain) for chain in _chains(surface, u, phi, values)]
     found += _hidden(surface, u, phi, values)
-    return [_refined(surface, own) for own in found]
+    return [_refined(surface, part) for own in found for part in _within(surface, own)]
 
 
-def places(strands: Sequence[Any], which: Ints, w: Floats, surface: Surface) -> tuple[Floats, Floats]:
+def _within(surface: LevelHeight, strand: Contour) -> Iterator[Contour]:
+    """The parts of a contour next to which there may be motions."""
+    measure, below = surface.within(strand.u, strand.phi)
+    near = measure > below
+    if near.all():
+        yield strand
+        return
+    u, phi = strand.u, strand.phi
+    if strand.closed:
+        first, turn = int(np.argmin(near)), phi[-1] - phi[0]
+        u, phi = np.concatenate([u[first:-1], u[: first + 1]]), np.concatenate([phi[first:-1], phi[: first + 1] + turn])
+        measure = np.concatenate([measure[first:-1], measure[: first + 1]])
+    # A step that goes from motions to where none are near is kept as well.
+    steps = ((measure[1:] > below) & (measure[:-1] > below)) | (np.maximum(measure[1:], measure[:-1]) > 0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], steps, [False]]).astype(np.int8)))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        yield Contour(u[begin : end + 1], phi[begin : end + 1], False)
+
+
+def places(strands: Sequence[Any], which: Ints, w: Floats, surface: LevelHeight) -> tuple[Floats, Floats]:
     """The places at parameters `w` of the strands `which`: on the normal of a chord of a contour, to the last bit.
 
     What is no contour is the symmetric line, where u is zero and the parameter is the phase.
@@ -161,7 +232,7 @@ def places(strands: Sequence[Any], which: Ints, w: Floats, surface: Surface) -> 
     return u, phi
 
 
-def _on(strand: Contour, w: Floats, surface: Surface) -> tuple[Floats, Floats]:
+def _on(strand: Contour, w: Floats, surface: LevelHeight) -> tuple[Floats, Floats]:
     last = len(strand.u) - 1
     turns, along = np.zeros_like(w), w
     if strand.closed:
@@ -178,7 +249,7 @@ def _on(strand: Contour, w: Floats, surface: Surface) -> tuple[Floats, Floats]:
     return np.clip(u, -EDGE, EDGE), phi + turns * (strand.phi[-1] - strand.phi[0])
 
 
-def _corrected(surface: Surface, u: Floats, phi: Floats, normal: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+def _corrected(surface: LevelHeight, u: Floats, phi: Floats, normal: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """The points of the curve on straight lines in a direction, by Newton's method."""
     size = np.hypot(*normal)
     across = normal[0] / size, normal[1] / size
@@ -198,23 +269,24 @@ def _corrected(surface: Surface, u: Floats, phi: Floats, normal: tuple[Floats, F
         active = active[~settled]
     # At an edge, or where both derivatives vanish, steps do not settle although the place is on the curve.
     if active.size and np.abs(surface.value(u[active], phi[active])).max() > OFF_CURVE:
-        raise NumericalError(UNRESOLVED)
+        raise NumericalError(surface.unresolved)
     return u, phi
 
 
-def _grid(surface: Surface) -> tuple[Floats, Floats]:
+def _grid(surface: LevelHeight) -> tuple[Floats, Floats]:
     """Steps of u and of the phase."""
-    highest = max(own.order for own in surface.harmonics)
+    highest = surface.order
     even = np.linspace(-EDGE, EDGE, PER_PERIOD * surface.n * highest + 1)
     decades = 10.0 ** np.arange(TINIEST, COARSEST, 1 / PER_DECADE)
     near_edge = EDGE - decades[decades > 1e-12]
     # Beside u = 0: there the surface may vanish for all phases, and no sign would say on which side the curve is.
-    u = np.sort(np.concatenate([even[even != 0], decades, -decades, near_edge, -near_edge]))
+    middle = decades if surface.sharp else decades[:1]
+    u = np.sort(np.concatenate([even[even != 0], middle, -middle, near_edge, -near_edge]))
     count = PHASES * highest
     return u, 2 * np.pi * (np.arange(count) + 0.5) / count
 
 
-def _chains(surface: Surface, u: Floats, phi: Floats, values: Floats) -> Iterator[Contour]:
+def _chains(surface: LevelHeight, u: Floats, phi: Floats, values: Floats) -> Iterator[Contour]:
     """The curve's crossings of the grid, joined from cell to cell."""
     rows, columns = values.shape
     above = values > 0
@@ -254,7 +326,7 @@ def _walked(begin: int, links: dict[int, list[int]], seen: set[int]) -> list[int
     return chain
 
 
-def _joints(surface: Surface, u: Floats, phi: Floats, above: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+def _joints(surface: LevelHeight, u: Floats, phi: Floats, above: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """Pairs of edges between which the curve crosses a cell."""
     rows, columns = above.shape
     shift, right = rows * columns, np.roll(above, -1, axis=1)
@@ -286,13 +358,13 @@ def _joints(surface: Surface, u: Floats, phi: Floats, above: NDArray[np.bool_]) 
                 yield onward, high
 
 
-def _saddle(surface: Surface, u: float, phi: float) -> bool:
+def _saddle(surface: LevelHeight, u: float, phi: float) -> bool:
     """Whether the level is exceeded in the middle of a saddle next to a place."""
     place = _stationary(surface, np.array([u]), np.array([phi]))
     return bool(surface.value(*place)[0] > 0)
 
 
-def _stationary(surface: Surface, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
+def _stationary(surface: LevelHeight, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
     """Places near others at which the level does not change, by Newton's method with differences."""
     du, dphi = np.maximum(1e-6 * np.abs(u), 1e-12), 1e-6
     first = u, phi
@@ -311,7 +383,7 @@ def _stationary(surface: Surface, u: Floats, phi: Floats) -> tuple[Floats, Float
     return np.where(lost, first[0], u), np.where(lost, first[1], phi)
 
 
-def _hidden(surface: Surface, u: Floats, phi: Floats, values: Floats) -> list[Contour]:
+def _hidden(surface: LevelHeight, u: Floats, phi: Floats, values: Floats) -> list[Contour]:
     """The curves around extrema that no edge of the grid shows."""
     inner, size = values[1:-1], np.abs(values)
     nearest = np.ones_like(inner, dtype=bool)
@@ -340,7 +412,7 @@ def _hidden(surface: Surface, u: Floats, phi: Floats, values: Floats) -> list[Co
     return found
 
 
-def _around(surface: Surface, u: float, phi: float, reach: float) -> Contour:
+def _around(surface: LevelHeight, u: float, phi: float, reach: float) -> Contour:
     """The small closed curve through a place, whose size in u is known."""
     # In the curve's own proportions it is round: u and the phase are measured by its extent in either.
     points, place = [(u, phi)], np.array([u, phi])
@@ -360,7 +432,7 @@ def _around(surface: Surface, u: float, phi: float, reach: float) -> Contour:
     return Contour(whole[:, 0], whole[:, 1], True)
 
 
-def _extent(surface: Surface, u: float, phi: float, reach: float) -> float:
+def _extent(surface: LevelHeight, u: float, phi: float, reach: float) -> float:
     """Extent in the phase of a small closed curve with that in u."""
     centre = np.array([u - reach]), np.array([phi])
     small = 1e-4
@@ -370,7 +442,9 @@ def _extent(surface: Surface, u: float, phi: float, reach: float) -> float:
     return min(float(np.sqrt(2 * depth / bend)) if bend else 1.0, 1.0)
 
 
-def _next_to(surface: Surface, guess: Floats, wide: Floats, way: Floats, side: float = 0.0) -> tuple[Floats, Floats]:
+def _next_to(
+    surface: LevelHeight, guess: Floats, wide: Floats, way: Floats, side: float = 0.0
+) -> tuple[Floats, Floats]:
     """The point of the curve beside a guess, and its direction there, in coordinates over `wide`.
 
     That has the height growing to one `side` of it; or, where that is 0, is the one which is nearer to `way`.
@@ -403,7 +477,7 @@ def _thinned(strand: Contour) -> Contour:
     return Contour(strand.u[kept], strand.phi[kept], strand.closed)
 
 
-def _refined(surface: Surface, strand: Contour) -> Contour:
+def _refined(surface: LevelHeight, strand: Contour) -> Contour:
     """A contour with more points where the curve bends away from a chord."""
     _, by_u, by_phi = surface.gradient(strand.u, strand.phi)
     du, dphi = np.diff(strand.u), np.diff(strand.phi)
@@ -431,7 +505,7 @@ def _refined(surface: Surface, strand: Contour) -> Contour:
     return Contour(whole[:, 0], whole[:, 1], strand.closed)
 
 
-def _walk(surface: Surface, first: Floats, second: Floats, way: Floats) -> list[tuple[float, float]]:
+def _walk(surface: LevelHeight, first: Floats, second: Floats, way: Floats) -> list[tuple[float, float]]:
     """Points of the curve from one on it to another, in a direction.
 
     Raises
@@ -458,4 +532,4 @@ def _walk(surface: Surface, first: Floats, second: Floats, way: Floats) -> list[
         place, way = new, onward
         points.append((float(place[0]), float(place[1])))
         step = min(1.5 * step, LARGEST_PART * size)
-    raise NumericalError(UNRESOLVED)
+    raise NumericalError(surface.unresolved)

@@ -14,7 +14,7 @@ from vireport.motions.level_curve import LevelCurve, curve_of, sample
 from vireport.motions.motion import Symmetry
 from vireport.motions.points import Point
 from vireport.motions.stability import Stability
-from vireport.motions.sweep import Held, Sweep
+from vireport.motions.sweep import Sweep
 from vireport.motions.tracing import branches_of
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,8 @@ SAME_SHARE = 1e-9
 """Difference from q = 1/2 below which a branch begins at the symmetric motion."""
 
 SAME_ENDS = 1e-6
-"""Difference of d, q and impact velocity up to which two branches are mirror images: both end within rounding."""
+"""Difference of the coordinate, q and impact velocity up to which two branches are mirror images: both end within
+rounding."""
 
 
 class BifurcationDiagram(Struct, frozen=True, eq=False):
@@ -109,7 +110,7 @@ def _order(branch: Branch) -> tuple[bool, bool]:
 
 def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], list[int]]:
     """Letters and numbers along d (along the sweep where d is constant), and the order they are numbered in."""
-    constant = curve.level.held is Held.D
+    constant = curve.level.holds_d
     order = sorted(range(len(critical)), key=lambda k: (0.0 if constant else critical[k].d, critical[k].sweep_value))
     counts: dict[str, int] = {}
     labels = {}
@@ -130,8 +131,9 @@ def _is_twin(other: Point, point: Point, mirrored: int | None) -> bool:
 
 def _meets(point: Point, branch: Branch, row: int) -> bool:
     """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
-    apart = abs(point.d - float(branch.motions.d[row]))
-    return point.event is Event.PITCHFORK and apart <= SAME_POINT * point.d
+    coordinate = point.motion.coordinate
+    apart = abs(coordinate - float(branch.family.x[row, -1]))
+    return point.event is Event.PITCHFORK and apart <= SAME_POINT * coordinate
 
 
 def _mirrors(curve: LevelCurve, ordered: list[Branch]) -> list[int | None]:
@@ -150,7 +152,7 @@ def _reflected(first: Branch, second: Branch) -> bool:
     def ends(branch: Branch, sign: float) -> Floats:
         m = branch.motions
         speed = m.velocity_bottom if sign > 0 else -m.velocity_top
-        rows = np.stack([m.d, sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
+        rows = np.stack([branch.family.x[:, -1], sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
         return np.asarray(rows[np.argsort(rows[:, 1])])
 
     return first.symmetry == second.symmetry and bool(
@@ -205,7 +207,7 @@ def table(diagram: BifurcationDiagram) -> tuple[TableRow, ...]:
 
     Source: Table 1; the paper's reference to Figure 1 in it means Figure 2.
     """
-    constant_d = diagram.curve.level.held is Held.D
+    constant_d = diagram.curve.level.holds_d
     originals = (branch for branch in diagram.branches if branch.mirror_of is None)
     return tuple(row for branch in originals for row in _table_rows(branch, constant_d))
 

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions.one_to_one import Motions
@@ -104,13 +105,20 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), ROUNDED
     harmonics, strength = _known(sweep.device.harmonics), _strength(sweep.device.harmonics)
-    known, phi = coefficients(u, r, n, ops), Rounded(m.phi_bottom, delta_phi)
-    orbit = orbits_above(known, u, phi, r, n, ops, harmonics, _as_known(sweep.level).friction)
+    phi, level = Rounded(m.phi_bottom, delta_phi), _as_known(sweep.level)
+    if level.varied is None:
+        orbit = orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops, harmonics, level.friction)
+    else:
+        from vireport.motions.bounces import Bounces
+
+        orbit = Bounces(level, each(sweep.device.restitution, Rounded), n, harmonics).orbits(u, phi, ops)
+        r = orbit.restitution
     trace = return_trace(orbit, r)
     top = wrapped(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top)
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
-    d = GROUP_ERROR * m.d if given is not None or held is Held.D else _from(orbit.d, m.d)
-    gbar = GROUP_ERROR * m.gbar if given is not None or held is Held.GBAR else _from(orbit.gbar, m.gbar)
+    holds_gbar = held in (Held.GBAR, Held.BOTH)
+    d = GROUP_ERROR * m.d if given is not None or sweep.level.holds_d else _from(orbit.d, m.d)
+    gbar = GROUP_ERROR * m.gbar if given is not None or holds_gbar else _from(orbit.gbar, m.gbar)
     velocity_bottom = _from(orbit.velocity_bottom, m.velocity_bottom)
     velocity_top = _from(orbit.velocity_top, m.velocity_top)
     # A turning point moves with the start of its flight: with the velocity, the phase and the acceleration there.
@@ -126,7 +134,7 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     if orbit.friction is not None:
         turning = turning + period**2 / 2 * orbit.friction.error + 8 * UNIT * period**2 * orbit.friction.value
     at_rest = (m.velocity_bottom == 0) | (m.velocity_top == 0)
-    value = np.zeros(len(m)) if given is not None else sweep_value_bounds(sweep, m.sweep_value, orbit.d, orbit.gbar)
+    value = np.zeros(len(m)) if given is not None else sweep_value_bounds(sweep, m.sweep_value, sweep.coordinate(orbit))
     return {
         "sweep_value": value,
         "d": d,
@@ -137,10 +145,19 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
         "velocity_bottom": velocity_bottom,
         "velocity_top": velocity_top,
         "trace": _unless_lost(_from(trace, m.trace), m.trace),
-        "determinant": 4 * UNIT * m.determinant,
+        "determinant": _determinant_bounds(level, r, m),
         "discriminant": _unless_lost(_from(discriminant(trace, lap_decay(r)), m.discriminant), m.discriminant),
         "wall_gap": np.where(at_rest, np.inf, d + np.where(m.wall_gap < m.d, turning, 0.0)),
     }
+
+
+def _determinant_bounds(level: Level, r: Any, m: Motions) -> Floats:
+    """Bound of the determinant: of its rounding, and along a sweep over a restitution of what is known of that."""
+    rounding = 4 * UNIT * m.determinant
+    if level.varied is None:
+        return rounding
+    decay = lap_decay(r)
+    return np.asarray(rounding + (decay * decay).error)
 
 
 def _from(exact: Rounded, stored: Floats) -> Floats:
@@ -177,6 +194,8 @@ def _strength(harmonics: Sequence[Harmonic]) -> float:
 def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     """How far, in q and in phase, the exact motion of the level is from each 1:1 motion."""
     level, n, harmonics = sweep.level, sweep.device.period_ratio, sweep.device.harmonics
+    if level.varied is not None:
+        return _bouncing_bounds(sweep, m)
     ops, r, u = ROUNDED, each(m.restitution, Rounded), Rounded(m.u)
     most = max(by_wall(m.restitution))
     h = STEP * (1 - most) / (1 + most)
@@ -202,15 +221,30 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     # The least change of (q, phase) to make up for a residual rho is rho grad/|grad|^2.
     reach = CURVATURE * _largest(residual) / (slope_u**2 + slope_phi**2)
     # On the symmetric line of a horizontal capsule u = 0 is exact, and any phase is that of a motion.
-    free = (level.horizontal and Groups(0.0, 0.0, m.restitution, harmonics).symmetric) & (m.u == 0)
+    free = level.symmetric(m.restitution, harmonics) & (m.u == 0)
     delta_u, delta_phi = (np.where(free, 0.0, reach * np.abs(slope)) for slope in (slope_u, slope_phi))
     return delta_u, delta_phi
+
+
+def _bouncing_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
+    """`_place_bounds` along a sweep over a restitution."""
+    from vireport.motions.bounces import Bounces
+
+    level, r, harmonics = sweep.level, sweep.device.restitution, sweep.device.harmonics
+    plane = Bounces(level, r, sweep.device.period_ratio, harmonics)
+    known = replace(plane, level=_as_known(level), r=each(r, Rounded), harmonics=_known(harmonics))
+    residual = known.height(Rounded(m.u), Rounded(m.phi_bottom), ROUNDED)
+    _, slope_u, slope_phi = plane.gradient(m.u, m.phi_bottom)
+    reach = CURVATURE * _largest(residual) / (slope_u**2 + slope_phi**2)
+    free = level.symmetric(r, harmonics) & (m.u == 0)
+    return np.where(free, 0.0, reach * np.abs(slope_u)), np.where(free, 0.0, reach * np.abs(slope_phi))
 
 
 def _as_known(level: Level) -> Level:
     """A level with the error to which the groups that it holds are known; a horizontal one is exact."""
     friction = None if level.friction is None else level.friction.each(_of_groups)
-    return Level(level.held, level.value if level.horizontal else _of_groups(level.value), friction)
+    value = level.value if level.horizontal else _of_groups(level.value)
+    return replace(level, value=value, friction=friction, d=None if level.d is None else _of_groups(level.d))
 
 
 def _of_groups(value: Any) -> Rounded:
@@ -240,7 +274,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
         For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
     """
     word = curve.word
-    known = Model(_as_known(model.level), each(model.r, Rounded), _known(model.harmonics))
+    known = replace(model, level=_as_known(model.level), r=each(model.r, Rounded), harmonics=_known(model.harmonics))
     conditions = residuals(word, [Rounded(column) for column in x.T], known, ROUNDED)
     _, gbar, *_ = model.groups(np.abs(x[:, -1]))
     bounds = _distances(
@@ -324,26 +358,30 @@ def family_bounds(sweep: Sweep, model: Model, x: Floats, distance: Floats, sweep
     groups = model.groups(Rounded(x[:, -1], distance[:, -1]))
     d, gbar = (group if isinstance(group, Rounded) else _of_groups(group) for group in groups[:2])
     phase = np.pi * distance[:, count:-1] + PHASE_ROUNDINGS * UNIT * np.abs(x[:, count:-1])
-    value = sweep_value_bounds(sweep, sweep_value, d, gbar)
+    coordinate = Rounded(x[:, -1], distance[:, -1])
+    if not sweep.parameter.bounces:
+        coordinate = gbar if sweep.parameter is Parameter.INCLINATION else d
+    value = sweep_value_bounds(sweep, sweep_value, coordinate)
     return {"sweep_value": value, "velocity": distance[:, :count], "phase": phase}
 
 
-def sweep_value_bounds(sweep: Sweep, stored: Floats, d: Any, gbar: Any) -> Floats:
-    """Bound the error of the swept value of motions, from those of their groups.
+def sweep_value_bounds(sweep: Sweep, stored: Floats, group: Rounded) -> Floats:
+    """Bound the error of the swept value of motions, from that of the coordinate that orders the sweep.
 
     Parameters
     ----------
     sweep : Sweep
     stored : ndarray
         Its values as they are given.
-    d, gbar : Rounded
-        Of the motions.
+    group : Rounded
+        The coordinate of the motions: d, gbar or a restitution.
     """
-    group = gbar if sweep.parameter is Parameter.INCLINATION else d
-    away = np.abs(np.asarray(sweep.value(d.value, gbar.value)) - stored)
+    away = np.abs(np.asarray(sweep.value(group.value)) - stored)
+    if sweep.parameter.bounces:
+        return np.asarray(group.error + away)
     if sweep.parameter is Parameter.INCLINATION:
         error = group.error + GROUP_ERROR * np.abs(group.value)
-        ends = [np.asarray(sweep.value(d.value, group.value + sign * error)) for sign in (-1, 1)]
+        ends = [np.asarray(sweep.value(group.value + sign * error)) for sign in (-1, 1)]
         moved = np.maximum(*(np.abs(end - stored) for end in ends))
         return np.asarray(moved + away + 2 * FUNCTION * stored)
     share = group.error / np.abs(group.value) * (0.5 if sweep.parameter is Parameter.FREQUENCY else 1.0)

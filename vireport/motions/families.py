@@ -6,6 +6,7 @@ from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
 from math import isfinite, pi
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -94,9 +95,9 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         """What its sweep holds."""
         return model_of(self.sweep, FLOATS)
 
-    def stability(self, trace: float) -> Stability:
-        """Type of a motion with this trace."""
-        return STABILITIES[int(classify(trace, self.model.decay(self.word.walls)))]
+    def stability(self, trace: float, coordinate: float) -> Stability:
+        """Type of a motion with this trace, at a value of the coordinate."""
+        return STABILITIES[int(classify(trace, self.model.decay(self.word.walls, coordinate)))]
 
     @property
     def name(self) -> str:
@@ -144,12 +145,14 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         """A stretch between two rows: it is what a motion in its middle is, solved for where no row is."""
         inner, ends = (first + last) // 2, [first, last]
         if inner != first:
-            return Segment(first, last, self.stability(float(self.trace[inner])), bool(self.admissible[inner]))
+            stability = self.stability(float(self.trace[inner]), float(self.x[inner, -1]))
+            return Segment(first, last, stability, bool(self.admissible[inner]))
         trace, admissible = float(self.trace[ends].mean()), bool(self.admissible[ends].all())
-        x = self.curve.at(self.x[ends].mean(axis=0), float(self.x[ends, -1].mean()))
+        middle = float(self.x[ends, -1].mean())
+        x = self.curve.at(self.x[ends].mean(axis=0), middle)
         if x is not None:
             trace, admissible = self.curve.trace(x), admissible or self.curve.admits(x)
-        return Segment(first, last, self.stability(trace), admissible)
+        return Segment(first, last, self.stability(trace, middle), admissible)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -187,9 +190,9 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         return not around or any(settable(*part, self.sweep.off) for part in around)
 
     @property
-    def determinant(self) -> float:
-        """Determinant of the product of the flights' Jacobians, r^(2N)."""
-        return float(self.model.determinant(self.word.walls))
+    def determinant(self) -> Any:
+        """Determinant of the product of the flights' Jacobians, r^(2N): a number, or of each motion its own."""
+        return self.model.determinant(self.word.walls, self.x[:, -1])
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -335,6 +338,6 @@ class Atlas(Struct, frozen=True, eq=False):
         """Every stable motion at a value of the swept parameter, with its family."""
 
         def attracts(family: Family, motion: Motion) -> bool:
-            return family.stability(family.curve.trace(family.curve.vector(motion))).attracts
+            return family.stability(family.curve.trace(family.curve.vector(motion)), motion.coordinate).attracts
 
         return [pair for pair in self.at(value) if attracts(*pair)]

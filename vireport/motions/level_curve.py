@@ -23,11 +23,11 @@ from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zero
 from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import EDGE, Level, Sweep, level_terms, mirrors
 from vireport.motions.turning import slowest, wall_gap
-from vireport.physics import FINEST_D, SINE, Harmonic, by_wall
+from vireport.physics import ARRAYS, FINEST_D, SINE, Harmonic, by_wall
 from vireport.scenario import Parameter
 
 if TYPE_CHECKING:
-    from vireport.motions.contour import Contour
+    from vireport.motions.contour import Contour, LevelHeight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -145,10 +145,10 @@ def find_strands(level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] =
     # the level, of which u is divided out in `level_terms`.
     if mirrors(level, r, n, harmonics):
         strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
-    if harmonics:
-        from vireport.motions.contour import Surface, contours
+    if (plane := _plane(level, r, n, harmonics)) is not None:
+        from vireport.motions.contour import contours
 
-        return [*strands, *contours(Surface(level, r, n, harmonics))]
+        return [*strands, *contours(plane)]
     for low, high in _existence(level, r, n):
         if low == -EDGE and high == EDGE:
             strands += [Strand(low, high, 0.0, np.pi, False), Strand(low, high, np.pi, 2 * np.pi, False)]
@@ -157,6 +157,30 @@ def find_strands(level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] =
         else:
             strands.append(Strand(low, high, 0.0, 2 * np.pi, low != -EDGE))
     return strands
+
+
+def _plane(level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> LevelHeight | None:
+    """Where the level is a contour; None where two sheets are its motions."""
+    if level.varied is not None:
+        from vireport.motions.bounces import Bounces
+
+        return Bounces(level, r, n, harmonics)
+    if harmonics:
+        from vireport.motions.contour import Surface
+
+        return Surface(level, r, n, harmonics)
+    return None
+
+
+def orbits_on(
+    level: Level, u: Any, phi: Any, r: Any, n: int, harmonics: tuple[Harmonic, ...] = (), ops: Any = ARRAYS
+) -> Orbits:
+    """Evaluate the motions at places of a level; `r` is the restitution of its device."""
+    if level.varied is not None:
+        from vireport.motions.bounces import Bounces
+
+        return Bounces(level, r, n, harmonics).orbits(u, phi, ops)
+    return orbits(u, phi, r, n, ops, harmonics, level.friction)
 
 
 def _existence(level: Level, r: Any, n: int) -> list[tuple[float, float]]:
@@ -214,11 +238,11 @@ def evaluate(
     strands: Strands, which: Ints, w: Floats, level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()
 ) -> Orbits:
     """Motions at parameters `w` of the strands `which`, arrays of one shape."""
-    if harmonics:
-        from vireport.motions.contour import Surface, places
+    if (plane := _plane(level, r, n, harmonics)) is not None:
+        from vireport.motions.contour import places
 
-        u, phi = places(strands, which, w, Surface(level, r, n, harmonics))
-        return orbits(u, np.mod(phi, 2 * np.pi), r, n, harmonics=harmonics, friction=level.friction)
+        u, phi = places(strands, which, w, plane)
+        return orbits_on(level, u, np.mod(phi, 2 * np.pi), r, n, harmonics)
     sheets = [strand for strand in strands if isinstance(strand, Strand)]  # all of them
     low = np.array([s.low for s in sheets])[which]
     width = np.array([s.high - s.low for s in sheets])[which]
@@ -261,8 +285,16 @@ class LevelCurve(Struct, frozen=True, eq=False):
 
     @property
     def r(self) -> Any:
-        """Restitution coefficient, of both membranes or of each."""
+        """Restitution coefficient of the device, of both membranes or of each."""
         return self.sweep.device.restitution
+
+    def restitution(self, orbit: Orbits) -> Any:
+        """That of motions, which have their own along a sweep over it."""
+        return self.r if orbit.restitution is None else orbit.restitution
+
+    def through(self, u: Floats, phi: Floats) -> Orbits:
+        """The motions at places of the curve."""
+        return orbits_on(self.level, u, phi, self.r, self.n, self.harmonics)
 
     @property
     def n(self) -> int:
@@ -283,6 +315,14 @@ class LevelCurve(Struct, frozen=True, eq=False):
         """Motions at parameters `w` of the strands `which`."""
         return evaluate(self.strands, which, w, self.level, self.r, self.n, self.harmonics)
 
+    @property
+    def speed(self) -> float:
+        """What impact velocities are measured by."""
+        if self.level.d is not None:
+            return float(1 + self.level.d / self.n + self.level.value * self.n)
+        most = float(max(by_wall(self.r)))
+        return 1 + (1 + most) / (1 - most) / float(np.pi)
+
     def on(self, strand: int, w: Floats) -> Orbits:
         """Motions at parameters `w` of one strand."""
         return self.at(np.full(len(w), strand), w)
@@ -293,15 +333,18 @@ class LevelCurve(Struct, frozen=True, eq=False):
         The last four are positive on what may be a motion. The gap costs most; it is NaN outside the mask `with_gap`
         and where there can be no motion.
         """
-        r, (low, high) = self.r, self.bounds
+        r, (low, high) = self.restitution(orbit), self.bounds
         coordinate = self.sweep.coordinate(orbit)
         with np.errstate(all="ignore"):
             trace = return_trace(orbit, r)
         unknown = np.full(trace.shape, np.nan)
         # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
         decay = lap_decay(r)
+        bounces = decay > 0
         traced = [
-            condition.excess(trace, decay) if decay > 0 or condition.event is not Event.NODE_FOCUS else unknown
+            np.where(bounces, condition.excess(trace, decay), unknown)
+            if condition.event is Event.NODE_FOCUS
+            else condition.excess(trace, decay)
             for condition in COLUMNS[TRACED]
         ]
         in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
@@ -309,6 +352,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
         inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
         if inside.any():
             within = orbit.select(inside)
+            r = self.restitution(within)
             # A ball with friction that turns in a flight is on another way before it can graze.
             values[GRAZING, inside] = wall_gap(within, r) if orbit.friction is None else slowest(within, r)[0]
         return values.T
@@ -317,6 +361,9 @@ class LevelCurve(Struct, frozen=True, eq=False):
 def curve_of(sweep: Sweep) -> LevelCurve:
     """Find the level curve of a sweep."""
     level, device = sweep.level, sweep.device
+    if sweep.parameter.bounces:
+        strands = find_strands(level, device.restitution, device.period_ratio, device.harmonics)
+        return LevelCurve(sweep, level, strands, sweep.coordinate_range)
     ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
     least = min(float(end.d) for end in ends), min(float(end.gbar) for end in ends)
     largest = largest_groups(device.restitution, device.period_ratio, device.harmonics)
@@ -393,11 +440,11 @@ def sample(curve: LevelCurve) -> Samples:
 def _samples(curve: LevelCurve, which: Ints, w: Floats) -> Samples:
     orbit = curve.at(which, w)
     events = curve.event_values(orbit, with_gap=False)
-    r = curve.r
-    decay, most = lap_decay(r), max(by_wall(r))
+    r = curve.restitution(orbit)
+    decay = lap_decay(r)
     trace = COLUMNS[0].trace(events[:, 0], decay)
     low, high = curve.bounds
-    speed = 1 + (1 + most) / (1 - most) / np.pi
+    speed = curve.speed
     with np.errstate(all="ignore"):
         root = np.sqrt(np.abs(np.clip(discriminant(trace, decay), -4.0, 4.0)))
         # The trace passes through infinity where an impact velocity vanishes; faded, the eigenvalues are continuous.

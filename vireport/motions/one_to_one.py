@@ -19,7 +19,7 @@ from vireport.motions.stability import (
     lap_decay,
     return_trace,
 )
-from vireport.motions.sweep import Held, Level, Sweep
+from vireport.motions.sweep import Level, Sweep
 from vireport.motions.turning import wall_gap
 from vireport.physics import Device, each
 from vireport.scenario import Parameter
@@ -123,18 +123,15 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits, restitution: Any = Non
         Of the sweep.
     orbit : Orbits
     restitution : float or Restitutions, optional
-        Of these motions; that of the device by default.
+        Of these motions; their own, or that of the device, by default.
     """
-    r = sweep.device.restitution if restitution is None else restitution
-    d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
-    if level.held is Held.GBAR:
-        gbar[:] = level.value
-    elif level.held is Held.D:
-        d[:] = level.value
+    own = sweep.device.restitution if orbit.restitution is None else orbit.restitution
+    r = own if restitution is None else restitution
+    d, gbar = level.groups(orbit)
     trace = np.array(return_trace(orbit, r))
     gap = wall_gap(orbit, r)
     return Motions(
-        sweep_value=np.array(sweep.value(d, gbar), dtype=float),
+        sweep_value=np.array(sweep.value(sweep.coordinate(orbit)), dtype=float),
         d=d,
         gbar=gbar,
         q=0.5 + np.array(orbit.u),

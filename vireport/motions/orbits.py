@@ -29,7 +29,7 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.physics import ARRAYS, Flight, Harmonic, Restitutions, Wave, by_wall, flight, wave
+from vireport.physics import ARRAYS, Flight, Harmonic, Restitutions, Wave, by_wall, each, flight, wave
 
 
 class Coefficients(Struct, frozen=True, eq=False):
@@ -211,6 +211,8 @@ class Orbits(Struct, frozen=True, eq=False):
         Of the force that all of them have, none of a sine.
     friction : array_like or None
         f, of each; None of a ball without friction.
+    restitution : array_like or Restitutions, or None
+        Of each, where they are of a sweep over it; None where all have that of the device.
     """
 
     u: Any
@@ -227,11 +229,14 @@ class Orbits(Struct, frozen=True, eq=False):
     d: Any
     harmonics: tuple[Harmonic, ...] = ()
     friction: Any = None
+    restitution: Any = None
 
     def select(self, index: Any) -> Orbits:
         """The motions picked by an index or mask."""
         friction = None if self.friction is None else self.friction[index]
-        return replace(self, **{name: getattr(self, name)[index] for name in ORBIT_NUMBERS}, friction=friction)
+        own = None if self.restitution is None else each(self.restitution, lambda r: r[index])
+        numbers = {name: getattr(self, name)[index] for name in ORBIT_NUMBERS}
+        return replace(self, **numbers, friction=friction, restitution=own)
 
     @property
     def waves(self) -> tuple[Wave, Wave]:
@@ -257,7 +262,7 @@ class Orbits(Struct, frozen=True, eq=False):
         )
 
 
-ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name not in ("harmonics", "friction"))
+ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name not in ("harmonics", "friction", "restitution"))
 """What `Orbits` hold numbers of."""
 
 

@@ -87,6 +87,11 @@ SEARCHED, SECTIONS = 0.2, 20
 """Share of the step to either side of the parabola's extremum, in which that of the trace is looked for, and the golden
 sections that find it, to the root of rounding."""
 
+TURNED_BACK = 1e-3
+"""Difference of velocity [y_c] and time [t_c] up to which a motion is its own image where the swept parameter turns and
+the trace does not cross its level, as it does in a fold. The equations are singular there, and the search stops 1e-6
+from the image, or so: once in some thousand times 1e-5 from it, farther than `IMAGE`."""
+
 CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than comes to it and goes back."""
 
@@ -702,10 +707,10 @@ def _along(point: PathPoint) -> float:
     return float(point.tangent[-1])
 
 
-def _is_symmetric(curve: Curve, x: Floats) -> bool:
+def _is_symmetric(curve: Curve, x: Floats, within: float = IMAGE) -> bool:
     """Whether a motion of a horizontal capsule is its own mirror image."""
     motion = curve.motion(x)
-    return curve.model.horizontal and motion.distance(motion.mirrored()) < IMAGE
+    return curve.model.horizontal and motion.distance(motion.mirrored()) < within
 
 
 def _turned_back(curve: Curve, x: Floats) -> Event | None:
@@ -713,4 +718,4 @@ def _turned_back(curve: Curve, x: Floats) -> Event | None:
     motion = curve.motion(x)
     if 2 * len(motion.primitive().word) == len(motion.word):
         return Event.PERIOD_DOUBLING
-    return Event.PITCHFORK if _is_symmetric(curve, x) else None
+    return Event.PITCHFORK if _is_symmetric(curve, x, TURNED_BACK) else None

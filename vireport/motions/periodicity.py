@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
-from vireport.physics import FLOATS, Groups, Harmonic, Restitutions, Wave, Word, by_wall, flight, wave
+from vireport.physics import FLOATS, MOVES, Groups, Harmonic, Restitutions, Wave, Word, by_wall, flight, wave
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -52,7 +52,16 @@ class Variation(Varied, Protocol):
 class Model(Struct, frozen=True):
     """What a sweep leaves as it is: a line in the plane of d and gbar, restitution and the harmonics of the force.
 
-    It gives the groups at what varies, which follows the velocities and times among the unknowns.
+    It gives the groups at what varies, which follows the velocities and times among the unknowns. In a sweep over a
+    restitution the line is one in that of both restitutions, at one d and gbar.
+
+    Attributes
+    ----------
+    level : Level
+    r : array_like or Restitutions
+        Of the device.
+    harmonics : tuple of Harmonic
+        Of the force.
     """
 
     level: Level
@@ -62,34 +71,42 @@ class Model(Struct, frozen=True):
     @property
     def horizontal(self) -> bool:
         """Whether motions have mirror images: no gravity along the capsule, and what is left its own mirror image."""
-        return self.level.horizontal and Groups(0.0, 0.0, self.r, self.harmonics).symmetric
+        return self.level.symmetric(self.r, self.harmonics)
 
     def groups(self, coordinate: Any) -> Groups[Any]:
         """The groups at a value of the coordinate that orders the sweep."""
         if self.level.held is Held.D:
             return Groups(self.level.value, coordinate, self.r, self.harmonics)
+        if self.level.varied is not None:
+            d, gbar, own = self.level.d, self.level.value, self.level.restitution(self.r, coordinate)
+            friction = None if self.level.friction is None else self.level.friction.constant
+            return Groups(d, gbar, own, self.harmonics, friction)
         gbar = self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
         friction = None if self.level.friction is None else self.level.friction.at(gbar, coordinate)
         return Groups(coordinate, gbar, self.r, self.harmonics, friction)
 
-    def decay(self, walls: Sequence[int]) -> Any:
+    def decay(self, walls: Sequence[int], coordinate: Any) -> Any:
         """The root of the determinant of a motion's Jacobian, see `Groups.decay`."""
+        r = self.level.restitution(self.r, coordinate)
         # Of membranes that are alike the power, which has one rounding.
-        return Groups(0.0, 0.0, self.r).decay(walls) if isinstance(self.r, Restitutions) else self.r ** len(walls)
+        return Groups(0.0, 0.0, r).decay(walls) if isinstance(r, Restitutions) else r ** len(walls)
 
-    def determinant(self, walls: Sequence[int]) -> Any:
+    def determinant(self, walls: Sequence[int], coordinate: Any) -> Any:
         """The determinant of a motion's Jacobian: r^2 over all impacts."""
-        return self.decay(walls) ** 2 if isinstance(self.r, Restitutions) else self.r ** (2 * len(walls))
+        r = self.level.restitution(self.r, coordinate)
+        return Groups(0.0, 0.0, r).decay(walls) ** 2 if isinstance(r, Restitutions) else r ** (2 * len(walls))
 
     @property
     def slope(self) -> tuple[float, float]:
         """Derivatives of d and gbar by the coordinate."""
+        if self.level.varied is not None:
+            return 0.0, 0.0
         if self.level.held is Held.D:
             return 0.0, 1.0
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
 
     def reach(self, periods: int) -> float:
-        """A coordinate far beyond all motions that strike both membranes; infinite where it is gbar.
+        """A coordinate far beyond all motions that strike both membranes; infinite where it is no length.
 
         Notes
         -----
@@ -98,7 +115,7 @@ class Model(Struct, frozen=True):
         motions is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)]. Only a sweep that
         goes `BEYOND` is measured by less than itself.
         """
-        if self.level.held is Held.D:
+        if self.level.held in (Held.D, Held.BOTH):
             return inf
         r = max(by_wall(self.r))
         most = (1 + r) / (1 - r)
@@ -118,8 +135,9 @@ class Model(Struct, frozen=True):
         """Derivatives of `Groups.numbers` by the coordinate, (4, 1), zeros for harmonics, that of friction."""
         friction = self.level.friction
         by_d, by_gbar = self.slope
+        bounces = (0.0, 0.0) if self.level.varied is None else MOVES[self.level.varied]
         rubbing = [] if friction is None else [friction.by_gbar * by_gbar + friction.by_d * by_d]
-        return np.array([[by_d, by_gbar, 0.0, 0.0, *[0.0] * (2 * len(self.harmonics)), *rubbing]]).T
+        return np.array([[by_d, by_gbar, *bounces, *[0.0] * (2 * len(self.harmonics)), *rubbing]]).T
 
 
 class Leg(NamedTuple):

@@ -245,9 +245,8 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
             d, gbar, *_ = model.groups(motion.coordinate)
             # An infinite bound is told to the reader; a point that is left out would not be, and its families would
             # lose their vertex.
-            return Point(event, motion, float(d), float(gbar), float(sweep.value(d, gbar)), inf)
-        d, gbar, *_ = solved.groups
-        return point_of(solved, event, sweep.value(d, gbar, DECIMALS), motion.rests)
+            return Point(event, motion, float(d), float(gbar), float(sweep.value(motion.coordinate)), inf)
+        return point_of(solved, event, sweep.value(solved.x[-1], DECIMALS), motion.rests)
 
 
 def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:

@@ -21,7 +21,9 @@ Floats = NDArray[np.float64]
 
 
 class Stability(StrEnum):
-    """Table 1's types of a motion. An unstable focus cannot be: |lambda| = r^2 < 1 where the eigenvalues are complex.
+    """Table 1's types of a motion.
+
+    An unstable focus cannot be: ``|lambda| = r^2 < 1`` where the eigenvalues are complex.
 
     Arrays hold `code`, the place of a member among the others.
     """
@@ -172,7 +174,7 @@ def eigenvalues(trace: Any, decay: float) -> tuple[Any, Any]:
     return np.maximum(large, small), np.minimum(large, small)
 
 
-def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
+def multipliers(trace: Floats, determinant: float | Floats) -> NDArray[np.complex128]:
     """Both eigenvalues with their imaginary parts, (n, 2): that of larger modulus first, nan where the trace is nan.
 
     `eigenvalues` are their real parts in order of size, as figures show them, with all digits next to Delta = 0.
@@ -184,6 +186,6 @@ def multipliers(trace: Floats, determinant: float) -> NDArray[np.complex128]:
 
 
 def classify(trace: Any, decay: Any) -> NDArray[np.int8]:
-    """Table 1's type of each motion as the `code` of a `Stability`, from |tr| against both borders."""
+    """Table 1's type of each motion as the `code` of a `Stability`, from ``|tr|`` against both borders."""
     size, focus, edge = np.abs(trace), TRACE_LEVELS[Event.NODE_FOCUS](decay), TRACE_LEVELS[Event.FOLD](decay)
     return np.where(size < focus, FOCUS, np.where(size < edge, NODE, UNSTABLE)).astype(np.int8)

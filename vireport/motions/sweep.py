@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
+import numpy as np
 from msgspec import Struct
 
 from vireport.base import UsageError
@@ -16,8 +17,10 @@ from vireport.physics import (
     FINEST_GBAR,
     SINE,
     Device,
+    Groups,
     Harmonic,
-    Restitutions,
+    moved,
+    value_in,
 )
 from vireport.scenario import Parameter
 
@@ -59,28 +62,75 @@ class Held(Enum):
     """Held in a sweep over the force."""
     D = "d"
     """Held in a sweep over the inclination."""
+    BOTH = "d and gbar"
+    """Held in a sweep over a restitution."""
 
 
 class Level(Struct, frozen=True, eq=False):
     """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions.
 
     With friction it says how this goes with the groups along the sweep.
+
+    Attributes
+    ----------
+    held : Held
+    value : array_like
+        Of what is held; where both groups are, of gbar.
+    friction : Friction or None
+    d : array_like or None
+        Where both groups are held.
+    varied : Parameter or None
+        The restitution that varies there.
     """
 
     held: Held
     value: Any
     friction: Friction | None = None
+    d: Any = None
+    varied: Parameter | None = None
 
     @property
     def horizontal(self) -> bool:
         """Whether it is gbar = 0 that is held."""
-        return self.held is Held.GBAR and bool(self.value == 0)
+        return self.held in (Held.GBAR, Held.BOTH) and bool(self.value == 0)
+
+    @property
+    def holds_d(self) -> bool:
+        """Whether d is the same all along it."""
+        return self.held in (Held.D, Held.BOTH)
+
+    def symmetric(self, r: Any, harmonics: Sequence[Harmonic]) -> bool:
+        """Whether the device of the level is its own mirror image all along it.
+
+        Parameters
+        ----------
+        r : array_like or Restitutions
+            Of the device; one of it may vary.
+        harmonics : sequence of Harmonic
+            Of the force.
+        """
+        kept = self.varied is None or self.varied.keeps_symmetry
+        return self.horizontal and kept and Groups(0.0, 0.0, r, tuple(harmonics)).symmetric
+
+    def restitution(self, r: Any, coordinate: Any) -> Any:
+        """The restitution at a value of the sweep's coordinate, by the device's."""
+        return r if self.varied is None else moved(r, self.varied, coordinate)
+
+    def groups(self, orbit: Any) -> tuple[Any, Any]:
+        """D and gbar of motions on the level, as arrays: what it holds has its exact value."""
+        d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
+        if self.held is Held.D:
+            d[:] = self.value
+        elif self.held is not Held.RATIO:
+            gbar[:] = self.value
+        if self.d is not None:
+            d[:] = self.d
+        return d, gbar
 
 
 def mirrors(level: Level, r: Any, n: int, harmonics: Sequence[Harmonic] = ()) -> bool:
     """Whether 1:1 motions have mirror images: horizontal capsule, membranes that are alike, odd n, odd harmonics."""
-    alike = level.horizontal and n % 2 == 1 and not isinstance(r, Restitutions)
-    return alike and all(own.order % 2 for own in harmonics)
+    return n % 2 == 1 and level.symmetric(r, harmonics)
 
 
 def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any = ARRAYS) -> tuple[Any, Any, Any]:
@@ -194,7 +244,7 @@ def level_slope(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
 
 
 def level_residual(level: Level, orbit: Orbits) -> Any:
-    """How far a motion is from the level, in the level's own terms (zero on the curve)."""
+    """How far a motion is from the level of one group, in the level's own terms (zero on the curve)."""
     if level.held is Held.GBAR:
         return orbit.gbar - level.value
     if level.held is Held.RATIO:
@@ -226,13 +276,18 @@ class Sweep(Struct, frozen=True):
     def level(self) -> Level:
         """What stays the same along the sweep."""
         level = self.level_in(ARRAYS)
-        return Level(level.held, float(level.value), None if level.friction is None else level.friction.each(float))
+        friction = None if level.friction is None else level.friction.each(float)
+        return Level(
+            level.held, float(level.value), friction, level.d if level.d is None else float(level.d), level.varied
+        )
 
     def level_in(self, ops: Any) -> Level:
         """What stays the same along the sweep, in a kind of number."""
         # Of a sweep over the force, both groups are the largest, and best resolved, at its lower end.
         at = min(self.start, self.end) if self.parameter is Parameter.AMPLITUDE else self.start
         d, gbar, *_, rubbed = self.device.groups(self.parameter, at, ops)
+        if self.parameter.bounces:
+            return Level(Held.BOTH, gbar, None if rubbed is None else Friction(rubbed), d, self.parameter)
         if self.parameter is Parameter.INCLINATION:
             if rubbed is not None:
                 raise UsageError("of a ball with friction motions along a sweep of the inclination are not known")
@@ -244,9 +299,22 @@ class Sweep(Struct, frozen=True):
             friction = Friction(0, 0, rubbed / d) if self.parameter is Parameter.AMPLITUDE else Friction(rubbed)
         return Level(Held.GBAR, gbar, friction)
 
+    def driven(self, what: str) -> Sweep:
+        """The sweep, for what knows membranes that stay as they are.
+
+        Raises
+        ------
+        UsageError
+            If it is one over a restitution.
+        """
+        if self.parameter.bounces:
+            allowed = "allowed: length_m, amplitude_n, frequency_hz or inclination_deg"
+            raise UsageError(f"along a sweep of {self.parameter} {what} is not known ({allowed})")
+        return self
+
     @property
     def coordinate_range(self) -> tuple[float, float]:
-        """Range of the coordinate that orders the sweep (d, or gbar where the inclination varies), ascending."""
+        """Range of the coordinate that orders the sweep, see `coordinate_of`, ascending."""
         ends = self.coordinate_of(self.start), self.coordinate_of(self.end)
         return min(ends), max(ends)
 
@@ -254,6 +322,8 @@ class Sweep(Struct, frozen=True):
     def unresolved(self) -> str:
         """Why rounding does not resolve the sweep, or ""."""
         device, (least, most) = self.device, sorted((self.start, self.end))
+        if self.parameter.bounces:
+            return device.with_values({self.parameter: most}).unresolved
         over_gbar = self.parameter is Parameter.INCLINATION
         if over_gbar:
             reason = device.too_short(self.parameter, most)
@@ -271,14 +341,20 @@ class Sweep(Struct, frozen=True):
         return reason
 
     def coordinate_of(self, value: Any, ops: Any = ARRAYS) -> Any:
-        """The coordinate at a value of the parameter."""
+        """The coordinate at a value of the parameter: d, gbar where the inclination varies, or a restitution itself."""
+        if self.parameter.bounces:
+            return ops.exact(value)
         d, gbar, *_ = self.device.groups(self.parameter, value, ops)
         return gbar if self.parameter is Parameter.INCLINATION else d
 
     def coordinate(self, orbit: Any) -> Any:
         """The coordinate of motions on the level."""
+        if self.parameter.bounces:
+            return value_in(orbit.restitution, self.parameter)
         return orbit.gbar if self.parameter is Parameter.INCLINATION else orbit.d
 
-    def value(self, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
-        """The parameter at which a motion with these groups occurs; see `Device.value`."""
-        return self.device.value(self.parameter, d, gbar, ops)
+    def value(self, coordinate: Any, ops: Any = ARRAYS) -> Any:
+        """The parameter at a value of the coordinate; see `Device.value`."""
+        if self.parameter.bounces:
+            return coordinate
+        return self.device.value(self.parameter, coordinate, coordinate, ops)

@@ -24,7 +24,7 @@ from vireport.motions.families import Mark
 from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples, Strand
 from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions, motions_of
-from vireport.motions.orbits import Orbits, orbits
+from vireport.motions.orbits import Orbits
 from vireport.motions.points import (
     Point,
     model_of,
@@ -37,7 +37,7 @@ from vireport.motions.points import (
 from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
-from vireport.physics import ARRAYS
+from vireport.physics import by_wall
 
 if TYPE_CHECKING:
     from vireport.motions.contour import Contour
@@ -277,8 +277,7 @@ def _branch(curve: LevelCurve, piece: Piece) -> Branch:
             u[row], phi[row] = point.closed.u, point.closed.phi_bottom
     at_symmetry = _symmetric_ends(curve, piece, orbit)
     u[at_symmetry] = 0.0
-    given = curve.r, curve.n, ARRAYS, curve.harmonics, curve.level.friction
-    motions = motions_of(curve.sweep, curve.level, orbits(u, phi, *given))
+    motions = motions_of(curve.sweep, curve.level, curve.through(u, phi))
     _pin(motions, curve, piece, points, at_symmetry)
     marks = _marks(piece, points, at_symmetry)
     return Branch(family_of(curve.sweep, motions, marks), _symmetry(curve, piece), None, motions)
@@ -325,7 +324,7 @@ def _polish_ends(curve: LevelCurve, piece: Piece, u: Floats, phi: Floats) -> Non
         # farther than the next sample.
         reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
-            orbit = orbits(u[[row]], phi[[row]], curve.r, curve.n, ARRAYS, curve.harmonics, curve.level.friction)
+            orbit = curve.through(u[[row]], phi[[row]])
             u[row], phi[row] = place_at(curve.sweep, value, orbit, symmetric, max(reach, FARTHEST))
 
 
@@ -353,8 +352,7 @@ def _polished(
     with in_decimals():
         motion = motion_of(orbit, curve.n, coordinate)
         solved, touches = solve_one_to_one(lambda ops: model_of(sweep, ops), motion, condition, symmetric)
-        d, gbar, *_ = solved.groups
-        return point_of(solved, event, sweep.value(d, gbar, DECIMALS), (*rests, *touches), touches)
+        return point_of(solved, event, sweep.value(solved.x[-1], DECIMALS), (*rests, *touches), touches)
 
 
 def _bracketed(curve: LevelCurve, piece: Piece, row: int, event: Event, rests: tuple[int, ...]) -> Point:
@@ -365,7 +363,7 @@ def _bracketed(curve: LevelCurve, piece: Piece, row: int, event: Event, rests: t
     def spread(values: Floats) -> float:
         return float(np.max(np.abs(values - values[0])) + BRACKET_ROUNDING * abs(values[0]))
 
-    value = np.asarray(sweep.value(orbit.d, orbit.gbar), dtype=float)
+    value = np.asarray(sweep.value(sweep.coordinate(orbit)), dtype=float)
     columns = {"phi_bottom" if name == "phi" else name: np.asarray(getattr(orbit, name)) for name in BRACKETED}
     numbers, bounds = {k: float(x[0]) for k, x in columns.items()}, {k: spread(x) for k, x in columns.items()}
     for name in (("velocity_bottom", "velocity_top")[rest] for rest in rests):
@@ -399,9 +397,11 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
         if end is not None:
             motions.sweep_value[row] = end
             motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end)
+            _pin_restitution(motions, curve, row, end)
     for row, point in points.items():
         closed = point.closed
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
+        _pin_restitution(motions, curve, row, point.sweep_value)
         motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
         motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
         motions.phi_top[row] = closed.phi_top
@@ -413,3 +413,11 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
             motions.wall_gap[row], motions.admissible[row] = 0.0, False
     motions.stability[at_symmetry] = UNSTABLE
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+
+
+def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float) -> None:
+    """Put the restitution of a value of the swept parameter into a row, where motions have their own."""
+    if curve.level.varied is not None:
+        exact = curve.level.restitution(curve.r, value)
+        for column, own in zip(by_wall(motions.restitution), by_wall(exact), strict=True):
+            column[row] = own

@@ -1,0 +1,260 @@
+"""1:1 motions of given d and gbar: above every (q, phase) there is exactly one pair of restitutions that has one there.
+
+The flights know nothing of membranes: their duration, the distance d and gravity give the velocity at either end. What
+an impact makes of the velocity before it is the restitution there, so that with the impulse I and the path P of the
+force over its ends, e = d + (P_b - P_t)/pi^2 and gravity g_u up and g_d down (gbar, and friction),
+
+    after the bottom   a_b = -e/Tu - g_u Tu/2 + I_b/pi        before the top      w_t = -e/Tu + g_u Tu/2 + I_t/pi
+    after the top      a_t =  e/Td - g_d Td/2 + I_t/pi        before the bottom   w_b =  e/Td + g_d Td/2 + I_b/pi
+
+and r_b = -a_b/w_b, r_t = -a_t/w_t. A sweep over a restitution is the curve on which what it holds has its value:
+
+- of one membrane alone, that of the other: a_t + r_t w_t = 0, linear in the sine and the cosine of the phase;
+- of both, their difference D = r_b - r_t: a_b w_t - a_t w_b + D w_b w_t = 0, of the second degree in them.
+
+Harmonics multiply these degrees. No membrane is in the formulae, so they have no digits to lose where r is near 1, as
+the surface of `orbits` has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.motions.orbits import Orbits
+from vireport.motions.sweep import Level, mirrors
+from vireport.physics import ARRAYS, SINE, DoubleOps, Harmonic, Restitutions, by_wall
+from vireport.scenario import Parameter
+
+STEP = 1e-30
+"""Imaginary step that gives the derivative of an analytic function to the last digit."""
+
+
+FARTHEST_BELOW = -0.5
+"""Restitution below which no part of a level is looked at."""
+
+SERIES = 1e-3
+"""|x| below which sin(pi x)/(pi x) is its series: as a quotient it keeps no digits of an imaginary step."""
+
+
+class _Stepped(DoubleOps):
+    """Functions of arrays of doubles with an imaginary step."""
+
+    @staticmethod
+    def sinc(x: Any) -> Any:
+        """sin(pi x)/(pi x)."""
+        square = (np.pi * x) ** 2
+        return np.where(np.abs(x) < SERIES, 1 - square / 6 * (1 - square / 20 * (1 - square / 42)), np.sinc(x))
+
+
+STEPPED = _Stepped(np)
+
+
+class Passed(Struct, frozen=True):
+    """What the force does from the bottom to the top impact, over its amplitude.
+
+    Attributes
+    ----------
+    impulses, difference : array_like
+        Sum of the impulses at both, and that at the top less that at the bottom.
+    path : array_like
+        The path at the bottom less that at the top.
+    per_u : array_like or None
+        The sum of the impulses over u, where it vanishes with u.
+    """
+
+    impulses: Any
+    difference: Any
+    path: Any
+    per_u: Any
+
+
+def _passed(u: Any, phi: Any, n: int, harmonics: Sequence[Harmonic], ops: Any, divided: bool) -> Passed:
+    """What the force does on the way up.
+
+    The phase that passes is a = pi n (1 + 2u), so that sums and differences follow from the half of what u adds, with
+    all digits where u is small.
+    """
+    impulses = difference = path = per_u = 0
+    for own in (SINE, *harmonics):
+        order, turns = own.order, own.order * n
+        half = ops.pi * turns * u
+        sin_half, cos_half = ops.sin(half), ops.cos(half)
+        small, large, sin_a = 2 * sin_half * sin_half, 2 * cos_half * cos_half, 2 * sin_half * cos_half
+        plus, minus, sin_a = (small, large, -sin_a) if turns % 2 else (large, small, sin_a)  # 1 + cos a, 1 - cos a
+        sine, cosine = ops.sin(order * phi), ops.cos(order * phi)
+        sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a  # of both ends, added
+        onward, less = cosine * sin_a - sine * minus, cosine * minus + sine * sin_a  # sine gained, cosine lost
+        impulses = impulses + (own.cosine * sines - own.sine * cosines) / order
+        difference = difference + (own.cosine * onward + own.sine * less) / order
+        path = path + (own.cosine * less - own.sine * onward) / (order * order)
+        if divided:
+            wave = 2 * ops.pi * turns
+            plus, sin_a = wave * ops.sinc(turns * u) * sin_half, -wave * ops.sinc(2 * turns * u)
+            sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a
+            per_u = per_u + (own.cosine * sines - own.sine * cosines) / order
+    return Passed(impulses / ops.pi, difference / ops.pi, path / (ops.pi * ops.pi), per_u / ops.pi if divided else None)
+
+
+class Bounces(Struct, frozen=True, eq=False):
+    """The plane of q and phase of a sweep over a restitution: how far a place is above the level, and its motion.
+
+    Attributes
+    ----------
+    level : Level
+    r : array_like or Restitutions
+        Of the device; one of it, or both together, vary.
+    n : int
+        Forcing periods per motion.
+    harmonics : tuple of Harmonic
+        Of the force.
+    """
+
+    level: Level
+    r: Any
+    n: int
+    harmonics: tuple[Harmonic, ...] = ()
+
+    @property
+    def order(self) -> int:
+        """Highest order of the phase in the level."""
+        highest = max((own.order for own in self.harmonics), default=1)
+        return 2 * highest if self.level.varied is Parameter.RESTITUTION else highest
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the level may have features of any size next to q = 1/2: not where u is divided out."""
+        return not mirrors(self.level, self.r, self.n, self.harmonics)
+
+    @property
+    def unresolved(self) -> str:
+        """Why its level cannot be followed, where that is so."""
+        return (
+            f"the motions along a sweep of {self.level.varied} are not resolved next to where two families meet "
+            "(change the length or inclination_deg by a per mille)"
+        )
+
+    def within(self, u: Any, phi: Any) -> tuple[Any, float]:
+        """The least restitution of places on the level, which is above 0 of motions, and the least that is near them.
+
+        Of a nearly horizontal capsule the level of both has a piece on which r is nearly -1, which the one with its
+        motions nearly crosses there.
+        """
+        return np.min(np.broadcast_arrays(*by_wall(self.orbits(u, phi).restitution)), axis=0), FARTHEST_BELOW
+
+    @property
+    def _gravities(self) -> tuple[Any, Any]:
+        gbar = self.level.value
+        if self.level.friction is None:
+            return gbar, gbar
+        return gbar + self.level.friction.constant, gbar - self.level.friction.constant
+
+    def height(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
+        """How far places are above the level, times powers of the flight times.
+
+        Of a horizontal capsule with mirror images u, whose zeros are the symmetric motions, is divided out, and of one
+        without friction the velocity whose zeros are those with r = -1.
+        """
+        varied, (bottom, top) = self.level.varied, by_wall(self.r)
+        divided = mirrors(self.level, self.r, self.n, self.harmonics)
+        passed = _passed(u, phi, self.n, self.harmonics, ops, divided)
+        up, down = self.n + 2 * self.n * u, self.n - 2 * self.n * u
+        both, reach = up * down, self.level.d + passed.path
+        of_up, of_down = self._gravities
+        at_bottom, at_top = (passed.impulses - passed.difference) / 2, (passed.impulses + passed.difference) / 2
+        if varied is Parameter.RESTITUTION_BOTTOM:
+            pulled = top * of_up * up / 2 - of_down * down / 2 + (1 + top) * at_top
+            return reach * (up - top * down) + both * pulled
+        if varied is Parameter.RESTITUTION_TOP:
+            pulled = bottom * of_down * down / 2 - of_up * up / 2 + (1 + bottom) * at_bottom
+            return reach * (bottom * up - down) + both * pulled
+        # a_b w_t - a_t w_b = S (a_b - a_t + I_t - I_b) + g_u a_b Tu - g_d a_t Td, S = a_b + a_t: of a nearly horizontal
+        # capsule S is as small as u and gbar are, and has its digits.
+        period = 2 * self.n
+        after_bottom = at_bottom * up - reach - of_up * up * up / 2
+        after_top = at_top * down + reach - of_down * down * down / 2
+        parted = after_bottom * down - after_top * up + passed.difference * both
+        rubbed = (of_up - of_down) / 2
+        if divided:
+            total = 2 * period * reach + both * (passed.per_u - period * rubbed)
+        else:
+            total = 2 * period * u * reach + both * (passed.impulses - period * (self.level.value / 2 + rubbed * u))
+        if self.level.horizontal and self.level.friction is None and bottom is top:
+            return total
+        if divided:
+            turned = period * (passed.per_u / 2 - passed.difference - period * rubbed)
+            return total * parted + both * both * rubbed * turned
+        # a_b Tu + a_t Td, of which the large parts cancel where u and gbar are small
+        added = passed.impulses * self.n - period * u * (passed.difference + period * rubbed)
+        added = added - self.level.value * (up * up + down * down) / 2
+        above = total * parted + both * both * (self.level.value * (after_bottom - after_top) + rubbed * added)
+        if bottom is top:
+            return above
+        before_top, before_bottom = after_bottom + of_up * up * up, after_top + of_down * down * down
+        before_top, before_bottom = before_top + passed.difference * up, before_bottom - passed.difference * down
+        return above + (bottom - top) * both * before_bottom * before_top
+
+    def value(self, u: Any, phi: Any) -> Any:
+        """The height of places of one shape, numbers or arrays."""
+        return self.height(u, phi)
+
+    def on_grid(self, u: Any, phi: Any) -> Any:
+        """The height at all pairs of a u and a phase."""
+        return np.asarray(self.height(u[:, None], phi[None, :]))
+
+    def gradient(self, u: Any, phi: Any) -> tuple[Any, Any, Any]:
+        """The height and its derivatives by u and by the phase."""
+        by_u, by_phi = self.height(u + 1j * STEP, phi, STEPPED), self.height(u, phi + 1j * STEP)
+        return by_u.real, by_u.imag / STEP, by_phi.imag / STEP
+
+    def orbits(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
+        """Evaluate the motions at places on the level, with their restitutions."""
+        sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
+        half = ops.pi * self.n * u
+        sin_half, cos_half = ops.sin(half), ops.cos(half)
+        way = (-1) ** self.n  # half turns
+        cos_a, sin_a = way * (1 - 2 * sin_half * sin_half), way * 2 * sin_half * cos_half
+        passed = _passed(u, phi, self.n, self.harmonics, ops, False)
+        up, down = self.n + 2 * self.n * u, self.n - 2 * self.n * u
+        reach, (of_up, of_down) = self.level.d + passed.path, self._gravities
+        at_bottom, at_top = (passed.impulses - passed.difference) / 2, (passed.impulses + passed.difference) / 2
+        after_bottom, before_top = at_bottom - reach / up - of_up * up / 2, at_top - reach / up + of_up * up / 2
+        after_top, before_bottom = (
+            at_top + reach / down - of_down * down / 2,
+            at_bottom + reach / down + of_down * down / 2,
+        )
+        zero = 0 * (u + phi)
+        return Orbits(
+            u=u,
+            phi=phi,
+            sin_phi=sin_phi,
+            cos_phi=cos_phi,
+            sin_top=sin_phi * cos_a + cos_phi * sin_a,
+            cos_top=cos_phi * cos_a - sin_phi * sin_a,
+            time_up=up,
+            time_down=down,
+            velocity_bottom=before_bottom,
+            velocity_top=before_top,
+            gbar=zero + self.level.value,
+            d=zero + self.level.d,
+            harmonics=self.harmonics,
+            friction=None if self.level.friction is None else zero + self.level.friction.constant,
+            restitution=self._restitution(zero, (after_bottom, before_bottom), (after_top, before_top)),
+        )
+
+    def _restitution(self, zero: Any, at_bottom: tuple[Any, Any], at_top: tuple[Any, Any]) -> Any:
+        """The restitutions by the velocities after and before either impact; what is held has its exact value."""
+        bottom, top = by_wall(self.r)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if self.level.varied is Parameter.RESTITUTION_BOTTOM:
+                return Restitutions(-at_bottom[0] / at_bottom[1], zero + top)
+            if self.level.varied is Parameter.RESTITUTION_TOP:
+                return Restitutions(zero + bottom, -at_top[0] / at_top[1])
+            # Of both impacts, each by the square of its velocity: either may vanish.
+            part = (bottom - top) / 2
+            lost = (at_bottom[0] + part * at_bottom[1]) * at_bottom[1] + (at_top[0] - part * at_top[1]) * at_top[1]
+            mean = -lost / (at_bottom[1] * at_bottom[1] + at_top[1] * at_top[1])
+        return mean if bottom is top else Restitutions(mean + part, mean - part)
