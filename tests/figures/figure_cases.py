@@ -51,7 +51,7 @@ CASES: dict[str, tuple[str, tuple[str, ...]]] = {
     "next": ("inclined", ("sweep.from=0.6934", "sweep.to=0.69340001")),
 }  # fmt: skip
 
-QUICK = ("horizontal", "inclined", "inclined-forcing", "wide", "lively")
+QUICK = ("horizontal", "inclined", "inclined-forcing")
 
 
 def cases(*names: str) -> list[Any]:

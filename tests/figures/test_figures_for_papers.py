@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from functools import cache
 from io import BytesIO
+from itertools import product
 
 import pytest
+from conftest import first
 from figure_cases import ROOT, assert_readable, boxes_of, study_of, texts_of
 from matplotlib.text import Text
 from pypdf import PdfReader
@@ -26,7 +28,6 @@ LEGIBLE = 6.0
 
 SCENARIOS = {
     "simulated": {},
-    "stiff-membrane": {"accuracy": {}},
     "hysteresis": {},
     "inclined": {"disturbances": {"basin": True}, "sweep": None},
 }
@@ -53,8 +54,7 @@ def test_every_figure_is_readable_at_the_width_of_a_paper(name: str, width: int)
         assert min(text.get_size() for text in of_horizontal_type(picture.figure)) >= LEGIBLE
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("name", ["horizontal", "inclined-forcing"])
+@pytest.mark.parametrize(("name", "width"), first(1, product(["horizontal", "inclined-forcing"], WIDTHS), True))
 def test_figures_of_a_sweep_are_readable_and_leave_what_is_held_to_the_caption(name: str, width: int) -> None:
     for draw in (figure_2, figure_4, figure_7):
         figure = draw(study_of(name), width_mm=width)
@@ -64,6 +64,7 @@ def test_figures_of_a_sweep_are_readable_and_leave_what_is_held_to_the_caption(n
         assert [text for text in texts_of(draw(study_of(name))) if text.startswith(("F = ", "s = "))] != []
 
 
+@pytest.mark.slow
 def test_a_caller_s_font_and_size_are_used_and_then_forgotten() -> None:
     own = {"font.family": "DejaVu Serif", "font.size": 7.0}
     figure = figure_2(study_of("horizontal"), width_mm=86, style=own)
@@ -75,6 +76,7 @@ def test_a_caller_s_font_and_size_are_used_and_then_forgotten() -> None:
     assert boxes_of(again)[0][1].height > boxes_of(figure)[0][1].height
 
 
+@pytest.mark.slow
 def test_a_figure_as_pdf_has_its_width_and_truetype_fonts_and_the_same_bytes() -> None:
     first, second = (
         next(p for p in pictures(study_of("horizontal"), width_mm=86) if p.name == "figure-2") for _ in range(2)
@@ -96,6 +98,7 @@ def test_a_width_that_no_paper_has_is_refused(width: float) -> None:
         figure_2(study_of("horizontal"), width_mm=width)
 
 
+@pytest.mark.slow
 def test_the_command_line_draws_them(tmp_path, capsys) -> None:
     scenario = str(ROOT / "examples" / "inclined.yaml")
     asked = ["run", scenario, "-o", str(tmp_path), "--figure-width", "8.6cm", "--format", "svg,figure-pdf", "-q"]

@@ -15,9 +15,8 @@ from xml.etree import ElementTree
 import matplotlib
 import numpy as np
 import pytest
-from conftest import first, sentences
+from conftest import sentences
 from figure_cases import (
-    CASES,
     FIGURES,
     ROOT,
     cases,
@@ -51,7 +50,17 @@ from vireport.figures.curves import (
     stretches,
 )
 from vireport.figures.labels import LEADER
-from vireport.figures.sweeps import BRANCH_COLORS, LEAVES, NO_MOTION, OUTCOMES, STRIP
+from vireport.figures.sweeps import (
+    ALIKE,
+    BOTTOM,
+    BRANCH_COLORS,
+    EVENT_LINE,
+    LEAVES,
+    NO_MOTION,
+    OUTCOMES,
+    STRIP,
+    TOP,
+)
 from vireport.physics import Voltages
 from vireport.scenario import Parameter, load
 from vireport.study import Study, analyse
@@ -83,6 +92,7 @@ def test_a_strip_has_the_outcomes_from_rest_where_they_are() -> None:
     assert "from rest" not in pictures_of("inclined-forcing")[0].caption
 
 
+@pytest.mark.slow
 def test_the_plan_decides_which_are_drawn() -> None:
     assert [picture.name for picture in pictures_of("inclined")] == [
         "figure-2",
@@ -149,17 +159,25 @@ def test_stable_motions_are_solid_and_unstable_ones_broken(name: str) -> None:
 
 @pytest.mark.parametrize("name", cases("horizontal", "inclined-forcing", "wide", "slow"))
 @pytest.mark.parametrize("figure", ["figure-2", "figure-4"])
-def test_every_critical_point_is_lettered_once_in_each_panel(name: str, figure: str) -> None:
-    study = study_of(name)
-    expected = sorted(point.label for point in study.solution.critical_points)
-    for k, panel in enumerate(figure_of(name, figure).axes):
-        if figure == "figure-2":
-            assert sorted(labels(panel)) == expected
-        else:  # some are off the axes, but never those that decide stability
-            kinds = {point.label: point.event for point in study.solution.critical_points}
-            assert len(set(labels(panel))) == len(labels(panel))
-            off = set(expected) - set(labels(panel))
-            assert {kinds[label] for label in off} <= {"grazing"}, k
+def test_every_critical_point_is_lettered_once(name: str, figure: str) -> None:
+    kinds = {point.label: point.event for point in study_of(name).solution.critical_points}
+    top, *others = (labels(panel) for panel in figure_of(name, figure).axes)
+    lettered = top + [label for panel in others for label in panel]
+    assert len(set(lettered)) == len(lettered)
+    if figure == "figure-2":
+        assert sorted(top) == sorted(kinds)
+    else:  # some are off the axes, but never those that decide stability
+        assert {kinds[label] for label in set(kinds) - set(lettered)} <= {"grazing"}
+
+
+@pytest.mark.parametrize("name", cases("horizontal", "wide", "slow"))
+def test_a_line_leads_from_a_letter_through_the_panels_without_it(name: str) -> None:
+    solution = study_of(name).solution
+    top, *others = figure_of(name, "figure-2").axes
+    places = sorted(float(solution.sweep.coordinate_of(point.sweep_value)) for point in solution.critical_points)
+    for panel, expected in ((top, []), *((panel, places) for panel in others)):
+        lines = {line.get_xdata()[0] for line in panel.lines if line.get_zorder() == EVENT_LINE["zorder"]}
+        assert sorted(lines) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("name", cases("horizontal", "wide", "lively", "inclination"))
@@ -190,9 +208,9 @@ def test_figure_4_shows_its_bounds_and_not_how_unstable_a_motion_is(name: str) -
 
 
 def test_figure_4_is_thicker_where_the_eigenvalues_are_complex() -> None:
-    panel = figure_of("horizontal", "figure-4").axes[1]
-    widths = {line.get_linewidth() for line in curves(panel)}
-    thick = vertices([line for line in curves(panel) if line.get_linewidth() == max(widths)])
+    stable = [line for line in curves(figure_of("horizontal", "figure-4").axes[1]) if line.get_linestyle() == "-"]
+    widths = {line.get_linewidth() for line in stable}
+    thick = vertices([line for line in stable if line.get_linewidth() == max(widths)])
     r = 0.5
     assert len(widths) == 2
     assert max(abs(y) for _, y in thick) == pytest.approx(r * r)
@@ -261,7 +279,9 @@ def test_one_colour_means_one_thing_along_a_sweep() -> None:
     assert {line.get_color() for line in curves(voltage)}.isdisjoint(BRANCH_COLORS)
 
 
-@pytest.mark.parametrize("name", first(3, CASES))
+@pytest.mark.parametrize(
+    "name", cases("horizontal", "inclined", "inclined-forcing", "wide", "lively", "slow", "inclination", "large")
+)
 @pytest.mark.parametrize("figure", list(FIGURES))
 def test_no_label_lies_on_a_line_a_tick_or_a_marker(name: str, figure: str) -> None:
     for panel in figure_of(name, figure).axes:
@@ -368,16 +388,35 @@ def test_at_constant_d_the_inclination_is_the_axis() -> None:
 
 def test_the_two_impacts_differ_by_more_than_colour() -> None:
     lines = curves(figure_of("inclined", "figure-2").axes[0])
-    by_color = {
-        color: {line.get_linewidth() for line in lines if line.get_color() == color}
-        for color in {line.get_color() for line in lines}
-    }
-    thin, thick = sorted(by_color.values(), key=max)
-    assert len(by_color) == 2
-    assert min(thick) > 2 * max(thin)
+    for style in {line.get_linestyle() for line in lines}:
+        widths = {line.get_color(): line.get_linewidth() for line in lines if line.get_linestyle() == style}
+        thin, thick = sorted(widths.values())
+        assert thick > 2 * thin
     volts = curves(figure_of("inclined", "figure-7").axes[0])
     looks = {(line.get_linewidth(), str(line.get_linestyle())) for line in volts}
     assert len(looks) == len(volts) == 6
+
+
+def test_where_both_impacts_coincide_one_line_says_so() -> None:
+    velocity, phase, flight = figure_of("horizontal", "figure-2").axes
+    assert {line.get_color() for line in curves(velocity) + curves(flight)} == {ALIKE["color"]}
+    assert {line.get_color() for line in curves(phase)} == {BOTTOM["color"], TOP["color"]}
+    assert {line.get_color() for line in curves(figure_of("horizontal", "figure-7").axes[0])} == {ALIKE["color"]}
+    assert not [text for text in texts_of(figure_of("horizontal", "figure-7")) if text.endswith("top")]
+    for figure in ("figure-2", "figure-7"):
+        assert ALIKE["color"] not in {line.get_color() for line in curves(figure_of("inclined", figure).axes[0])}
+
+
+@pytest.mark.parametrize("figure", list(FIGURES))
+def test_unstable_motions_are_thin_and_pale(figure: str) -> None:
+    for panel in figure_of("inclined", figure).axes:
+        stable, unstable = ([x for x in curves(panel) if (x.get_linestyle() == "-") == kind] for kind in (True, False))
+        assert stable
+        assert {line.get_alpha() for line in stable} == {None}
+        for line in unstable:
+            alike = [x.get_linewidth() for x in stable if x.get_color() == line.get_color()]
+            assert line.get_linewidth() < min(alike, default=np.inf)
+            assert line.get_alpha() < 1
 
 
 def test_the_first_branches_are_apart_in_grey() -> None:
@@ -409,7 +448,7 @@ def test_voltages_have_a_fitting_prefix() -> None:
 # Captions
 
 
-@pytest.mark.parametrize("name", first(1, CASES))
+@pytest.mark.parametrize("name", cases("horizontal", "inclination", "empty", "slow", "small"))
 def test_pictures_are_whole(name: str) -> None:
     for picture in pictures_of(name):
         image = Image.open(BytesIO(picture.png))

@@ -12,7 +12,7 @@ from msgspec import Struct
 from vireport import load
 from vireport.physics import Device
 from vireport.scenario import Parameter
-from vireport.simulation import FLIGHT, PHASE, WALL, Impact, check_model, check_start, follow_one
+from vireport.simulation import FLIGHT, PHASE, VELOCITY, WALL, Impact, check_model, check_start, follow_one
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -42,6 +42,27 @@ def truth(device: Device, impacts: int, skipped: int = 0, start: Impact | None =
     return Truth(own + delay, rows[:, WALL], float(rows[0, PHASE] - 2 * np.pi * 0.1))
 
 
+def slow_sweep(device: Device, lengths: Any, impacts: int, start: Impact) -> tuple[Truth, Any]:
+    """Impacts while the length is changed in steps, each held for some impacts, and the length at each.
+
+    Time 0 is a maximum of the force.
+    """
+    times, walls, held = [], [], []
+    now, state = start.phase / (2 * np.pi * device.frequency_hz), start
+    for length in lengths:
+        groups = device.groups(Parameter.LENGTH, length)
+        rows, _ = follow_one(
+            check_model(groups)[0], check_start(state, float(groups.d)), impacts, impacts + 1, compiled=False
+        )
+        rows = rows[-impacts:]
+        own = now + np.cumsum(rows[:, FLIGHT]) / (2 * device.frequency_hz)
+        times.append(own)
+        walls.append(rows[:, WALL])
+        held.append(np.full(impacts, length))
+        now, state = own[-1], Impact(int(rows[-1, WALL]), float(rows[-1, VELOCITY]), float(rows[-1, PHASE]))
+    return Truth(np.concatenate(times), np.concatenate(walls), 0.0), np.concatenate(held)
+
+
 def in_force_time(known: Truth, device: Device) -> Truth:
     """The same on a clock whose time 0 is a maximum of the force."""
     shift = (known.phase % (2 * np.pi)) / (2 * np.pi * device.frequency_hz)
@@ -52,4 +73,4 @@ def word(known: Truth) -> str:
     return "".join("B" if wall > 0 else "T" for wall in known.walls)
 
 
-__all__ = ["Truth", "device_of", "in_force_time", "pairwise", "truth", "word"]
+__all__ = ["Truth", "device_of", "in_force_time", "pairwise", "slow_sweep", "truth", "word"]

@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 from synthetic import Truth, device_of, in_force_time, truth, word
 
 from vireport import load
-from vireport.measurement import ClockedDevice, Fitted, Unidentifiable, Unknown, answered, fit, judged
+from vireport.measurement import ClockedDevice, Fitted, NoFit, Unidentifiable, Unknown, answered, fit, judged
 from vireport.measurement.flights import equations, velocities
 from vireport.measurement.inquiry import inquiry_of
 from vireport.measurement.records import Record
@@ -78,6 +78,52 @@ def corrupted(rng: np.random.Generator, known: Truth, error: float, missed: floa
     times, walls = np.append(times, more), np.append(known.walls[heard], rng.choice([-1.0, 1.0], count))
     order = np.argsort(times)
     return times[order], walls[order], int((~heard).sum()), more
+
+
+def unequal(seed: int, known: Truth, worse: float = 10.0, share: float = 0.15):
+    """A record of which some times are far worse than the others, and how bad each is."""
+    rng = np.random.default_rng(seed)
+    relative = np.where(rng.random(len(known.times)) < share, worse, 1.0)
+    times = known.times + 1e-4 * relative * rng.standard_normal(len(known.times))
+    order = np.argsort(times)
+    return times[order], known.walls[order], relative[order]
+
+
+def test_times_that_are_far_worse_than_others_count_as_they_are_said_to() -> None:
+    device, own, unknowns = known("1:1 referenced")
+    pulls = []
+    for seed in range(4):
+        times, walls, relative = unequal(seed, own)
+        found = fitted(device, times, walls, unknowns, relative=relative)
+        assert (len(found.false), len(found.gaps)) == (0, 0)
+        assert found.adjusted.timing_error_s == pytest.approx(1e-4, rel=0.15)
+        assert judged(found, guessed(device), times, walls, unknowns, relative=relative).accepted
+        pulls += list(off(found, device, own.phase) / np.sqrt(np.diag(found.adjusted.covariance)))
+    assert 0.4 < np.sqrt(np.mean(np.square(pulls))) < 1.7
+    assert isinstance(fit(guessed(device), times, walls, unknowns), NoFit)
+
+
+def test_errors_of_one_size_change_nothing_but_what_they_are_counted_in() -> None:
+    device, own, unknowns = known("1:1 referenced")
+    times, walls, *_ = corrupted(np.random.default_rng(3), own, 1e-4, 0.01, 0.0)
+    plain = fitted(device, times, walls, unknowns).adjusted
+    twice = fitted(device, times, walls, unknowns, relative=np.full(len(times), 2.0)).adjusted
+    assert twice.timing_error_s == pytest.approx(plain.timing_error_s / 2, rel=1e-9)
+    np.testing.assert_allclose(twice.covariance, plain.covariance, rtol=1e-7)
+    for x in unknowns:
+        assert twice.model.value_of(x) == pytest.approx(plain.model.value_of(x), abs=1e-9)
+
+
+@pytest.mark.slow
+def test_intervals_of_unequal_times_cover_the_truth() -> None:
+    device, own, unknowns = known("1:1 referenced")
+    covered = []
+    for seed in range(100, 200):
+        times, walls, relative = unequal(seed, own)
+        found = fitted(device, times, walls, unknowns, relative=relative).adjusted
+        half = stdtrit(found.freedom, 0.975) * np.sqrt(np.diag(found.covariance))
+        covered += list(np.abs(off(Fitted(found, None, times, walls), device, own.phase)) < half)
+    assert 0.9 < np.mean(covered) < 0.985
 
 
 def test_regimes_are_what_they_are_called() -> None:
@@ -197,6 +243,7 @@ def test_missed_and_false_impacts_are_found(name: str, seed: int) -> None:
     assert found.adjusted.timing_error_s == pytest.approx(1e-4, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_periodic_record_without_reference_does_not_tell_two_restitutions() -> None:
     device, own, _ = known("1:1 referenced")
     rng = np.random.default_rng(0)
@@ -250,7 +297,7 @@ def test_exact_times_under_a_force_with_harmonics_give_exact_restitutions(name: 
     assert np.abs(off(found, device, own.phase)).max() < 1e-12
 
 
-@pytest.mark.parametrize("kept", first(1, (1, 0)))
+@pytest.mark.parametrize("kept", first(0, (1, 0)))
 def test_harmonics_that_the_scenario_does_not_say_are_no_small_error(kept: int) -> None:
     """In chaos they are a misfit, or no fit at all; a periodic record cannot tell, and says so."""
     device, own, _ = distorted("chaos")
@@ -310,7 +357,7 @@ def test_flight_times_printed_with_figure_3_g_contradict_the_paper() -> None:
     assert solved.found.adjusted.model.value_of(BOTH) == pytest.approx(0.5, abs=1e-4)
 
 
-@pytest.mark.parametrize("name", first(1, ("1:1 equal", "transient", "2:1")))
+@pytest.mark.parametrize("name", first(0, ("1:1 equal", "transient", "2:1")))
 def test_many_missed_impacts_do_not_hide_the_phase(name: str) -> None:
     """Seven in a hundred, some of them among the first twenty."""
     device, own, unknowns = known(name)

@@ -194,6 +194,20 @@ def test_a_gigabyte_is_refused_by_its_size(tmp_path) -> None:
         read_record(str(tmp_path / "long.csv"), 2.0)
 
 
+def test_errors_of_times_are_read_and_must_be_above_0() -> None:
+    head = "time_s,membrane,standard_error_s\n"
+    own = parse_record(f"{head}0.1,top,1e-4\n0.4,bottom,2e-4\n0.6,top,4e-4\n".encode(), "x.csv", 2.0)
+    assert own.unused == ()
+    assert own.relative.tolist() == [0.5, 1.0, 2.0]
+    alike = parse_record(f"{head}0.1,top,1e-4\n0.4,bottom,1e-4\n0.6,top,1e-4\n".encode(), "x.csv", 2.0)
+    assert alike.relative is None
+    with pytest.raises(ScenarioError) as raised:
+        parse_record(f"{head}0.1,top,0\n0.4,bottom,\n0.6,top,-1\n".encode(), "x.csv", 2.0)
+    assert [(mistake.line, mistake.path) for mistake in raised.value.mistakes] == [
+        (line, "standard_error_s") for line in (2, 3, 4)
+    ]
+
+
 def test_all_mistakes_are_told_at_once_and_a_thousand_not_one_by_one() -> None:
     with pytest.raises(ScenarioError) as refused:
         parse_record(f"{HEAD}x,top\n0.1,topp\n".encode(), "x.csv", 2.0)

@@ -6,6 +6,7 @@ from math import pi, radians
 
 import numpy as np
 import pytest
+from conftest import first
 from mpmath import mp, mpf
 
 from vireport.physics import Groups, Harmonic, Restitutions
@@ -75,7 +76,7 @@ def next_impact(wall: float, after: float, phase: float, groups: Groups, parts: 
     return (1.0 if goal == high else -1.0), behind, speed
 
 
-@pytest.mark.parametrize("parts", FORCES)
+@pytest.mark.parametrize("parts", first(2, FORCES))
 def test_each_impact_is_the_first_that_small_steps_find(parts: Parts) -> None:
     rng = np.random.default_rng(7)
     seen = 0
@@ -99,6 +100,7 @@ def test_each_impact_is_the_first_that_small_steps_find(parts: Parts) -> None:
     assert seen > 5
 
 
+@pytest.mark.slow
 def test_compiled_and_interpreted_searches_agree_over_devices_with_zeros_of_different_number() -> None:
     pytest.importorskip("numba")
     parts = FORCES[1]
@@ -143,7 +145,8 @@ def test_a_ball_at_rest_leaves_where_the_force_no_longer_presses_it() -> None:
             assert abs(pull[1]) < 1e-12
             seen.add(round(float(released), 6))
     assert seen
-    _, summary = follow_one(check_model(groups_of(0.5, 2.0, 0.5, parts))[0], (float(BOTTOM), 0.0, 0.0, 1.0), 5)
+    pressed = check_model(groups_of(0.5, 2.0, 0.5, parts))[0]
+    _, summary = follow_one(pressed, (float(BOTTOM), 0.0, 0.0, 1.0), 5, compiled=False)
     assert summary[2] == REST
 
 

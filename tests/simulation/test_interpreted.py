@@ -9,6 +9,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from conftest import first
 
 from vireport.physics import Groups
 from vireport.simulation import (
@@ -72,7 +73,8 @@ def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, ca
 
 
 @pytest.mark.parametrize(
-    "impacts", ["", "follow_one(np.array([0.5, 0.3, 0.5, 0.5, 0.0, 1.0]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]
+    "impacts",
+    first(1, ["", "follow_one(np.array([0.5, 0.3, 0.5, 0.5, 0.0, 1.0]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]),
 )
 def test_the_compiler_is_not_paid_for_unless_it_is_asked_for(impacts: str) -> None:
     code = f"import sys, numpy as np; from vireport.simulation import *\n{impacts}\nsys.exit('numba' in sys.modules)"

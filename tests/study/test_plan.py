@@ -26,7 +26,11 @@ OTHERS = "motions: {portraits: [BBT]}\naccuracy: {}\ntolerances: {length_percent
 OTHERS += "requirements: {margin_any_percent: 5}\n"
 EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}{OTHERS}".replace("diagram: true", "diagram: true, follow: up")
 EVERYTHING += "disturbances: {jitter_m_s: 0.01, prove: true, basin: true}\n"
+EVERYTHING += "measured: [{impacts: impacts.csv}]\n"
 EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 0.6, to: 0.8}]}\n"
+
+RECORDED = {Task.DRIVEN, Task.FIGURE_DRIVEN}
+"""What is done where the shaker's acceleration was recorded, of one device."""
 
 
 def of(text: str, *formats: str, **overrides: object):
@@ -42,9 +46,18 @@ def why(planned, task: Task) -> str:
 
 def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
     planned = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0, device__membrane=ELECTRICAL)
-    assert sorted(step.task for step in planned.steps) == sorted(set(Task) - {Task.SAMPLED_FROM_REST})
+    assert sorted(step.task for step in planned.steps) == sorted(set(Task) - {Task.SAMPLED_FROM_REST} - RECORDED)
     assert [step.task for step in planned.left_out] == [Task.OPTIMISE]
     assert "vireport optimise" in why(planned, Task.OPTIMISE)
+
+
+def test_a_record_is_driven_through_the_device_of_the_design_point():
+    recorded = "excitation.record"
+    planned = of(EVERYTHING, *ALL_FORMATS, **{recorded: "shaker.csv", "design": None})
+    assert {step.task for step in planned.steps if step.runs} >= RECORDED
+    planned = of(DESIGN + SWEEP, device__length_m=None, **{recorded: "shaker.csv"})
+    assert {step.task for step in planned.left_out} >= RECORDED
+    assert not planned.runs(*RECORDED)
 
 
 def test_a_sweep_without_a_design_point_has_outcomes_from_rest_where_nothing_is_stable():

@@ -76,6 +76,7 @@ def test_the_report_shows_friction_and_says_what_is_claimed(rubbed) -> None:
     assert "a motion is followed no farther" in page
 
 
+@pytest.mark.slow
 def test_a_report_says_of_an_end_at_a_stop_that_the_motion_may_go_on() -> None:
     over = {
         "device.friction": 0.3,

@@ -8,7 +8,7 @@ from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
 from vireport.figures.live import live_data
-from vireport.figures.overlay import SCENARIO_COLORS, overlay
+from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, Sheet, figure_css, literal, png_of, style
@@ -43,6 +43,7 @@ __all__ = [
     "figure_7",
     "figure_css",
     "finished",
+    "has_stable",
     "held",
     "held_by",
     "letter_of",

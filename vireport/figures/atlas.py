@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from vireport.figures.captions import OUTSIDE, conditions, held, pictured
+from vireport.figures.captions import OUTSIDE, conditions, held, measured_shown, pictured
 from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -85,11 +85,12 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
             _draw(axes, axis, family, np.abs(family.velocity), looks)
         if simulated:
             axes.add_artist(Line2D(*(np.concatenate(column) for column in zip(*simulated, strict=True)), **SIMULATED))
+        entries = _measured(axes, axis, study)
         labels = _vertices(axes, axis, families, vertices)
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
         axis.dress([axes])
-        notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else [])]
+        notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else []), *entries]
         legends = _legends(looks, families, notes)
         drawn = finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
     words = {family.word.letters for family in families if family.stable_runs}
@@ -97,6 +98,7 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
         "held": held(study),
         "swept": atlas.sweep.parameter,
         "simulated": study.crosscheck is not None,
+        "measured": measured_shown(study),
         "families": len(families),
         "found": len(atlas.families),
         "vertices": len(vertices),
@@ -138,6 +140,16 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
         "found": len(atlas.families),
     }
     return pictured(Task.FIGURE_LADDER, shown, drawn, templates)
+
+
+def _measured(axes: Axes, axis: SweepAxis, study: Study) -> list[Entry]:
+    """Draw the velocities of measured impacts, and return their entries in the legend."""
+    if not study.measured:
+        return []
+    from vireport.figures.measured import draw, impact_marks, legend, speed
+
+    draw(axes, impact_marks(study.measured, speed, (Color.BLACK, Color.BLACK)), axis.of_value)
+    return legend(study.measured)
 
 
 def _looks(axis: SweepAxis, families: Sequence[Family]) -> dict[str, Look]:

@@ -24,7 +24,7 @@ from vireport.figures.curves import (
 from vireport.figures.style import Picture
 from vireport.motions import eigenvalues
 from vireport.physics import RESTITUTIONS, Device
-from vireport.scenario import Parameter
+from vireport.scenario import DRIVING, Approach, Parameter
 from vireport.study import Study, Task
 from vireport.text import AlertCode, exact, scaled
 from vireport.wording import Words
@@ -48,6 +48,7 @@ FILES = {
     Task.FIGURE_SHOCKS: "shocks",
     Task.FIGURE_BASIN: "basin",
     Task.FIGURE_CYCLE: "cycle",
+    Task.FIGURE_DRIVEN: "driven",
     Task.FIGURE_ACCURACY: "accuracy",
     Task.FIGURE_STIFFNESS: "stiffness",
 }
@@ -111,7 +112,7 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
     """The parameters of a device but those that vary, by their keys."""
     parameters = [
         f"{name.symbol} = {name.show(value, INPUT_DIGITS)}"
-        for name in Parameter
+        for name in DRIVING
         if name not in varied and (value := getattr(device, name)) is not None
     ]
     parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
@@ -172,6 +173,38 @@ class Circles(Struct, frozen=True):
     values: int
 
 
+class MeasuredShown(Struct, frozen=True):
+    """What was measured, as a figure shows it: values of the swept parameter, the words there, and what has none.
+
+    Attributes
+    ----------
+    values : int
+        At which something was measured that is known.
+    words : tuple of str
+        Of what repeats itself, each once.
+    loose : int
+        Values at which it does not.
+    ways : bool
+        Whether it was measured upwards and downwards.
+    """
+
+    values: int
+    words: tuple[str, ...]
+    loose: int
+    ways: bool
+
+
+def measured_shown(study: Study) -> str:
+    """What of the measured impacts is in a figure, in words; "" where nothing is."""
+    known = [at for at in study.measured if at.shown is not None]
+    if not known:
+        return ""
+    words = dict.fromkeys(at.motion.word.letters for at in known if at.motion is not None)
+    loose = sum(at.motion is None for at in known)
+    ways = {Approach.UP, Approach.DOWN} <= {at.direction for at in known}
+    return Words("measured")("points", MeasuredShown(len(known), tuple(words), loose, ways))
+
+
 def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> dict[str, Any]:
     """What figure 2, 4 or 7 shows of a study, for its words."""
     solution, parts = study.solution, stretches(study.solution)
@@ -196,6 +229,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "outside": "" if solution.within_membrane else OUTSIDE,
         "alert": AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
         "simulated": _circles(figure, simulated),
+        "measured": measured_shown(study),
     }
 
 
@@ -221,7 +255,8 @@ def _circles(figure: Task, simulated: PairedImpacts | None) -> Circles | None:
 
 
 def _eigenvalues(part: Stretch) -> tuple[Floats, Floats]:
-    return eigenvalues(part.branch.motions.trace[part.rows], part.branch.motions.decay)
+    motions = part.branch.motions.select(part.rows)
+    return eigenvalues(motions.trace, motions.decay)
 
 
 def _extents(study: Study, figure: Task, parts: Sequence[Stretch]) -> Iterator[tuple[bool, list[Extent]]]:

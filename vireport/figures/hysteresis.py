@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vireport.checks import Hysteresis
-from vireport.figures.captions import conditions, held, pictured
+from vireport.figures.captions import conditions, held, measured_shown, pictured
 from vireport.figures.curves import DrawnCurve, joined
 from vireport.figures.diagram import one_to_one_curves
 from vireport.figures.labels import Label
@@ -64,6 +64,7 @@ def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> 
             axes.axvspan(*(drawing.axis.of_value(end) for end in (loop.low, loop.high)), **BAND)
         for direction, course in slowly.courses.items():
             _draw(axes, drawing.axis, course, LOOKS[direction])
+        entries = _measured(axes, drawing)
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
         drawing.axis.dress([axes])
@@ -71,15 +72,27 @@ def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> 
             labels += [_jump(axes, drawing.axis, jump, LOOKS[direction]) for jump in course.jumps]
         ways: list[Entry] = [(names[way], LOOKS[way] | {"markersize": 4.8}) for way in slowly.courses]
         notes: list[Entry] = [("stable motion, analytic", STABLE)] if known else []
-        heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes]]
+        heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes, *entries]]
         drawn = finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
     shown = {
         "held": held(study),
         "swept": study.solution.parameter,
         "jumps": sum(len(course.jumps) for course in slowly.courses.values()),
         "loops": slowly.loops,
+        "measured": measured_shown(study),
     }
     return pictured(Task.FIGURE_HYSTERESIS, shown, drawn, templates)
+
+
+def _measured(axes: Axes, drawing: Drawing) -> list[Entry]:
+    """Draw the velocities of measured impacts, and return their entries in the legend."""
+    known = drawing.study.measured
+    if not known:
+        return []
+    from vireport.figures.measured import draw, impact_marks, legend, speed
+
+    draw(axes, impact_marks(known, speed, (Color.BLACK, Color.BLACK)), drawing.axis.of_value)
+    return legend(known)
 
 
 def _stable(drawing: Drawing) -> list[DrawnCurve]:

@@ -275,7 +275,7 @@ class SweepAxis(Struct, frozen=True):
     @property
     def by_value(self) -> bool:
         """Whether it is the swept parameter itself."""
-        return self.sweep.parameter is Parameter.INCLINATION
+        return not self.sweep.parameter.moves_d
 
     def of(self, motions: Any) -> Floats:
         """Where motions (anything with `sweep_value` and `d`) stand."""
@@ -287,6 +287,8 @@ class SweepAxis(Struct, frozen=True):
 
     def dress(self, panels: Sequence[Axes], columns: int = 1, above: str = "") -> None:
         """Give a column of panels its limits, ticks and labels: d below it and the swept parameter above.
+
+        Where d is held it is the swept parameter below, and gbar above if it varies.
 
         Parameters
         ----------
@@ -302,25 +304,29 @@ class SweepAxis(Struct, frozen=True):
         quantity = swept.quantity.partition(" ")[0]
         if columns == 1:
             group, quantity = f"{group} = {formula}", swept.quantity
-        names = f"{group} [–]", f"{quantity} {swept.symbol} [{swept.unit}]"
+        names = f"{group} [–]", f"{quantity} {swept.symbol} [{swept.unit or '–'}]"
         below, over = reversed(names) if self.by_value else names
         margin = MARGIN_X * (self.high - self.low)
         panels[-1].set_xlim(self.low - margin, self.high + margin)
         panels[-1].set_xticks(*round_ticks(self.low, self.high, width))
         panels[-1].set_xlabel(below)
         top = panels[0].secondary_xaxis("top")
+        if swept.bounces:  # no group varies with it
+            top.set_xticks([])
+            top.set_xlabel(above)
+            return
         top.set_xticks(*self._along_top(width))
         top.set_xlabel(f"{above}\n{over}" if above else over)
 
     def _along_top(self, width: float) -> tuple[Floats, list[str]]:
         """Places and labels of the ticks of the swept parameter, or of gbar where the inclination varies."""
         sweep = self.sweep
-        d, (start, end) = sweep.coordinate_of(sweep.start), sorted((float(sweep.start), float(sweep.end)))
+        start, end = sorted((float(sweep.start), float(sweep.end)))
         if self.by_value:
             start, end = (float(gbar) for gbar in sweep.coordinate_range)
 
         def place(values: Floats) -> Floats:
-            return np.asarray(sweep.value(d, values) if self.by_value else sweep.coordinate_of(values))
+            return np.asarray(sweep.value(values) if self.by_value else sweep.coordinate_of(values))
 
         def share(values: Floats) -> Floats:
             return (place(values) - self.low) / (self.high - self.low)
@@ -333,6 +339,6 @@ class SweepAxis(Struct, frozen=True):
 def sweep_axis(sweep: Sweep) -> SweepAxis:
     """The axis along a sweep."""
     low, high = sorted((float(sweep.start), float(sweep.end)))
-    if sweep.parameter is not Parameter.INCLINATION:
+    if sweep.parameter.moves_d:
         low, high = (float(d) for d in sweep.coordinate_range)
     return SweepAxis(sweep, low, high)

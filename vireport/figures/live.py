@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 from vireport.design import Solution
 from vireport.figures.curves import Floats
 from vireport.figures.style import Picture
-from vireport.figures.sweeps import HEIGHTS, Drawing, drawing_of, panel_curves
+from vireport.figures.sweeps import HEIGHTS, Drawing, drawing_of, panel_curves, panel_marks
 from vireport.motions import Branch, Motions, eigenvalues
 from vireport.physics import Device, Harmonic, Voltages
-from vireport.scenario import Parameter
+from vireport.scenario import Approach, Parameter
 from vireport.study import Study, Task
 from vireport.text import MINUS
+
+if TYPE_CHECKING:
+    from vireport.study import MeasuredAt
 
 RowNumbers = NDArray[np.intp]
 
@@ -41,6 +44,9 @@ READINGS = (
     ("u_top_v", "Uᵢₘₚ − Uᵢₙ top", "V"),
 )
 """What is read beside the swept parameter: column, label and unit."""
+
+NOT_MEASURED = "–"
+"""Stands for what is not measured."""
 
 
 def live_data(study: Study, pictures: Sequence[Picture]) -> str:
@@ -93,6 +99,7 @@ def _along_the_sweep(study: Study, pictures: Sequence[Picture]) -> tuple[list[di
     ordered = sorted(drawing.parts, key=lambda part: (not part.stable, part.branch.number))
     drawn = {branch: _rows(drawing, branch) for branch in dict.fromkeys(part.branch for part in ordered)}
     told = [_branch(branch, rows, drawing, pictures) for branch, rows in drawn.items()]
+    told += _measured(drawing.study, drawing, pictures, told[0]["columns"])
     return told, _first(study.solution, [branch.motions.select(rows) for branch, rows in drawn.items()])
 
 
@@ -133,7 +140,78 @@ def _at_the_design(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]
         }
         for number, row in enumerate(places.tolist(), 1)
     ]
-    return told, (0, 0)
+    return told + _measured(study, None, (), told[0]["columns"]), (0, 0)
+
+
+def _measured(
+    study: Study, drawing: Drawing | None, pictures: Sequence[Picture], known: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """The 1:1 motions that were measured, as a branch: with the columns of others, and standard errors beside them."""
+    shown = [at for at in study.measured if at.multipliers is not None]
+    if not shown:
+        return []
+    device, columns = study.solution.device, {name: list[Any]() for name in known}
+    errors: dict[str, list[float]] = {}
+    for at in shown:
+        readings = _measured_readings(device, study.solution.parameter, at)
+        for name, values in columns.items():
+            value, error = readings.get(name, (NOT_MEASURED, None))
+            values.append(value)
+            if error is not None:
+                errors.setdefault(f"{name}_error", []).append(_rounded(error))
+    ways = {Approach.UP: ", upwards", Approach.DOWN: ", downwards", Approach.NONE: ""}
+    places = {} if drawing is None else {x.name: list(_measured_places(x, drawing, shown)) for x in pictures}
+    return [
+        {
+            "name": "measured 1:1 motion",
+            "columns": columns | errors,
+            "words": [f"measured{ways[at.direction]}" for at in shown],
+            "outside": [],
+            "labels": {},
+            "places": places,
+        }
+    ]
+
+
+def _measured_readings(device: Device, swept: Parameter, at: MeasuredAt) -> dict[str, tuple[Any, float | None]]:
+    """What is read of a measured 1:1 motion, with standard errors where there are such."""
+    own, motion = at.impacts_shown, at.multipliers
+    assert own is not None
+    assert motion is not None
+    (bottom, top), (bottom_error, top_error) = own.values.T, own.errors.T
+    groups, unit, speed_errors = device.groups(swept, at.value), at.velocity_unit, at.speed_errors
+    turn = 2 * np.pi
+    numbers: dict[str, tuple[float, float | None]] = {
+        "sweep_value": (at.value, None),
+        "d": (at.d, None),
+        "q": (bottom[3] / (2 * device.period_ratio), bottom_error[3] / (2 * device.period_ratio)),
+        "phi_bottom_rad": (bottom[2] % turn, bottom_error[2]),
+        "phi_top_rad": (top[2] % turn, top_error[2]),
+        "velocity_bottom": (bottom[0], bottom_error[0]),
+        "velocity_top": (top[0], top_error[0]),
+        "velocity_bottom_m_s": (unit * bottom[0], speed_errors[0]),
+        "velocity_top_m_s": (unit * top[0], speed_errors[1]),
+        "after_bottom": (bottom[1], None),
+        "after_top": (top[1], None),
+        "gravity_bottom": (float(groups.gravity(-1)), None),
+        "gravity_top": (float(groups.gravity(1)), None),
+    }
+    readings: dict[str, tuple[Any, float | None]] = {
+        name: (_rounded(value), error) for name, (value, error) in numbers.items()
+    }
+    names = _multiplier_names(np.array([motion.trace]), np.array([motion.discriminant]), motion.decay)
+    return readings | {f"multiplier_{k}": (texts[0], None) for k, texts in enumerate(names, 1)}
+
+
+def _measured_places(picture: Picture, drawing: Drawing, shown: Sequence[MeasuredAt]) -> Iterator[list[float | None]]:
+    """Where measured 1:1 motions are in a figure, as `_places`; nowhere on panels that do not show them."""
+    marked = panel_marks(Task(picture.name), drawing, shown)
+    x = np.array([drawing.axis.of_value(at.value) for at in shown])
+    panels = picture.figure.axes[: len(marked)]
+    yield _points(picture, panels[0], x, np.full(len(x), panels[0].get_ylim()[0]))[0]
+    for axes, (count, values) in zip(panels, marked, strict=True):
+        for k in range(count):
+            yield [None] * len(x) if values is None else _points(picture, axes, x, values[k])[1]
 
 
 def _branch(branch: Branch, rows: RowNumbers, drawing: Drawing, pictures: Sequence[Picture]) -> dict[str, Any]:
@@ -190,16 +268,20 @@ def _columns(
         numbers |= {"u_ave_v": voltages.average_v, "u_bottom_v": voltages.bottom_v, "u_top_v": voltages.top_v}
     for name, values in numbers.items():
         yield name, [_rounded(value) for value in np.broadcast_to(values, len(motions))[rows]]
-    imaginary = np.sqrt(np.maximum(-motions.discriminant, 0.0)) / 2
-    for k, values in enumerate(eigenvalues(motions.trace, motions.decay), 1):
+    decay = motions.decay[rows] if np.ndim(motions.decay) else motions.decay
+    names = _multiplier_names(motions.trace[rows], motions.discriminant[rows], decay)
+    yield from ((f"multiplier_{k}", texts) for k, texts in enumerate(names, 1))
+
+
+def _multiplier_names(trace: Floats, discriminant: Floats, decay: Any) -> Iterator[list[Any]]:
+    """Both eigenvalues of motions: numbers, or texts of complex ones."""
+    imaginary = np.sqrt(np.maximum(-discriminant, 0.0)) / 2
+    for k, values in enumerate(eigenvalues(trace, decay), 1):
         turns = f" {'+' if k == 1 else MINUS} "
-        yield (
-            f"multiplier_{k}",
-            [
-                f"{_rounded(real)}{turns}{_rounded(turn)} i" if turn else _rounded(real)
-                for real, turn in zip(values[rows], imaginary[rows], strict=True)
-            ],
-        )
+        yield [
+            f"{_rounded(real)}{turns}{_rounded(turn)} i" if turn else _rounded(real)
+            for real, turn in zip(values, imaginary, strict=True)
+        ]
 
 
 def _rounded(value: float) -> float:

@@ -34,9 +34,8 @@ from vireport.figures.sweeps import (
     DESIGN,
     MARKERS,
     POINT,
-    STABLE_LOOK,
-    UNSTABLE_LOOK,
     Drawing,
+    of_stability,
     point_legend,
     stability_legend,
 )
@@ -66,6 +65,8 @@ Values = Callable[[Drawing, Branch | DesignPoint], Floats | None]
 def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
     """Draw the motions of scenarios over one another, with the numbers of the legend beside the curves.
 
+    Voltages are those of scenarios with stable motion, where there is one: another would only flatten their axis.
+
     Parameters
     ----------
     drawings : mapping of str to Drawing
@@ -75,15 +76,17 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
     """
     shown, looks = list(drawings.values()), [{"color": color} for color in SCENARIO_COLORS]
     rows: list[tuple[str, Values]] = [("impact velocity, bottom [m/s]", _speed)]
+    steady = [drawing for drawing in shown if has_stable(drawing)] or shown
     volts = [
         voltages.average_v
-        for drawing in shown
+        for drawing in steady
         for part in drawing.parts
         if (voltages := part.branch.voltages) is not None
     ]
     if volts:
         power = prefix(volts)
-        rows.append((f"mean voltage Uₐᵥₑ [{PREFIXES[power]}V]", lambda _, motions: _voltage(motions, power)))
+        label = f"mean voltage Uₐᵥₑ [{PREFIXES[power]}V]"
+        rows.append((label, lambda one, motions: _voltage(motions, power) if one in steady else None))
     with style():
         figure, panels = blank(len(rows), sharex="col")
         labels = []
@@ -100,6 +103,11 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
         legends = [scenarios, [*stability_legend(shown), *point_legend(shown)]]
         return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels)
+
+
+def has_stable(drawing: Drawing) -> bool:
+    """Whether a scenario has stable motion along its sweep."""
+    return any(part.stable for part in drawing.parts)
 
 
 def _speed(drawing: Drawing, motions: Branch | DesignPoint) -> Floats:
@@ -127,7 +135,7 @@ def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values,
             if part.stable is stable and (y := values(drawing, part.branch)) is not None
         ]
         if parts:
-            drawn = look | WIDTH | (STABLE_LOOK if stable else UNSTABLE_LOOK)
+            drawn = of_stability(look | WIDTH, stable)
             axes.add_artist(Line2D(*joined(parts), **drawn))
         for x, y in parts:
             axes.update_datalim(np.column_stack([x, y]))

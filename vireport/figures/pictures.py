@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from math import isclose
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
@@ -17,6 +18,12 @@ from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.motions import Atlas, model_of
 from vireport.physics import ARRAYS
 from vireport.study import Study, Task
+
+if TYPE_CHECKING:
+    from vireport.study import ShownImpacts
+
+SAME_VALUE = 1e-9
+"""Relative difference of two values of the swept parameter that are one."""
 
 
 def pictures(
@@ -68,15 +75,24 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
     check = study.crosscheck
     if check is None:
         return
-    others = held(study, check.parameter)
-    for name, motions in ((Task.FIGURE_3, check.portraits), (Task.FIGURE_6, check.displacements)):
+    others, asked = held(study, check.parameter), study.scenario.simulation
+    values = ((), ()) if asked is None else (asked.portraits, asked.displacement)
+    drawn = ((Task.FIGURE_3, check.portraits), (Task.FIGURE_6, check.displacements))
+    for (name, motions), places in zip(drawn, values, strict=True):
         if study.plan.runs(name):
             mass_ratio = float(study.solution.device.mass_ratio)
-            yield portraits_picture(motions, others, name, templates, mass_ratio)
+            measured = [_measured_near(study, value) for value in places] if study.measured else []
+            yield portraits_picture(motions, others, name, templates, mass_ratio, measured)
     if study.plan.runs(Task.FIGURE_DIAGRAM) and check.diagram is not None:
         yield diagram.picture(study, check.diagram, check.values, check.groups.d, templates)
     if study.plan.runs(Task.FIGURE_HYSTERESIS) and check.hysteresis is not None:
         yield hysteresis.picture(study, check.hysteresis, templates)
+
+
+def _measured_near(study: Study, value: float) -> ShownImpacts | None:
+    """The impacts that were measured at a value of the swept parameter, the first of several records."""
+    there = (at for at in study.measured if isclose(at.value, value, rel_tol=SAME_VALUE) and at.shown is not None)
+    return next((at.impacts_shown for at in there), None)
 
 
 def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
@@ -120,6 +136,10 @@ def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
         from vireport.figures import basin
 
         yield basin.picture(study.basins, templates)
+    if study.plan.runs(Task.FIGURE_DRIVEN) and study.driven is not None:
+        from vireport.figures import driven
+
+        yield driven.picture(study.driven, templates)
     if study.plan.runs(Task.FIGURE_CYCLE) and (cycles := cycle.picture(study, templates)) is not None:
         yield cycles
 

@@ -40,6 +40,7 @@ from vireport.text import significant
 
 if TYPE_CHECKING:
     from vireport.simulation import Portrait
+    from vireport.study import ShownImpacts
 
 SampleIndices = NDArray[np.intp]
 """Indices of samples of a portrait."""
@@ -49,6 +50,9 @@ AT_WALL = 1e-9
 
 RIDE = 1e-4
 """Time from which a ball that leaves a membrane later than it came has ridden on it [t_c]."""
+
+AT_END = 0.05
+"""Time beyond the ends of a portrait up to which measured impacts are in it [t_c]: it begins and ends with one."""
 
 LEAST_MOTION = 1e-6
 """Velocity up to which nothing is seen to move [y_c]."""
@@ -85,10 +89,21 @@ BALL: Look = {"color": Color.BLACK, "linewidth": 1.4, "zorder": 2.5}
 MARK: Look = {"linestyle": "none", "zorder": 3.5, "markeredgecolor": "white", "markeredgewidth": 0.5}
 BOTTOM_IMPACT: Look = MARK | {"color": Color.BLUE, "marker": "o", "markersize": 5.5}
 TOP_IMPACT: Look = MARK | {"color": Color.GREEN, "marker": "^", "markersize": 6.0}
+MEASURED: Look = {
+    "linestyle": "none", "marker": "D", "markersize": 3.4, "markeredgewidth": 0.9, "color": Color.VERMILION,
+    "markerfacecolor": "white", "zorder": 4.2,
+}  # fmt: skip
+LOOSE: Look = {
+    "marker": ".",
+    "markersize": 1.8,
+    "markeredgewidth": 0,
+    "markerfacecolor": Color.VERMILION,
+    "zorder": 3.1,
+}
 IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
 
 
-def figure_3(portraits: Sequence[Portrait], held: str = "") -> Figure:
+def figure_3(portraits: Sequence[Portrait], held: str = "", measured: Sequence[ShownImpacts | None] = ()) -> Figure:
     """Phase portraits and time series of simulated motions, as in Fig. 3: a row for each.
 
     Parameters
@@ -96,8 +111,10 @@ def figure_3(portraits: Sequence[Portrait], held: str = "") -> Figure:
     portraits : sequence of Portrait
     held : str
         The parameters that they share, in words.
+    measured : sequence of ShownImpacts or None
+        Impacts that were measured of each.
     """
-    return _beside_phase_portraits(portraits, held, _time_series)
+    return _beside_phase_portraits(portraits, held, _time_series, measured=measured)
 
 
 def figure_portraits(portraits: Sequence[Portrait], held: str = "") -> Figure:
@@ -111,6 +128,7 @@ def portraits_picture(
     name: Task = Task.FIGURE_PORTRAITS,
     templates: Path | None = None,
     mass_ratio: float = 0.0,
+    measured: Sequence[ShownImpacts | None] = (),
 ) -> Picture:
     """One of these figures with its words.
 
@@ -124,13 +142,18 @@ def portraits_picture(
         A folder whose words come before the package's own.
     mass_ratio : float
         As in `capsule`.
+    measured : sequence of ShownImpacts or None
+        Impacts that were measured of each, in figures 3 and 6.
     """
     words = ", ".join(held)
     if name == Task.FIGURE_6:
-        figure = figure_6(portraits, words, mass_ratio)
+        figure = figure_6(portraits, words, mass_ratio, measured)
+    elif name == Task.FIGURE_3:
+        figure = figure_3(portraits, words, measured)
     else:
-        figure = (figure_3 if name == Task.FIGURE_3 else figure_portraits)(portraits, words)
-    return pictured(name, portraits_shown(name, portraits, held), figure, templates)
+        figure = figure_portraits(portraits, words)
+    shown = portraits_shown(name, portraits, held) | {"measured": sum(own is not None for own in measured)}
+    return pictured(name, shown, figure, templates)
 
 
 def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
@@ -138,11 +161,15 @@ def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[st
     columns = 1 if name == Task.FIGURE_6 else 2
     panels = [[letter_of(columns * k + column) for column in range(columns)] for k in range(len(portraits))]
     motions = [{"panels": own, **_shown(portrait)} for own, portrait in zip(panels, portraits, strict=True)]
-    return {"held": held, "motions": motions}
+    return {"held": held, "motions": motions, "measured": 0}
 
 
 def _beside_phase_portraits(
-    portraits: Sequence[Portrait], held: str, draw: Callable[[Axes, Portrait], None], label: str = ""
+    portraits: Sequence[Portrait],
+    held: str,
+    draw: Callable[[Axes, Portrait], None],
+    label: str = "",
+    measured: Sequence[ShownImpacts | None] = (),
 ) -> Figure:
     """A row of two panels for each motion; that on the right shares the vertical axis, or has one with a label."""
     height, ticks = _row_height(len(portraits))
@@ -155,6 +182,8 @@ def _beside_phase_portraits(
             left.set_ylabel("velocity Ż [–]" if height > WORDS_FROM else "Ż [–]")
             _phase_portrait(left, portrait)
             draw(right, portrait)
+            if k < len(measured) and (own := measured[k]) is not None:
+                _measured_states(left, right, portrait, own)
             if label:
                 right.set_ylabel(label)
                 fit_vertically([left], ticks)
@@ -165,11 +194,21 @@ def _beside_phase_portraits(
                 labels.append((left, _membranes(left, portrait)))
         left.set_xlabel("relative position Z [–]")
         right.set_xlabel(TIME)
-        legend: list[Entry] = [*IMPACTS, ("rebound Ż → −r Ż", REBOUND), ("membrane", WALL)]
+        legend: list[Entry] = [
+            *IMPACTS,
+            ("rebound Ż → −r Ż", REBOUND),
+            ("membrane", WALL),
+            *_measured_entries(measured),
+        ]
         return finished(figure, height * len(portraits) + 0.3, _head(held), [legend], labels)
 
 
-def figure_6(portraits: Sequence[Portrait], held: str = "", mass_ratio: float = 0.0) -> Figure:
+def figure_6(
+    portraits: Sequence[Portrait],
+    held: str = "",
+    mass_ratio: float = 0.0,
+    measured: Sequence[ShownImpacts | None] = (),
+) -> Figure:
     """Absolute displacement of the capsule's ends and of the ball, as in Fig. 6: a panel for each motion.
 
     Parameters are those of `figure_3` and of `capsule`.
@@ -181,6 +220,8 @@ def figure_6(portraits: Sequence[Portrait], held: str = "", mass_ratio: float = 
             title(axes, f"({letter_of(k)}) {setting(portrait)}: {motion_words(portrait)}")
             axes.set_ylabel("displacement X, x [–]" if height > WORDS_FROM else "X, x [–]")
             _displacement(axes, portrait, mass_ratio)
+            if k < len(measured) and (own := measured[k]) is not None:
+                _measured_displacements(axes, portrait, own, mass_ratio)
             fit_vertically([axes], ticks)
         axes.set_xlabel(TIME)
         legend: list[Entry] = [
@@ -188,6 +229,7 @@ def figure_6(portraits: Sequence[Portrait], held: str = "", mass_ratio: float = 
             ("ball x", BALL),
             ("bottom X − d/2", BOTTOM_MEMBRANE),
             *IMPACTS,
+            *_measured_entries(measured),
         ]
         return finished(figure, height * len(portraits) + 0.3, _head(held), [legend])
 
@@ -268,6 +310,58 @@ def _displacement(axes: Axes, portrait: Portrait, mass_ratio: float) -> None:
         _impacts(axes, portrait, arrivals(portrait), periods(portrait.time), displacement)
     elif portrait.attractor.outcome is Outcome.REST:
         axes.plot(periods(time), bottom_end, **BALL)
+
+
+def _measured_entries(measured: Sequence[ShownImpacts | None]) -> list[Entry]:
+    return [("measured, 95 %", MEASURED)] if any(own is not None for own in measured) else []
+
+
+def _measured_states(left: Axes, right: Axes, portrait: Portrait, own: ShownImpacts) -> None:
+    """Mark the velocities just before and just after measured impacts, over the position and over time."""
+    from vireport.figures.measured import LOOSE, MOST_LOOSE, bars
+
+    (before, after), errors = own.values[:2], own.errors[:2]
+    look = MEASURED if own.repeats else MEASURED | LOOSE | {"markerfacecolor": MEASURED["color"]}
+    rows = slice(None) if own.repeats else slice(-MOST_LOOSE, None)
+    z = own.walls[rows] * portrait.d / 2
+    for values, error in ((before, errors[0]), (after, errors[1])):
+        bars(left, z, values[rows], error[rows] if own.repeats else None, look)
+    if own.repeats and moves(portrait):
+        t, places = measured_times(portrait, own)
+        for values, error in ((before, errors[0]), (after, errors[1])):
+            bars(right, periods(t), values[places], error[places], look)
+
+
+def _measured_displacements(axes: Axes, portrait: Portrait, own: ShownImpacts, mass_ratio: float) -> None:
+    """Mark when measured impacts were, on the end of the capsule that they hit; bars are of the time."""
+    from vireport.figures.measured import bars
+
+    if own.repeats and moves(portrait):
+        t, places = measured_times(portrait, own)
+        x = capsule(portrait, t, mass_ratio) - own.walls[places] * portrait.d / 2
+        bars(axes, periods(t), x, periods(own.errors[2][places] / np.pi), MEASURED, across=True)
+
+
+def measured_times(portrait: Portrait, own: ShownImpacts) -> tuple[Floats, SampleIndices]:
+    """Times of the impacts of a measured motion in the time of a portrait [t_c], and the place of each in its word.
+
+    Their phases say them but for whole forcing periods, of which a motion may take several: there it is put where it
+    comes nearest to the impacts of the portrait.
+    """
+    start = (own.values[2, 0] - portrait.phase) / np.pi % 2
+    since = np.concatenate([[0.0], np.cumsum(own.values[3])])
+    period, end = round(float(since[-1]) / 2) * 2, float(portrait.time[-1])
+    at = arrivals(portrait)
+    choices = []
+    for first in start + np.arange(0.0, period, 2.0):
+        t = (first + since[:-1]) % period
+        apart = np.abs(t[:, None] - portrait.time[at]) + np.abs(own.values[0][:, None] - portrait.velocity[at])
+        choices.append((float(apart.min(axis=1).sum()), t))
+    _, t = min(choices, key=lambda choice: choice[0])
+    many = (t[:, None] + period * np.arange(-1, int(end // period) + 1)).ravel()
+    places = np.repeat(np.arange(len(t)), len(many) // len(t))
+    within = (many >= -AT_END) & (many <= end + AT_END)
+    return many[within], places[within]
 
 
 def _time_axis(axes: Axes, portrait: Portrait, width: float) -> None:

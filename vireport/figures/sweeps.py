@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, cycle
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -59,14 +59,26 @@ from vireport.physics import Voltages
 from vireport.study import Study, Task
 from vireport.text import MINUS, PREFIXES, capital
 
+if TYPE_CHECKING:
+    from vireport.figures.measured import Marks
+    from vireport.study import MeasuredAt
+
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
 BOTTOM: Look = {"color": Color.BLUE, "linewidth": 2.8}
 TOP: Look = {"color": Color.GREEN, "linewidth": 1.2}
+ALIKE: Look = {"color": Color.BLACK, "linewidth": 2.0}
+"""One curve for both impacts, whose colours would mix to one that no legend has."""
 STABLE_LOOK: Look = {"linestyle": "-", "zorder": 2.5}
-UNSTABLE_LOOK: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2}
+UNSTABLE_LOOK: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2, "alpha": 0.7}
+UNSTABLE_WIDTH = 0.5
+"""Of curves of unstable motions, over that of stable ones: as thick, their dashes would run together."""
 
 AVERAGE: Look = {"color": Color.VERMILION, "linewidth": 4.4}
 
+VISIBLE = 1e-3
+"""Difference of two curves below which they are drawn as one, over the largest of their values."""
+
+EVENT_LINE: Look = {"color": Color.LIGHT, "linewidth": 0.6, "zorder": 1.1}
 BOUND: Look = {"color": Color.GREY, "linewidth": 1.0, "linestyle": DOTTED, "zorder": 1.5}
 DESIGN_LINE: Look = {"color": Color.GREY, "linewidth": 0.9, "linestyle": (0, (2, 2)), "zorder": 1.4}
 MARK: Look = {"linestyle": "none", "color": Color.BLACK, "markersize": 5.0, "markeredgewidth": 0.5, "zorder": 4.0}
@@ -150,6 +162,11 @@ class Drawing(Struct, frozen=True, eq=False):
         design = self.study.solution.design
         at = self.axis.of_value(design.value) if design is not None else np.nan
         return at if self.parts and self.axis.low <= at <= self.axis.high else None
+
+
+def of_stability(look: Look, stable: bool) -> Look:
+    """The look of a curve where the motions are stable, or are not: then it is thin and pale."""
+    return look | STABLE_LOOK if stable else look | UNSTABLE_LOOK | {"linewidth": UNSTABLE_WIDTH * look["linewidth"]}
 
 
 def drawing_of(study: Study, simulated: PairedImpacts | None = None) -> Drawing:
@@ -245,7 +262,7 @@ def sweep_figure(
         rows, legends = _rows(figure, drawings)
         page, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
         labels = [
-            (axes, _draw(axes, row, drawing, linked=lines is None))
+            (axes, _draw(axes, row, drawing, _named(rows, row, drawing), linked=lines is None))
             for row, axes_of_row in zip(rows, panels, strict=True)
             for axes, drawing in zip(axes_of_row, drawings, strict=True)
         ]
@@ -290,7 +307,7 @@ class _Row(Struct, frozen=True):
     values : callable
         Maps the motions of a branch or of the design point to an array for each of its curves.
     look : callable
-        Maps a curve on a stretch to its look.
+        Maps a curve on a stretch to its look where it is stable.
     colors : tuple of str
         Colours of the design point's markers and of the motions that come of period doublings, one for each curve.
     paired : callable
@@ -301,6 +318,10 @@ class _Row(Struct, frozen=True):
         Values at which a line is drawn across.
     cut : float, optional
         Where the axis begins, if it is that of an angle [rad].
+    sides : tuple of int, optional
+        Which curves are of the bottom and of the top impact, where both may be one.
+    measured : callable
+        What is drawn of measured motions.
     """
 
     label: str
@@ -311,17 +332,22 @@ class _Row(Struct, frozen=True):
     limits: tuple[float, float] = EVERYTHING
     bounds: tuple[float, ...] = ()
     cut: float | None = None
+    sides: tuple[int, int] | None = None
+    measured: Callable[[Sequence[MeasuredAt]], Iterable[Marks]] = lambda known: ()
 
 
-def _draw(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
-    """Draw a row of a study, and return the labels of its critical points, each `linked` to a row of the report."""
+def _draw(axes: Axes, row: _Row, drawing: Drawing, named: Sequence[DrawnPoint], linked: bool) -> list[Label]:
+    """Draw a row of a study, and return the labels of the critical points that are `named` in it.
+
+    Each is `linked` to a row of the report.
+    """
     for bound in row.bounds:
         axes.axhline(bound, **BOUND)
     if not drawing.parts:
         say(axes, NO_MOTION)
     _draw_curves(axes, row, drawing)
     for part in drawing.doubled:
-        look = {"linewidth": DOUBLED} | (STABLE_LOOK if part.stable else UNSTABLE_LOOK)
+        look = of_stability({"linewidth": DOUBLED}, part.stable)
         x = np.split(drawing.axis.of(part.impacts), part.pairs)
         for values, color in zip(row.paired(part.impacts), row.colors, strict=False):
             pieces = [y if row.cut is None else curves.phase_curve(y) for y in np.split(values, part.pairs)]
@@ -332,7 +358,21 @@ def _draw(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
         for y in row.paired(drawing.simulated):
             _plot(axes, [(drawing.axis.of(drawing.simulated), y)], look)
     _mark_design(axes, row, drawing)
-    return _mark_critical_points(axes, row, drawing, linked)
+    if drawing.study.measured:
+        from vireport.figures.measured import draw
+
+        draw(axes, row.measured(drawing.study.measured), drawing.axis.of_value, row.limits)
+    return _mark_critical_points(axes, row, drawing, named, linked)
+
+
+def _named(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[DrawnPoint]:
+    """The critical points whose labels are in a row, which is the first from the top that shows them."""
+
+    def shown(row: _Row, event: DrawnPoint) -> bool:
+        low, high = row.limits
+        return any(low <= y[i] <= high for branch, i in event.places for y in row.values(drawing, branch))
+
+    return [event for event in drawing.events if next((x for x in rows if shown(x, event)), None) is row]
 
 
 def _angles(axes: Axes, cut: float) -> None:
@@ -381,14 +421,41 @@ def _mark_leaving(axes: Axes, row: _Row, drawing: Drawing) -> None:
                     )
 
 
+def _curves(row: _Row, drawing: Drawing, part: Stretch) -> list[tuple[Floats, Look]]:
+    """The curves of a stretch, with their looks where it is stable; those that coincide are one, and of its look."""
+    values = [y[part.rows] for y in row.values(drawing, part.branch)]
+    looks = [row.look(drawing, part, k) for k in range(len(values))]
+    if row.sides is not None and values:
+        bottom, top = row.sides
+        if _coincide(values[bottom], values[top]):
+            return [(values[bottom], ALIKE)]  # and so is their mean
+        if _mirrored(drawing, part.branch):
+            looks[bottom] = looks[top] = ALIKE
+    return list(zip(values, looks, strict=True))
+
+
+def _coincide(one: Floats, other: Floats) -> bool:
+    return bool((np.abs(one - other) <= VISIBLE * np.abs(one).max(initial=0.0)).all())
+
+
+def _mirrored(drawing: Drawing, branch: Branch) -> bool:
+    """Whether a mirror image of a branch is drawn, whose curve of the bottom is that of the top here."""
+    return any(branch.number == x.branch.mirror_of or branch.mirror_of == x.branch.number for x in drawing.parts)
+
+
+def _alike(row: _Row, drawings: Iterable[Drawing]) -> set[bool]:
+    """Whether there are curves of both impacts in one, and curves of either."""
+    return {look == ALIKE for drawing in drawings for part in drawing.parts for _, look in _curves(row, drawing, part)}
+
+
 def _draw_curves(axes: Axes, row: _Row, drawing: Drawing) -> None:
     """Draw the curves of all stretches, those of one look as one line."""
     # Each line is a path with its own style in the file, and a branch may have many stretches.
     by_look: dict[tuple[object, ...], tuple[list[DrawnCurve], Look]] = {}
     for part in drawing.parts:
         x = drawing.axis.of(part.branch.motions)[part.rows]
-        for k, values in enumerate(row.values(drawing, part.branch)):
-            y, look = values[part.rows], row.look(drawing, part, k)
+        for y, base in _curves(row, drawing, part):
+            look = of_stability(base, part.stable)
             piece = x, y if row.cut is None else curves.phase_curve(y)
             by_look.setdefault(tuple(look.items()), ([], look))[0].append(piece)
     for pieces, look in by_look.values():
@@ -430,14 +497,23 @@ def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
         return
     axes.axvline(at, **DESIGN_LINE)
     motions = design.motions
-    for values, color in zip(row.values(drawing, design), row.colors, strict=True):
-        for chosen, face in ((motions.admissible & ~motions.stable, "white"), (motions.stable, color)):
-            points = np.full(int(chosen.sum()), at), values[chosen]
-            _plot(axes, [points], DESIGN | {"markerfacecolor": face}, row.limits)
+    for stable, chosen in ((False, motions.admissible & ~motions.stable), (True, motions.stable)):
+        curves_of = [y[chosen] for y in row.values(drawing, design)]
+        colored = list(zip(curves_of, row.colors, strict=True))
+        if row.sides is not None and _coincide(*(curves_of[side] for side in row.sides)):
+            colored = [(curves_of[row.sides[0]], ALIKE["color"])]
+        for y, color in colored:
+            look = DESIGN | {"markerfacecolor": color if stable else "white"}
+            _plot(axes, [(np.full(len(y), at), y)], look, row.limits)
 
 
-def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool) -> list[Label]:
-    """Mark the critical points on all curves of a panel; each gets one label, at the largest value if there is room."""
+def _mark_critical_points(
+    axes: Axes, row: _Row, drawing: Drawing, named: Sequence[DrawnPoint], linked: bool
+) -> list[Label]:
+    """Mark the critical points on all curves of a panel; those `named` in it get a label, the others a line.
+
+    The label is at the largest value if there is room.
+    """
     labels: list[Label] = []
     by_kind: dict[Event, list[DrawnCurve]] = {}
     for event in drawing.events:
@@ -445,6 +521,9 @@ def _mark_critical_points(axes: Axes, row: _Row, drawing: Drawing, linked: bool)
         places = np.array([drawing.axis.of(branch.motions)[i] for branch, i in event.places])
         x, y = np.repeat(places, values.shape[1]), values.ravel()
         by_kind.setdefault(event.point.event, []).append((x, y))
+        if event not in named:
+            axes.axvline(drawing.axis.of_value(event.point.sweep_value), **EVENT_LINE)
+            continue
         largest_first = np.argsort(-np.abs(y), kind="stable")
         link = f"#point-{event.point.label}" if linked else None
         labels.append(Label(event.point.label, x[largest_first], y[largest_first], link=link))
@@ -466,8 +545,26 @@ def panel_curves(figure: Task, drawing: Drawing, branch: Branch) -> list[Sequenc
     return [row.values(drawing, branch) for row in _rows(figure, [drawing])[0]]
 
 
+def panel_marks(figure: Task, drawing: Drawing, known: Sequence[MeasuredAt]) -> list[tuple[int, list[Floats] | None]]:
+    """Of each panel of a figure how many curves it has, and what it shows on each of measured 1:1 motions, if it does.
+
+    Every one of them has a point on each curve.
+    """
+    shown = []
+    for row in _rows(figure, [drawing])[0]:
+        count, marks = len(row.colors), list(row.measured(known))
+        values = [np.concatenate([mark.y for mark in marks[k::count]]) for k in range(count)] if marks else None
+        shown.append((count, values))
+    return shown
+
+
 def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     cut = curves.phase_cut(part for drawing in drawings for part in drawing.parts)
+
+    def marks(k: int, known: Sequence[MeasuredAt]) -> Iterable[Marks]:
+        from vireport.figures.measured import flight, impact_marks, phase, speed
+
+        return impact_marks(known, (speed, lambda own: phase(own, cut), flight)[k], (Color.BLUE, Color.GREEN))
 
     def row(k: int, label: str, phases: bool = False) -> _Row:
         return _Row(
@@ -475,26 +572,31 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
             lambda drawing, branch: curves.impact_pairs(
                 branch.motions, drawing.study.solution.device.period_ratio, cut
             )[k],
-            lambda drawing, part, side: (BOTTOM, TOP)[side] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
+            lambda drawing, part, side: (BOTTOM, TOP)[side],
             (Color.BLUE, Color.GREEN),
             lambda impacts: impacts.pairs(cut)[k],
             cut=cut if phases else None,
+            sides=None if phases else (0, 1),
+            measured=lambda known: marks(k, known),
         )
 
-    legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP), *stability_legend(drawings)]
-    legend += _doubled_legend(drawings)
+    rows = [
+        row(0, "impact velocity |Ż| [–]"),
+        row(1, "phase φ [rad]", phases=True),
+        row(2, "flight time Δt/2 [periods]"),
+    ]
+    legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP)]
+    if any(True in _alike(row, drawings) for row in rows):
+        legend.append(("both alike", ALIKE))
+    legend += stability_legend(drawings) + _doubled_legend(drawings)
     if any(drawing.simulated for drawing in drawings):
         legend.append(("simulation", CIRCLE))
+    legend += _measured_legend(drawings)
     occurring = {stretch.outcome.destination for drawing in drawings for stretch in _outcomes(drawing)}
     strip: list[Entry] = [
         (f"from rest: {name}", {"color": color, "linewidth": 5.0})
         for destination, (name, color) in OUTCOMES.items()
         if destination in occurring
-    ]
-    rows = [
-        row(0, "impact velocity |Ż| [–]"),
-        row(1, "phase φ [rad]", phases=True),
-        row(2, "flight time Δt/2 [periods]"),
     ]
     return rows, [legend, strip]
 
@@ -505,14 +607,13 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     sizes = [part.branch.motions.discriminant[part.rows] for drawing in drawings for part in drawing.parts]
     least = min((float(size.min()) for size in sizes), default=0.0)
     # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ the determinant: its axis ends where that of the eigenvalues does.
-    highest = max(
-        (LAMBDA_LIMIT - determinant_of(drawing.study.solution.device.restitution) / LAMBDA_LIMIT) ** 2
-        for drawing in drawings
-    )
+    determinants = [determinant_of(drawing.study.solution.device.restitution) for drawing in drawings]
+    determinants += [float(part.branch.motions.determinant.min()) for drawing in drawings for part in drawing.parts]
+    highest = max((LAMBDA_LIMIT - determinant / LAMBDA_LIMIT) ** 2 for determinant in determinants)
 
     def look(drawing: Drawing, part: Stretch, width: float) -> Look:
         color = colors[drawing.branches[part.branch.number]]
-        return {"color": color, "linewidth": width, **(STABLE_LOOK if part.stable else UNSTABLE_LOOK)}
+        return {"color": color, "linewidth": width}
 
     discriminant = _Row(
         "discriminant Δ [–]",
@@ -521,6 +622,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
         (Color.GREY,),
         limits=(-np.inf, highest) if least < highest else EVERYTHING,
         bounds=(0.0,),
+        measured=_discriminants,
     )
     eigenvalue = _Row(
         "eigenvalues λ₁, λ₂ or Re λ [–]",
@@ -529,6 +631,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
         (Color.GREY, Color.GREY),
         limits=(-LAMBDA_LIMIT, LAMBDA_LIMIT),
         bounds=(-1.0, 1.0),
+        measured=_eigenvalues,
     )
     branches: list[Entry] = [(name, {"color": color, "linewidth": THIN}) for name, color in colors.items()]
     legend = stability_legend(drawings)
@@ -537,7 +640,30 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     legend.append(("criterion: Δ = 0, λ = ±1", BOUND))
     if any(_leaves(row, drawing) for row in (discriminant, eigenvalue) for drawing in drawings):
         legend.append(("off the scale", LEAVES | {"marker": "^", "color": Color.GREY}))
+    legend += _measured_legend(drawings, one_to_one=True)
     return [discriminant, eigenvalue], [branches, legend]
+
+
+def _discriminants(known: Sequence[MeasuredAt]) -> Iterable[Marks]:
+    from vireport.figures.measured import discriminant_marks
+
+    return discriminant_marks(known, Color.VERMILION)
+
+
+def _eigenvalues(known: Sequence[MeasuredAt]) -> Iterable[Marks]:
+    from vireport.figures.measured import eigenvalue_marks
+
+    return eigenvalue_marks(known, Color.VERMILION)
+
+
+def _measured_legend(drawings: Sequence[Drawing], one_to_one: bool = False) -> list[Entry]:
+    """What was measured, or the 1:1 motions of it."""
+    known = [at for drawing in drawings for at in drawing.study.measured if at.multipliers or not one_to_one]
+    if not known:
+        return []
+    from vireport.figures.measured import legend
+
+    return legend(known)
 
 
 def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
@@ -557,13 +683,17 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
     row = _Row(
         f"generated voltage U [{PREFIXES[power]}V]",
         lambda drawing, branch: scaled(branch.voltages),
-        lambda drawing, part, k: looks[k] | (STABLE_LOOK if part.stable else UNSTABLE_LOOK),
+        lambda drawing, part, k: looks[k],
         (Color.VERMILION, Color.BLUE, Color.GREEN),
         lambda impacts: scaled(impacts.voltages),
+        sides=(1, 2),
     )
+    alike = _alike(row, drawings)
     names = "Uₐᵥₑ", "Uᵢₘₚ − Uᵢₙ, bottom", "Uᵢₘₚ − Uᵢₙ, top"
-    legend: list[Entry] = [*zip(names, looks, strict=True), *stability_legend(drawings)]
-    legend += _doubled_legend(drawings)
+    legend: list[Entry] = list(zip(names, looks, strict=True)) if alike != {True} else []
+    if True in alike:
+        legend.append(("Uₐᵥₑ = Uᵢₘₚ − Uᵢₙ at both", ALIKE))
+    legend += stability_legend(drawings) + _doubled_legend(drawings)
     if overlays:
         legend.append(("simulation", CIRCLE))
     return [row], [legend]
@@ -572,8 +702,9 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
 def stability_legend(drawings: Sequence[Drawing]) -> list[Entry]:
     """The lines of stable and of unstable motions, as far as they occur."""
     occurring = {part.stable for drawing in drawings for part in drawing.parts}
-    styles = (("stable", True, STABLE_LOOK), ("unstable", False, UNSTABLE_LOOK))
-    return [(name, {"color": Color.GREY, "linewidth": THIN} | look) for name, kind, look in styles if kind in occurring]
+    look: Look = {"color": Color.GREY, "linewidth": THIN}
+    kinds = (("stable", True), ("unstable", False))
+    return [(name, of_stability(look, stable)) for name, stable in kinds if stable in occurring]
 
 
 def _doubled_legend(drawings: Sequence[Drawing]) -> list[Entry]:

@@ -48,12 +48,12 @@ def with_known(unknowns: tuple[Unknown, ...], priors: tuple[Prior, ...]) -> tupl
 
 
 class Weights:
-    """The covariance of the equations' values for errors of times with deviation 1 s, factorised: M = L L'."""
+    """The covariance of the equations' values for errors of times as `Equations.spread` has them: M = L L'."""
 
     def __init__(self, own: Equations) -> None:
         from scipy.linalg import LinAlgError, cholesky_banded  # type: ignore[import-untyped]
 
-        b, k = own.by_time, own.impacts
+        b, k = own.by_error, own.impacts
         m = len(k)
         band = np.zeros((3, m))
         band[0] = (1 + SLACK**2) * np.einsum("ij,ij->i", b, b)
@@ -103,7 +103,7 @@ class Adjusted(Struct, frozen=True, eq=False):
     freedom : int
         Equations less what was fitted.
     timing_error_s : float
-        Standard deviation of the errors.
+        Standard deviation of the errors; of unequal ones that which they are counted in.
     equations : Equations
         At the adjusted times.
     innovations : Array (m + q,)
@@ -151,6 +151,7 @@ def adjusted(
     flown: Mask,
     unknowns: tuple[Unknown, ...],
     priors: tuple[Prior, ...] = (),
+    relative: Array | None = None,
 ) -> Adjusted:
     """The most likely unknowns, and the errors of the times with which all equations hold.
 
@@ -163,6 +164,8 @@ def adjusted(
     unknowns : tuple of Unknown
     priors : tuple of Prior
         Of some unknowns.
+    relative : Array (n,), optional
+        See `equations`.
 
     Raises
     ------
@@ -177,7 +180,7 @@ def adjusted(
     observed = {prior.unknown for prior in priors}
     square, done = 0.0, False
     for step in range(MOST_STEPS):
-        own = equations(model, true, walls, flown, unknowns)
+        own = equations(model, true, walls, flown, unknowns, relative)
         weights = Weights(own)
         around = own.impacts[:, None] + np.arange(-1, 2)
         open_ = own.value + np.einsum("ij,ij->i", own.by_time, (times - true)[around])
@@ -196,7 +199,8 @@ def adjusted(
         left = right + design @ move
         square = float(left @ left) / max(freedom, 1)
         errors = np.zeros_like(times)
-        np.add.at(errors, around, own.by_time * weights.returned(left[: len(white)])[:, None])
+        np.add.at(errors, around, own.by_error * weights.returned(left[: len(white)])[:, None])
+        errors *= 1.0 if relative is None else relative
         target = times - errors
         flights = np.diff(true)
         allowed = LARGEST_STEP * np.minimum(np.append(flights, np.inf), np.concatenate([[np.inf], flights]))
@@ -210,7 +214,8 @@ def adjusted(
         # Of exact times what is left is rounding, below which no step settles.
         rounding = error < ROUNDING * span
         settled = np.abs(move) <= SETTLED * np.sqrt(square * np.diag(inverse)) + 1e-13
-        times_settled = np.abs(move_of_times).max() <= SETTLED * error + ROUNDING * span
+        in_errors = move_of_times if relative is None else move_of_times / relative
+        times_settled = np.abs(in_errors).max() <= SETTLED * error + ROUNDING * span
         done = bool(limit == 1 and times_settled and (settled.all() or rounding))
         if done:
             break

@@ -132,6 +132,8 @@ class Equations(Struct, frozen=True, eq=False):
         Velocity just before the impact and just after it [y_c].
     by_unknown : Array (m, p)
         Derivatives by the unknowns asked for.
+    relative : Array (m, 3) or None
+        Standard errors of these times over the one that all are counted in; None where they are alike.
     """
 
     impacts: Indices
@@ -140,11 +142,17 @@ class Equations(Struct, frozen=True, eq=False):
     before: Array
     after: Array
     by_unknown: Array
+    relative: Array | None = None
+
+    @property
+    def by_error(self) -> Array:
+        """Derivatives by the errors of the three times, each in its own standard error [y_c/s]."""
+        return self.by_time if self.relative is None else self.by_time * self.relative
 
     @property
     def spread(self) -> Array:
-        """Standard deviation of each value for independent errors of all times with deviation 1 s [y_c/s]."""
-        return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.by_time, self.by_time)))
+        """Standard deviation of each value where times are as good as is said of them, for 1 s [y_c/s]."""
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.by_error, self.by_error)))
 
 
 def velocities(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls: Any) -> tuple[Any, Any]:
@@ -236,7 +244,12 @@ def dimensionless(model: ClockedDevice, t: Any) -> Any:
 
 
 def equations(
-    model: ClockedDevice, times: Array, walls: Array, flown: Mask, unknowns: tuple[Unknown, ...] = ()
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    flown: Mask,
+    unknowns: tuple[Unknown, ...] = (),
+    relative: Array | None = None,
 ) -> Equations:
     """The equations of all impacts between two flights that are known to be one flight each.
 
@@ -251,6 +264,8 @@ def equations(
         Whether there was no other impact between one and the next.
     unknowns : tuple of Unknown
         By which they are differentiated.
+    relative : Array (n,), optional
+        Standard errors of the times over one that all are counted in; alike by default.
     """
     device = model.device
     groups = device.groups(Parameter.LENGTH, device.length_m)
@@ -270,7 +285,8 @@ def equations(
     impact, sides = (w, r, slope, share, wall), walls[1:] - walls[:-1]
     columns = [_column(model, groups, x, times, inner, by_time, impact, flights.duration, sides) for x in unknowns]
     by_unknown = np.stack(columns, axis=1) if columns else np.empty((len(inner), 0))
-    return Equations(inner, u + r * w, by_time * (2 * device.frequency_hz), w, u, by_unknown)
+    errors = None if relative is None else relative[inner[:, None] + np.arange(-1, 2)]
+    return Equations(inner, u + r * w, by_time * (2 * device.frequency_hz), w, u, by_unknown, errors)
 
 
 def _column(

@@ -161,6 +161,7 @@ def fit(
     priors: tuple[Prior, ...] = (),
     say: Progress = lambda what: None,
     within_s: float = np.inf,
+    relative: Array | None = None,
 ) -> Fitted | NoFit:
     """The most likely unknowns of a record.
 
@@ -177,6 +178,9 @@ def fit(
         Is told each step.
     within_s : float
         Timing error beyond which a fit is of no interest [s].
+    relative : Array (n,), optional
+        Standard errors of the times over one that all are counted in; alike by default. The first guess, in which what
+        is far off counts little, is without them.
 
     Raises
     ------
@@ -192,7 +196,7 @@ def fit(
     tried: list[Fitted | NoFit] = []
     for k, start in enumerate(begun):
         say(f"fitting the impacts ({k + 1} of {len(begun)})")
-        tried.append(_settled(start, times, walls, unknowns, priors, within_s))
+        tried.append(_settled(start, times, walls, unknowns, priors, within_s, relative))
     fits = [found for found in tried if isinstance(found, Fitted)]
     if Unknown.PHASE in unknowns and (doubted := [found for found in fits if found.gaps or found.false]):
         # What was missed may hide another answer from the search, or the only one: look for it in what is left.
@@ -200,7 +204,7 @@ def fit(
         kept = clean.kept[:first]
         more = starts(model, times[kept], walls[kept], unknowns, priors, clean.flown[: len(kept) - 1])
         more = [start for start in more if not any(same_start(start, other, unknowns) for other in begun)]
-        tried += [_settled(start, times, walls, unknowns, priors, within_s) for start in more]
+        tried += [_settled(start, times, walls, unknowns, priors, within_s, relative) for start in more]
         fits = [found for found in tried if isinstance(found, Fitted)]
     if not fits:
         failures = (found for found in tried if isinstance(found, NoFit))
@@ -220,10 +224,11 @@ def _settled(
     unknowns: tuple[Unknown, ...],
     priors: tuple[Prior, ...],
     within_s: float,
+    relative: Array | None,
 ) -> Fitted | NoFit:
     """Screen and fit in turn until neither changes the other."""
     period = 1 / model.device.frequency_hz
-    error = typical(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool)), MANY)
+    error = typical(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool), relative=relative), MANY)
     if error > min(LARGEST_TIMING_ERROR * period, 3 * within_s):
         return NoFit(Unfit.SCATTER, error)
     known = whole(len(times))
@@ -232,7 +237,7 @@ def _settled(
     found: Adjusted | None = None
     for _ in range(ROUNDS):
         # Exact times fail by rounding, which is not the same for all equations.
-        now = screened(model, times, walls, max(error, exact_below(model)))
+        now = screened(model, times, walls, max(error, exact_below(model)), relative)
         if len(flights := np.flatnonzero(now.flown & np.isin(now.kept[:-1], doubted))):
             now = without_flights(now, times, flights)
         if found is not None and now.same_as(known) and found.settled:
@@ -242,12 +247,13 @@ def _settled(
         if count < len(unknowns) + LEAST_EQUATIONS:
             return NoFit(Unfit.GAPS, 1 - count / (len(times) - 2))
         try:
-            found = adjusted(model, times[known.kept], walls[known.kept], known.flown, every, priors)
+            errors = None if relative is None else relative[known.kept]
+            found = adjusted(model, times[known.kept], walls[known.kept], known.flown, every, priors, errors)
         except NumericalError:
             return NoFit(Unfit.NO_MOTION, error)
         model = found.model
         # What was not recognised yet makes the fit's own error larger, and would hide in it.
-        left = equations(model, times[known.kept], walls[known.kept], known.flown)
+        left = equations(model, times[known.kept], walls[known.kept], known.flown, relative=errors)
         error = min(found.timing_error_s, 2 * typical(left, MANY))
         if error > LARGEST_TIMING_ERROR * period:
             return NoFit(Unfit.SCATTER, error)
@@ -365,7 +371,7 @@ def _unstable(found: Fitted) -> bool:
     kept, flown = found.screened.kept, found.screened.flown
     times, walls = found.times[kept], found.walls[kept]
     flights, together = np.diff(times), np.cumsum(~flown)
-    rates = _rates(found)
+    rates = growth_rates(found)
     for count in range(1, min(LONGEST_PATTERN, len(flights) - 2) + 1):
         # Only where no flight was lost between the one and the other.
         both = flown[:-count] & (together[count:] == together[:-count])
@@ -382,10 +388,10 @@ def _unstable(found: Fitted) -> bool:
 
 def growth(found: Fitted) -> float:
     """Rate at which small deviations from the fitted motion grow, per impact: negative where it is stable."""
-    return float(_rates(found).mean())
+    return float(growth_rates(found).mean())
 
 
-def _rates(found: Fitted) -> Array:
+def growth_rates(found: Fitted) -> Array:
     """Logarithms of the growth of small deviations from the fitted motion at each of its equations."""
     last, here, rates = 0.3, 1.0, []
     for b, c, d in found.adjusted.equations.by_time.tolist():

@@ -14,7 +14,7 @@ from vireport.measurement.identification import Fitted, NoFit, fit
 from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record
 from vireport.physics import Device
-from vireport.scenario import DesignInput, Distribution, Parameter, Scenario
+from vireport.scenario import DRIVING, DesignInput, Distribution, Scenario, TolerancesBlock
 
 FREE = (
     *RESTITUTIONS,
@@ -88,18 +88,17 @@ def inquiry_of(scenario: Scenario, free: Sequence[str], referenced: bool) -> Inq
     if Unknown.RESTITUTION in unknowns and set(EACH) & set(unknowns):
         raise UsageError("--free: restitution is that of both membranes (allowed: it alone, or those of each)")
     device = Device.of(scenario).plain_ball("the identification from impacts")
-    missing = [parameter.path for parameter in Parameter if getattr(device, parameter) is None]
+    missing = [parameter.path for parameter in DRIVING if getattr(device, parameter) is None]
     if missing:
         raise UsageError(f"{missing[0]} is not given: the device of the record is one design point (give its value)")
-    priors = tuple(_priors(scenario, device, unknowns))
+    priors = known_inputs(scenario.tolerances, device, unknowns)
     return Inquiry(ClockedDevice(device), unknowns if referenced else (*unknowns, Unknown.PHASE), priors)
 
 
-def _priors(scenario: Scenario, device: Device, unknowns: tuple[Unknown, ...]) -> list[Prior]:
+def known_inputs(block: TolerancesBlock | None, device: Device, unknowns: tuple[Unknown, ...]) -> tuple[Prior, ...]:
     """The tolerances of what is not identified, as standard deviations."""
-    block = scenario.tolerances
     if block is None:
-        return []
+        return ()
     taken = set(unknowns) | (set(RESTITUTIONS) if set(RESTITUTIONS) & set(unknowns) else set())
     normal = block.distribution is Distribution.NORMAL
     known = []
@@ -110,7 +109,7 @@ def _priors(scenario: Scenario, device: Device, unknowns: tuple[Unknown, ...]) -
         half = block.half_width(varied, value)
         if half > 0:
             known.append(Prior(Unknown(varied.value), value, half / (3 if normal else sqrt(3))))
-    return known
+    return tuple(known)
 
 
 def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress = lambda what: None) -> Identification:
@@ -125,5 +124,5 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
     if origin is None:
         origin = 0.0 if referenced else float(record.times[0])
     given = (inquiry.model, record.times - origin, record.walls, inquiry.unknowns, inquiry.priors)
-    found = fit(*given, say=say)
-    return Identification(inquiry, found, judged(found, *given, say=say), origin)
+    found = fit(*given, say=say, relative=record.relative)
+    return Identification(inquiry, found, judged(found, *given, say=say, relative=record.relative), origin)

@@ -128,10 +128,11 @@ def judged(
     unknowns: tuple[Unknown, ...],
     priors: tuple[Prior, ...] = (),
     say: Progress = lambda what: None,
+    relative: Array | None = None,
 ) -> Misfit:
     """Test a fit, and look for what would fit where it does not; parameters are those of `fit`."""
     say("testing the model")
-    given = (model, times, walls, unknowns, priors)
+    given = (model, times, walls, unknowns, priors, relative)
     if isinstance(found, NoFit):
         instead = _explanation(np.inf, *given, ALTERNATIVES)
         searched = found.failure in (Unfit.NO_MOTION, Unfit.GAPS) or Unknown.PHASE in unknowns
@@ -227,11 +228,12 @@ def _swapped(
     walls: Array,
     unknowns: tuple[Unknown, ...],
     priors: tuple[Prior, ...],
+    relative: Array | None,
     within_s: float,
 ) -> BetterFit | None:
     """The fit with bottom and top exchanged, if there is one with a timing error that is no larger than this [s]."""
     try:
-        found = fit(model, times, -walls, unknowns, priors, within_s=within_s)
+        found = fit(model, times, -walls, unknowns, priors, within_s=within_s, relative=relative)
     except Unidentifiable:
         return None
     if isinstance(found, NoFit) or found.adjusted.timing_error_s > within_s:
@@ -246,10 +248,11 @@ def _explanation(
     walls: Array,
     unknowns: tuple[Unknown, ...],
     priors: tuple[Prior, ...],
+    relative: Array | None,
     likely: tuple[Unknown, ...],
 ) -> BetterFit | None:
     """What explains a record with a timing error that is much less [s], or where an alternative was found likely."""
-    swapped = _swapped(model, times, walls, unknowns, priors, FEWER * error)
+    swapped = _swapped(model, times, walls, unknowns, priors, relative, FEWER * error)
     if swapped is not None:
         return swapped
     speed = float(np.median(np.abs(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool)).before)))
@@ -258,7 +261,7 @@ def _explanation(
         if x in with_known(unknowns, priors):
             continue
         try:
-            other = fit(replace(model, speed=speed), times, walls, (*unknowns, x), priors)
+            other = fit(replace(model, speed=speed), times, walls, (*unknowns, x), priors, relative=relative)
         except Unidentifiable:
             continue
         if isinstance(other, Fitted) and other.adjusted.timing_error_s < error:

@@ -21,6 +21,7 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base import Mistake, ScenarioError, UsageError, VireportError
+from vireport.measurement.decimals import decimal_rows
 from vireport.measurement.flights import Array
 from vireport.measurement.records import contents
 from vireport.text import visible
@@ -305,6 +306,23 @@ def _of_csv(name: str, data: bytes) -> Recording:
     used = [k for k, title in enumerate(titles) if not title.startswith(UNUSED)]
     if end < 0 or not data[end:].strip():
         raise _refused(name, "", f"no sample follows the names (at least {FEWEST_SAMPLES} are needed)")
+    rows = decimal_rows(data, end + 1, len(titles))
+    rows = _other_rows(name, data, end, titles, used) if rows is None else rows[:, used]
+    columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
+    del rows
+    names = [titles[k] for k in used]
+    (k, size), *_ = ((k, known[1]) for k, title in enumerate(names) if (known := _known(title)) and known[0] is None)
+    return _recorded(name, names, columns, columns[k] * size, 0.0)
+
+
+def _other_rows(name: str, data: bytes, end: int, titles: list[str], used: list[int]) -> Array:
+    """The rows after the first line, which ends at a place, where they are not plain decimal numbers alone.
+
+    Raises
+    ------
+    ScenarioError
+        With the first row that is wrong.
+    """
     stream = io.BytesIO(data)
     stream.seek(end + 1)
     try:
@@ -316,11 +334,7 @@ def _of_csv(name: str, data: bytes) -> Recording:
     # More values than columns would not be seen where some are not used: a decimal comma makes them.
     if rows.shape[1] != len(used) or data.count(b",", end) != len(rows) * (len(titles) - 1):
         raise _wrong_row(name, data, titles, used)
-    columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
-    del rows
-    names = [titles[k] for k in used]
-    (k, size), *_ = ((k, known[1]) for k, title in enumerate(names) if (known := _known(title)) and known[0] is None)
-    return _recorded(name, names, columns, columns[k] * size, 0.0)
+    return rows
 
 
 def _wrong_row(name: str, data: bytes, titles: list[str], used: list[int]) -> VireportError:

@@ -17,16 +17,20 @@ from msgspec import Struct
 
 from vireport.base import Mistake, ScenarioError, UsageError
 from vireport.measurement.flights import Array
+from vireport.scenario import Parameter
 from vireport.text import visible
 
 TIME, MEMBRANE = "time_s", "membrane"
-UNUSED = "voltage_v", "velocity_m_s", "standard_error_s"
+UNUSED = "voltage_v", "velocity_m_s"
 """Columns that may be there; their numbers are checked, and have no part in what is identified."""
+
+ERROR = "standard_error_s"
+"""Of each time; by these it is weighted, where they are not alike."""
 
 UTF_16 = b"\xff\xfe", b"\xfe\xff"
 """How such files begin, which spreadsheets call Unicode text."""
 
-COLUMNS = TIME, MEMBRANE, *UNUSED
+COLUMNS = TIME, MEMBRANE, *UNUSED, ERROR
 SIDES = {"bottom": 1.0, "top": -1.0}
 LARGEST_RECORD = 50_000_000
 """Bytes; an impact has some 20, so that these are beyond two million, which are read within half a gigabyte."""
@@ -45,6 +49,23 @@ LEAST_STEP = 1e-6
 """In periods of the force: of the digits that the numbers of a time leave, less than any clock's error."""
 
 
+class Sweepable(Struct, frozen=True):
+    """A parameter that a record may be of several values of, and between which: those of the scenario's sweep."""
+
+    parameter: Parameter
+    low: float
+    high: float
+
+    def holds(self, value: float) -> bool:
+        """Whether a value is within the sweep."""
+        return self.low <= value <= self.high
+
+    @property
+    def allowed(self) -> str:
+        """What is said of a value that is not."""
+        return f"outside the sweep (allowed: {self.low:g} to {self.high:g} {self.parameter.unit})"
+
+
 class Record(Struct, frozen=True, eq=False):
     """Impacts in the order of time.
 
@@ -60,6 +81,10 @@ class Record(Struct, frozen=True, eq=False):
         Columns that were read and are not used.
     force_maximum_s : float or None
         Time at which the force is known to have a maximum, other than 0 [s].
+    swept : Array (n,) or None
+        Value of the swept parameter at each impact, in its unit; None where the file has no such column.
+    errors : Array (n,) or None
+        Standard errors of the times [s]; None where nothing is said of them.
     """
 
     name: str
@@ -67,9 +92,18 @@ class Record(Struct, frozen=True, eq=False):
     walls: Array
     unused: tuple[str, ...] = ()
     force_maximum_s: float | None = None
+    swept: Array | None = None
+    errors: Array | None = None
+
+    @property
+    def relative(self) -> Array | None:
+        """Standard errors of the times over the middle one; None where they are alike."""
+        if self.errors is None or np.ptp(self.errors) == 0:
+            return None
+        return np.asarray(self.errors / np.median(self.errors))
 
 
-def read_record(path: str, frequency_hz: float) -> Record:
+def read_record(path: str, frequency_hz: float, swept: Sweepable | None = None) -> Record:
     """Read a record of impacts.
 
     Parameters
@@ -78,6 +112,8 @@ def read_record(path: str, frequency_hz: float) -> Record:
         Of a CSV file in UTF-8 with the columns ``time_s`` and ``membrane`` (bottom or top).
     frequency_hz : float
         Of the force, by which times in another unit are recognised.
+    swept : Sweepable, optional
+        A parameter that may have a column, and between what its values must be.
 
     Raises
     ------
@@ -86,10 +122,23 @@ def read_record(path: str, frequency_hz: float) -> Record:
     ScenarioError
         With every mistake in it, by its line.
     """
-    name, data = visible(path), contents(path, LARGEST_RECORD)
+    return parse_record(record_contents(path), visible(path), frequency_hz, swept)
+
+
+def record_contents(path: str) -> bytes:
+    """The bytes of a record.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read.
+    ScenarioError
+        If it is too large.
+    """
+    data = contents(path, LARGEST_RECORD)
     if len(data) > LARGEST_RECORD:
-        raise _refused(name, 1, "", f"the file is larger than {LARGEST_RECORD // 10**6} MB (cut the record)")
-    return parse_record(data, name, frequency_hz)
+        raise _refused(visible(path), 1, "", f"the file is larger than {LARGEST_RECORD // 10**6} MB (cut the record)")
+    return data
 
 
 def contents(path: str, largest: int) -> bytes:
@@ -108,7 +157,7 @@ def contents(path: str, largest: int) -> bytes:
         raise UsageError(f"{visible(path)} cannot be read: {reason}") from error
 
 
-def parse_record(data: bytes, name: str, frequency_hz: float) -> Record:
+def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable | None = None) -> Record:
     """Read a record from the bytes of a file; see `read_record`."""
     if data[:2] in UTF_16:
         raise _refused(name, 1, "", "the file is UTF-16 (allowed: save it as CSV in UTF-8)")
@@ -130,8 +179,8 @@ def parse_record(data: bytes, name: str, frequency_hz: float) -> Record:
     rows = ((reader.line_num, row) for row in reader)
     mistakes: list[Mistake] = []
     try:
-        places, unused, head = _columns(rows, name)
-        times, walls, lines = _values(rows, places, unused, head, mistakes)
+        places, unused, head = _columns(rows, name, swept)
+        times, walls, errors, values, lines = _values(rows, places, unused, head, swept, mistakes)
     except csv.Error as error:
         # Where a quote is not closed, the file ends before the row does.
         raise _refused(name, reader.line_num, "", f"{error} (allowed: CSV with commas)") from None
@@ -144,7 +193,10 @@ def parse_record(data: bytes, name: str, frequency_hz: float) -> Record:
         raise _refused(
             name, lines[-1] if lines else 1, "", f"{count} (at least {FEWEST} are needed, and some tens to be of use)"
         )
-    record = Record(name, np.array(times), np.array(walls), unused)
+    own, along = (np.array(column) if column else None for column in (errors, values))
+    record = Record(name, np.array(times), np.array(walls), unused, swept=along, errors=own)
+    if along is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
+        frequency_hz = float(np.median(along))
     _require_seconds(record, lines[0], frequency_hz)
     return record
 
@@ -153,7 +205,9 @@ def _refused(name: str, line: int, path: str, message: str) -> ScenarioError:
     return ScenarioError(name, [Mistake(line, path, message)])
 
 
-def _columns(rows: Iterator[tuple[int, list[str]]], name: str) -> tuple[dict[str, int], tuple[str, ...], int]:
+def _columns(
+    rows: Iterator[tuple[int, list[str]]], name: str, swept: Sweepable | None
+) -> tuple[dict[str, int], tuple[str, ...], int]:
     """Places of the columns by their names, those that are not used, and the number of columns."""
     line, head = next(((line, row) for line, row in rows if any(cell.strip() for cell in row)), (1, []))
     example = f"the first line is {TIME},{MEMBRANE}"
@@ -163,15 +217,16 @@ def _columns(rows: Iterator[tuple[int, list[str]]], name: str) -> tuple[dict[str
         what = "semicolons" if ";" in head[0] else "tabs"
         raise _refused(name, line, "", f"columns are separated by {what} (allowed: commas, and points in numbers)")
     titles = [cell.strip() for cell in head]
+    known = COLUMNS if swept is None else (*COLUMNS, swept.parameter.value)
     mistakes = []
     for title in titles:
-        if title not in COLUMNS:
-            close = get_close_matches(title, COLUMNS, 1, 0.5)
+        if title not in known:
+            close = get_close_matches(title, known, 1, 0.5)
             hint = f"; did you mean '{close[0]}'?" if close else ""
             what = f"unknown column{hint}" if title else "a column without a name"
-            mistakes.append(Mistake(line, visible(title[:60]), f"{what} (allowed: {', '.join(COLUMNS)})"))
+            mistakes.append(Mistake(line, visible(title[:60]), f"{what} (allowed: {', '.join(known)})"))
     mistakes += [
-        Mistake(line, title, "the column stands twice (allowed: once)") for title in COLUMNS if titles.count(title) > 1
+        Mistake(line, title, "the column stands twice (allowed: once)") for title in known if titles.count(title) > 1
     ]
     mistakes += [
         Mistake(line, title, f"the column is missing ({example})") for title in (TIME, MEMBRANE) if title not in titles
@@ -186,10 +241,15 @@ def _values(
     places: dict[str, int],
     unused: tuple[str, ...],
     head: int,
+    swept: Sweepable | None,
     mistakes: list[Mistake],
-) -> tuple[list[float], list[float], list[int]]:
-    """Times, sides and lines of all impacts; what is wrong with them is added to the mistakes."""
-    times, walls, lines = [], [], []
+) -> tuple[list[float], list[float], list[float], list[float], list[int]]:
+    """Times, sides, errors and values of the swept parameter (none without their columns) and lines of all impacts.
+
+    What is wrong with them is added to the mistakes.
+    """
+    times, walls, errors, values, lines = [], [], [], [], []
+    along = None if swept is None else places.get(swept.parameter.value)
     time, membrane, others = places[TIME], places[MEMBRANE], [(name, places[name]) for name in unused]
     for line, row in rows:
         if not row or (len(row) == 1 and not row[0].strip()):
@@ -212,11 +272,21 @@ def _values(
         for name, place in others:
             if row[place].strip():
                 _number(row[place], line, name, mistakes)
+        if swept is not None and along is not None:
+            value = _number(row[along], line, swept.parameter.value, mistakes)
+            if value is not None and not swept.holds(value):
+                mistakes.append(Mistake(line, swept.parameter.value, f"got {value:g}, {swept.allowed}"))
+            values.append(np.nan if value is None else value)
+        error = _number(row[places[ERROR]], line, ERROR, mistakes) if ERROR in places else None
+        if error is not None and error <= 0:
+            mistakes.append(Mistake(line, ERROR, f"{error!r} is not above 0 (allowed: the standard error of the time)"))
+        if error is not None:
+            errors.append(error)
         if number is not None and side is not None:
             times.append(number)
             walls.append(side)
             lines.append(line)
-    return times, walls, lines
+    return times, walls, errors, values, lines
 
 
 def _number(text: str, line: int, column: str, mistakes: list[Mistake]) -> float | None:

@@ -78,12 +78,18 @@ def typical(own: Equations, share: float = MOST) -> float:
     return float(np.partition(size, k)[k]) / NormalDist().inv_cdf((1 + share) / 2)
 
 
-def screened(model: ClockedDevice, times: Array, walls: Array, timing_error_s: float) -> Screened:
-    """Find impacts that were missed and rows that are none, of a record [s] with a timing error [s]."""
-    kept = _without_false(model, times, walls, timing_error_s)
-    t, w = times[kept], walls[kept]
+def screened(
+    model: ClockedDevice, times: Array, walls: Array, timing_error_s: float, relative: Array | None = None
+) -> Screened:
+    """Find impacts that were missed and rows that are none, of a record [s] with a timing error [s].
+
+    Errors of times are `relative` to that, where they are not alike.
+    """
+    every_error = np.ones(len(times)) if relative is None else relative
+    kept = _without_false(model, times, walls, timing_error_s, every_error)
+    t, w, errors = times[kept], walls[kept], every_error[kept]
     flown = np.ones(len(t) - 1, dtype=bool)
-    own = equations(model, t, w, flown)
+    own = equations(model, t, w, flown, relative=errors)
     stretches = []
     for run in _runs(own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]):
         every = np.arange(run[0], run[-1])
@@ -91,7 +97,7 @@ def screened(model: ClockedDevice, times: Array, walls: Array, timing_error_s: f
             every = np.array([run[0] if run[0] + 2 >= len(t) else run[0] - 1])
         flown[every[::2]] = False
         stretches.append((every, len(run) % 2 == 1 and len(run) > 1))
-    missed = _missed(model, t, w, flown, [k for every, _ in stretches for k in every[::2]], timing_error_s)
+    missed = _missed(model, t, w, flown, [k for every, _ in stretches for k in every[::2]], timing_error_s, errors)
     gaps: list[Gap] = []
     for every, odd in stretches:
         single = every[::2]
@@ -103,7 +109,7 @@ def screened(model: ClockedDevice, times: Array, walls: Array, timing_error_s: f
             gaps += [Gap(float(t[k]), float(t[k + 1]), missed[k]) for k in single]
     found = Screened(kept, flown, tuple(gaps))
     # Of two rows at one time, one is none: the flight between them has any velocity, and keeps to any equation.
-    close = np.flatnonzero(np.diff(t) < SHORTEST * timing_error_s)
+    close = np.flatnonzero(np.diff(t) < SHORTEST * timing_error_s * np.maximum(errors[1:], errors[:-1]))
     around = np.unique(np.clip(close[:, None] + np.arange(-1, 2), 0, len(flown) - 1))
     around = around[flown[around]]
     return without_flights(found, times, around) if len(around) else found
@@ -123,9 +129,9 @@ def _runs(failed: Indices) -> list[Indices]:
     return [run for run in np.split(failed, np.flatnonzero(np.diff(failed) > 1) + 1) if len(run)]
 
 
-def _without_false(model: ClockedDevice, times: Array, walls: Array, timing_error_s: float) -> Indices:
+def _without_false(model: ClockedDevice, times: Array, walls: Array, timing_error_s: float, errors: Array) -> Indices:
     """Rows that are left where each that explains all failures around it, as one that is no impact, is taken away."""
-    own = equations(model, times, walls, np.ones(len(times) - 1, dtype=bool))
+    own = equations(model, times, walls, np.ones(len(times) - 1, dtype=bool), relative=errors)
     failed = own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]
     taken = []
     for run in _runs(failed):
@@ -136,7 +142,7 @@ def _without_false(model: ClockedDevice, times: Array, walls: Array, timing_erro
             # What is next to the end of a record can be taken away without a trace: it is no evidence.
             if near.searchsorted(k) < 2 or len(near) - near.searchsorted(k) < 2:
                 continue
-            rest = equations(model, times[near], walls[near], np.ones(len(near) - 1, dtype=bool))
+            rest = equations(model, times[near], walls[near], np.ones(len(near) - 1, dtype=bool), relative=errors[near])
             around = (near[rest.impacts] >= run[0] - 1) & (near[rest.impacts] <= run[-1] + 1)
             worst = float((np.abs(rest.value) / rest.spread)[around].max()) / timing_error_s
             if worst < best:
@@ -147,7 +153,13 @@ def _without_false(model: ClockedDevice, times: Array, walls: Array, timing_erro
 
 
 def _missed(
-    model: ClockedDevice, times: Array, walls: Array, flown: Mask, flights: list[int], timing_error_s: float
+    model: ClockedDevice,
+    times: Array,
+    walls: Array,
+    flown: Mask,
+    flights: list[int],
+    timing_error_s: float,
+    errors: Array,
 ) -> dict[int, float | None]:
     """Time [s] of the one missed impact, on either membrane, that explains both ends of each of some flights."""
     found: dict[int, float | None] = dict.fromkeys(flights)
@@ -165,7 +177,8 @@ def _missed(
             a, b = times[ks], times[ks + 1]
             for _ in range(4):
                 tried = a[:, None] + (b - a)[:, None] * np.linspace(0, 1, PLACES + 2)[1:-1]
-                worst = _misfit(model, times[around], walls[around], before + 1, tried, wall) / timing_error_s
+                given = times[around], walls[around], errors[around]
+                worst = _misfit(model, *given, before + 1, tried, wall) / timing_error_s
                 i, row = np.argmin(worst, axis=1), np.arange(len(ks))
                 a, b = tried[row, np.maximum(i - 1, 0)], tried[row, np.minimum(i + 1, PLACES - 1)]
             better = worst[row, i] < best
@@ -174,24 +187,29 @@ def _missed(
     return found
 
 
-def _misfit(model: ClockedDevice, times: Array, walls: Array, place: int, tried: Array, wall: float) -> Array:
+def _misfit(
+    model: ClockedDevice, times: Array, walls: Array, errors: Array, place: int, tried: Array, wall: float
+) -> Array:
     """How far the equations around flights fail with an impact in them at each of some times [s].
 
     Parameters
     ----------
-    times, walls : Array (g, n)
-        Of the impacts around each flight.
+    times, walls, errors : Array (g, n)
+        Of the impacts around each flight; of the one that was missed the error is as of most.
     place : int
         Of the impact among them.
     tried : Array (g, t)
     """
     # An own small record for each time tried, one after the other, with nothing between them.
     count, width = tried.size, times.shape[1] + 1
-    rows, sides = (np.repeat(np.insert(x, place, wall, axis=1), tried.shape[1], axis=0) for x in (times, walls))
+    rows, sides, relative = (
+        np.repeat(np.insert(x, place, own, axis=1), tried.shape[1], axis=0)
+        for x, own in ((times, 0.0), (walls, wall), (errors, 1.0))
+    )
     rows[:, place] = tried.ravel()
     within = np.tile(np.arange(width) < width - 1, count)[:-1]
     with np.errstate(all="ignore"):  # between two small records there may be no time
-        own = equations(model, rows.ravel(), sides.ravel(), within)
+        own = equations(model, rows.ravel(), sides.ravel(), within, relative=relative.ravel())
     worst = np.zeros(count)
     np.maximum.at(worst, own.impacts // width, np.abs(own.value) / own.spread)
     return worst.reshape(tried.shape)

@@ -46,6 +46,9 @@ NEIGHBOURS = 2, 20
 SIGNIFICANT = 5.0
 """Standard errors from which a harmonic is one."""
 
+LEAST_PERCENT = 1e-6
+"""Of the sine, that a harmonic is of."""
+
 TILTED = 0.1
 """Part of gravity by which an offset may differ from what a sensor shows that hangs upside down."""
 
@@ -61,8 +64,8 @@ class MeasuredHarmonic(Struct, frozen=True):
 
     @property
     def significant(self) -> bool:
-        """Whether it is more than the noise."""
-        return self.percent > SIGNIFICANT * self.percent_error
+        """Whether it is more than the noise, and than what rounding leaves of samples without any."""
+        return self.percent > max(SIGNIFICANT * self.percent_error, LEAST_PERCENT)
 
 
 class ShakerMotion(Struct, frozen=True, eq=False):

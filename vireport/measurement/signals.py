@@ -13,7 +13,7 @@ from vireport.measurement.adjustment import Prior
 from vireport.measurement.flights import Unknown
 from vireport.measurement.inquiry import Inquiry
 from vireport.measurement.picking import Picked, picked
-from vireport.measurement.recordings import HeardPlace, read_recording
+from vireport.measurement.recordings import HeardPlace, Recording, read_recording
 from vireport.measurement.records import Record
 from vireport.measurement.shaker import TILTED, ShakerMotion, shaker_motion
 from vireport.physics import Device, Harmonic
@@ -41,7 +41,7 @@ class Signals(Struct, frozen=True, eq=False):
         """What is identified from."""
         own = self.picked
         maximum = self.shaker.maximum_s if self.shaker is not None else None
-        return Record(own.recording.name, own.times, own.walls, (), maximum)
+        return Record(own.recording.name, own.times, own.walls, force_maximum_s=maximum, errors=own.errors)
 
 
 def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None) -> Signals:
@@ -63,6 +63,28 @@ def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None)
     recording = read_recording(path)
     device = inquiry.model.device
     frequency = float(device.frequency_hz)
+    shaker = shaker_of(recording, device, say)
+    if shaker is not None:
+        frequency = shaker.frequency_hz
+    return Signals(picked(recording, frequency, say), shaker)
+
+
+def shaker_of(recording: Recording, device: Device, say: Progress = lambda what: None) -> ShakerMotion | None:
+    """Fit the shaker's motion to the capsule's acceleration in a recording; None where that was not recorded.
+
+    Parameters
+    ----------
+    recording : Recording
+    device : Device
+        For the frequency that is expected, and gravity along the capsule.
+    say : callable
+        Is told each step.
+
+    Raises
+    ------
+    UsageError
+        If the capsule is free, or the sensor points the other way, or as `shaker_motion`.
+    """
     shaker = None
     for channel in recording.of(HeardPlace.CAPSULE):
         say("fitting the shaker's motion")
@@ -71,10 +93,16 @@ def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None)
                 f"{recording.name}: the acceleration of a free capsule is not that of its force (allowed: "
                 "device.capsule: prescribed; or the record without this signal)"
             )
-        shaker = shaker_motion(recording, channel, frequency)
+        shaker = shaker_motion(recording, channel, float(device.frequency_hz))
         _require_upright(f"{recording.name}: {channel.name}", shaker, device)
-        frequency = shaker.frequency_hz
-    return Signals(picked(recording, frequency, say), shaker)
+    return shaker
+
+
+def shaken(device: Device, shaker: ShakerMotion) -> Device:
+    """The device with the force of a shaker's motion as it was measured, and those harmonics that are significant."""
+    own = device.with_values({DesignInput(x.value): value for x, value in _values(shaker, device.capsule_mass_kg)})
+    harmonics = tuple(Harmonic.of(h.order, h.percent, h.phase_deg) for h in shaker.harmonics if h.significant)
+    return replace(own, harmonics=harmonics)
 
 
 def _require_upright(name: str, shaker: ShakerMotion, device: Device) -> None:
@@ -111,9 +139,7 @@ def with_shaker(inquiry: Inquiry, shaker: ShakerMotion, delay_s: float) -> Inqui
         raise UsageError(f"--free: {asked[0]} is measured by the record's acceleration (leave one of them out)")
     device = inquiry.model.device
     mass = float(device.capsule_mass_kg)
-    own = device.with_values({DesignInput(x.value): value for x, value in _values(shaker, mass)})
-    harmonics = tuple(Harmonic.of(h.order, h.percent, h.phase_deg) for h in shaker.harmonics if h.significant)
-    model = replace(inquiry.model, device=replace(own, harmonics=harmonics), phase=0.0)
+    model = replace(inquiry.model, device=shaken(device, shaker), phase=0.0)
     measured = {Unknown.AMPLITUDE: mass * shaker.amplitude_error, Unknown.FREQUENCY: shaker.frequency_error_hz}
     # What the scenario says of the same input, of the sensor's calibration for one, is uncertain on its own.
     given = {prior.unknown: prior.deviation for prior in inquiry.priors}

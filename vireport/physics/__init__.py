@@ -1,5 +1,8 @@
 """What analysis and simulation share: the device and its units, flight and impact law, membranes, kinds of numbers."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.physics import flight
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
@@ -7,11 +10,14 @@ from vireport.physics.device import (
     FINEST_D,
     FINEST_GBAR,
     GROUP_ERROR,
+    MOVES,
     NO_GRAVITY,
     RESTITUTIONS,
     Device,
     Shaker,
     carried,
+    moved,
+    value_in,
 )
 from vireport.physics.energy import (
     Conversion,
@@ -25,6 +31,7 @@ from vireport.physics.energy import (
     conversion_of_word,
     cycle_of,
     deflection,
+    energy_gained,
     fitting,
     generated_voltage,
     voltages,
@@ -40,6 +47,7 @@ from vireport.physics.numbers import (
     ROUNDED,
     UNIT,
     DecimalOps,
+    DoubleOps,
     Rounded,
     infinite_where_undefined,
     magnitude,
@@ -47,6 +55,11 @@ from vireport.physics.numbers import (
 )
 from vireport.physics.voltage_bounds import voltage_bounds
 from vireport.physics.word import Word, word_name
+
+if TYPE_CHECKING:
+    from vireport.physics.cubics import Cubics
+else:
+    __getattr__ = deferred(__name__, "cubics")
 
 __all__ = [
     "AFFINE",
@@ -58,6 +71,7 @@ __all__ = [
     "FLOATS",
     "FUNCTION",
     "GROUP_ERROR",
+    "MOVES",
     "NO_GRAVITY",
     "RESTITUTIONS",
     "ROUNDED",
@@ -66,9 +80,11 @@ __all__ = [
     "UNIT",
     "Affine",
     "Conversion",
+    "Cubics",
     "DecimalOps",
     "Device",
     "Dielectric",
+    "DoubleOps",
     "ElectricalCycle",
     "Fitting",
     "Flight",
@@ -93,6 +109,7 @@ __all__ = [
     "damping_number",
     "deflection",
     "each",
+    "energy_gained",
     "fitting",
     "flight",
     "force_rate",
@@ -100,9 +117,11 @@ __all__ = [
     "infinite_where_undefined",
     "law_of",
     "magnitude",
+    "moved",
     "peaks",
     "stated",
     "unaccelerated",
+    "value_in",
     "voltage_bounds",
     "voltages",
     "wave",

@@ -19,7 +19,7 @@ from vireport.base import UsageError
 from vireport.physics.forcing import Harmonic, peaks
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
 from vireport.physics.numbers import ARRAYS, UNIT
-from vireport.scenario import CapsuleMotion, DesignInput, Parameter, ScalarInput, Scenario
+from vireport.scenario import DRIVING, CapsuleMotion, DesignInput, Parameter, ScalarInput, Scenario
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
@@ -36,6 +36,9 @@ GROUP_ERROR = 12 * UNIT
 
 RESTITUTIONS = DesignInput.RESTITUTION, DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP
 """Inputs that are restitutions: of both membranes together, and of each alone."""
+
+MOVES: dict[str, tuple[float, float]] = dict(zip(RESTITUTIONS, ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0)), strict=True))
+"""Derivatives of the restitution at the bottom and at the top by each of them."""
 
 Quantity = TypeVar("Quantity", float, NDArray[np.float64], default=float)
 """A number of one device, or an array with a number for each of many."""
@@ -152,8 +155,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
         )
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
-        """The four parameters that can be swept, with one of them (an array, say) replaced."""
-        return {name: value if name == parameter else getattr(self, name) for name in Parameter}
+        """The four parameters that drive the ball, with one of them (an array, say) replaced, if it is one of them."""
+        return {name: value if name == parameter else getattr(self, name) for name in DRIVING}
 
     def with_values(self, values: Mapping[Any, Any]) -> Device[Quantity]:
         """The device with other values of some inputs, which are members of `DesignInput` or `Parameter`.
@@ -163,7 +166,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         others = {varied: value for varied, value in values.items() if varied not in RESTITUTIONS}
         restitution = self.restitution
         for varied in (varied for varied in RESTITUTIONS if varied in values):
-            restitution = _moved(restitution, varied, values[varied])
+            restitution = moved(restitution, varied, values[varied])
         return replace(self, restitution=restitution, **others)
 
     def of_sine(self, what: str) -> Device[Quantity]:
@@ -253,10 +256,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         """The value of an input; of both restitutions together, their mean."""
         if varied not in RESTITUTIONS:
             return getattr(self, varied)
-        bottom, top = stated(self.restitution)
-        if varied == DesignInput.RESTITUTION:
-            return bottom if self.alike else (bottom + top) / 2
-        return bottom if varied == DesignInput.RESTITUTION_BOTTOM else top
+        return value_in(self.restitution, varied)
 
     def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> Groups[Any]:
         """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, Eqs. (2.5), (2.6), and r.
@@ -278,6 +278,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
         gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
         harmonics = tuple(own.exact(ops) for own in self.harmonics)
         restitution = each(self.restitution, ops.exact)
+        if parameter.bounces:
+            restitution = moved(restitution, parameter, ops.exact(value))
         if isinstance(restitution, SpeedLaw):
             # y_c = F/(2 M f), in which velocities are counted: the same speed is more of it on a slower shaker.
             restitution = replace(restitution, speed=2 * restitution.speed * mass * x[Parameter.FREQUENCY] / force)
@@ -290,8 +292,15 @@ class Device(Struct, Generic[Quantity], frozen=True):
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
         """The value of `parameter` that gives the groups, the other three parameters as they are.
 
-        The inverse of `groups`: from gbar for the inclination, otherwise from d.
+        The inverse of `groups`: from gbar for the inclination, otherwise from d. A restitution does not move them.
+
+        Raises
+        ------
+        ValueError
+            If the parameter is a restitution.
         """
+        if parameter.bounces:
+            raise ValueError(f"d and gbar do not say what {parameter} is")
         mass = ops.exact(self.capsule_mass_kg)
         if parameter is Parameter.INCLINATION:
             weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
@@ -338,12 +347,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
             case DesignInput.INCLINATION:
                 upright = self.supported_kg * self.gravity_m_s2 / self.amplitude_n
                 return 0.0, float(upright * cos(radians(value)) * pi / 180), 0.0, 0.0
-            case DesignInput.RESTITUTION:
-                return 0.0, 0.0, 1.0, 1.0
-            case DesignInput.RESTITUTION_BOTTOM:
-                return 0.0, 0.0, 1.0, 0.0
-            case DesignInput.RESTITUTION_TOP:
-                return 0.0, 0.0, 0.0, 1.0
+            case DesignInput.RESTITUTION | DesignInput.RESTITUTION_BOTTOM | DesignInput.RESTITUTION_TOP:
+                return 0.0, 0.0, *MOVES[varied]
             case DesignInput.AMPLITUDE:
                 return -d / value, -gbar / value, 0.0, 0.0
             case DesignInput.CAPSULE_MASS:
@@ -442,10 +447,18 @@ def _restitution(bottom: Any, top: Any) -> Any:
     return bottom if np.ndim(bottom) == np.ndim(top) == 0 and bottom == top else Restitutions(bottom, top)
 
 
-def _moved(restitution: Any, varied: DesignInput, value: Any) -> Any:
-    """The restitution with another value of one membrane, or of the mean of both."""
+def value_in(restitution: Any, varied: ScalarInput) -> Any:
+    """The value of one of `RESTITUTIONS` in what a device or a motion has; of both membranes, their mean."""
+    bottom, top = stated(restitution)
+    if varied == DesignInput.RESTITUTION:
+        return bottom if bottom is top else (bottom + top) / 2
+    return bottom if varied == DesignInput.RESTITUTION_BOTTOM else top
+
+
+def moved(restitution: Any, varied: ScalarInput, value: Any) -> Any:
+    """The restitution with another value of one membrane, or of the mean of both, whose difference is kept."""
     if isinstance(restitution, SpeedLaw):
-        bottom, top = stated(_moved(_restitution(restitution.bottom, restitution.top), varied, value))
+        bottom, top = stated(moved(_restitution(restitution.bottom, restitution.top), varied, value))
         return replace(restitution, bottom=bottom, top=top)
     bottom, top = by_wall(restitution)
     if varied == DesignInput.RESTITUTION_BOTTOM:

@@ -313,7 +313,7 @@ def conversion(
     membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball, and one of a free capsule m/(1 + mu) for m from
     both.
     """
-    bottom, top = (_gained(gain, membrane, dielectric) for gain in gains)
+    bottom, top = (energy_gained(gain, membrane, dielectric) for gain in gains)
     squares = [speed * speed for speed in speeds]
     if isinstance(restitution, Restitutions):
         shares = [(1 - r) * (1 + r) for r in by_wall(restitution)]
@@ -325,7 +325,7 @@ def conversion(
     return Conversion(bottom, top, 1e3 / period_s * (bottom + top), (bottom + top) / spent, field)
 
 
-def _gained(gain: Any, membrane: Membrane, dielectric: Dielectric) -> Any:
+def energy_gained(gain: Any, membrane: Membrane, dielectric: Dielectric) -> Any:
     """Electrical energy of an impact with a gain of voltage [J], see `conversion`."""
     return flat_capacitance(membrane, dielectric) / 2 * gain * (gain + membrane.bias_voltage_v)
 
@@ -344,7 +344,7 @@ def conversion_of_word(
     period_s : float
         Of the motion [s].
     """
-    gained = float(_gained(gains, membrane, dielectric).sum())
+    gained = float(energy_gained(gains, membrane, dielectric).sum())
     lost = membrane.reduced_mass_kg / 2 * float(((1 - restitution) * (1 + restitution) * speeds * speeds).sum())
     return (
         1e3 * gained / period_s,

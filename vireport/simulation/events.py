@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -26,6 +26,9 @@ from vireport.simulation.kernel import (
     VELOCITY,
     WALL,
 )
+
+if TYPE_CHECKING:
+    from vireport.physics import Cubics
 
 BOTTOM, TOP = 1, -1
 COLUMNS = 6
@@ -64,7 +67,7 @@ class InFlight(Struct, frozen=True):
     Parameters
     ----------
     position : float
-        Relative position Z [x_c], with |Z| < d/2.
+        Relative position Z [x_c], with ``|Z| < d/2``.
     velocity : float
         Relative velocity Z' [y_c].
     phase : float
@@ -223,7 +226,13 @@ def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
 
 
 def follow_impacts(
-    model: Array, starts: Array, impacts: int, keep: int | None = None, workers: int = 1, compiled: bool = True
+    model: Array,
+    starts: Array,
+    impacts: int,
+    keep: int | None = None,
+    workers: int = 1,
+    compiled: bool = True,
+    cubics: Cubics | None = None,
 ) -> tuple[Array, Array]:
     """Follow each start for a number of impacts, or to its end.
 
@@ -241,22 +250,34 @@ def follow_impacts(
         Threads. The result does not depend on it.
     compiled : bool
         Whether to compile the search, where numba is there. A few thousand impacts are sooner had without.
+    cubics : Cubics, optional
+        The relative acceleration as it was recorded, in place of the force of the models: each start is followed from
+        its beginning to its end. The phase of a start is that of a sine beside it.
 
     Returns
     -------
     rows : array (n, keep, 6)
         In order of time, the last impact last; where fewer happened, the rows before the start are NaN.
     summary : array (n, 3)
-        Number of impacts, of sine-cosine pairs evaluated, and RUNNING, REST or FREE.
+        Number of impacts, of sine-cosine pairs evaluated, and RUNNING, REST or FREE: of a recorded force the end of the
+        record, where the ball lies on a membrane or flies.
+
+    Raises
+    ------
+    ValueError
+        If the force was recorded, and the models have friction.
     """
     rubbed = rubs(model)
+    if rubbed and cubics is not None:
+        raise ValueError("friction is not simulated with a recorded force")
     search = None
     if compiled:
         search = compiled_rubbed_search() if rubbed else compiled_search()
     keep = impacts + 1 if keep is None else min(keep, impacts + 1)
     rows = np.full((len(model), keep, COLUMNS), np.nan)
     summary = np.zeros((len(model), 3))
-    if compiled and search is None and len(model) * impacts * INTERPRETED_IMPACT > LONG:
+    steps = impacts if cubics is None else len(cubics.rows)
+    if compiled and search is None and len(model) * steps * INTERPRETED_IMPACT > LONG:
         _say_that_it_is_slow()
 
     harmonics: Array | None
@@ -265,6 +286,7 @@ def follow_impacts(
         plain, harmonics, still = search_data(model)
     else:
         plain, (harmonics, still) = np.ascontiguousarray(model[:, :CONSTANT]), _forced(model)
+    drive = None if cubics is None else cubics.rows
     interpreted = kernel.follow_rubbed_starts if rubbed else kernel.follow_starts
     laws = None
     if model[:, CONSTANT].any():
@@ -277,8 +299,10 @@ def follow_impacts(
             filled: tuple[Any, ...] = (starts[part], impacts, rows[part], summary[part])
             if not rubbed:
                 filled = *filled, None if laws is None else laws[part]
-            forced = (None, None) if harmonics is None or still is None else (harmonics[part], still[part])
-            (search or interpreted)(plain[part], *filled, *forced)
+            forced: tuple[Any, ...] = (None, None)
+            if harmonics is not None and still is not None and drive is None:
+                forced = harmonics[part], still[part]
+            (search or interpreted)(plain[part], *filled, *forced, *(() if rubbed else (drive,)))
 
     count = len(model)
     if workers > 1 and count > 1:
@@ -305,10 +329,17 @@ def _say_that_it_is_slow() -> None:
 
 
 def follow_one(
-    model: Array, start: Sequence[float], impacts: int, keep: int | None = None, compiled: bool = True
+    model: Array,
+    start: Sequence[float],
+    impacts: int,
+    keep: int | None = None,
+    compiled: bool = True,
+    cubics: Cubics | None = None,
 ) -> tuple[Array, Array]:
     """Follow a single start as `follow_impacts` does, and leave out the rows that did not happen."""
-    rows, summary = follow_impacts(model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled)
+    rows, summary = follow_impacts(
+        model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled, cubics=cubics
+    )
     happened = int(summary[0, 0]) + 1
     return rows[0, max(0, rows.shape[1] - happened) :], summary[0]
 

@@ -6,7 +6,8 @@ sign, is a concave function y with at most one peak: either y passes its upper w
 only leave through the lower one. So every crossing is bracketed before it is computed.
 
 Harmonics of the force add to each flight what their own sines do; the zeros of Z'' are then given from outside. Where
-`more` or `harmonics` is None the force is a sine: the compiler leaves the rest away.
+`more` or `harmonics` is None the force is a sine: the compiler leaves the rest away. Of a force that was recorded a
+flight goes through one cubic after another, and is a polynomial of five numbers on each, where others have four.
 
 A ball with friction has searches of its own, from stop to stop: on a way without one friction is a constant.
 
@@ -40,12 +41,16 @@ FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-orde
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
 MAX_STOPS = 10_000  # in one flight of a ball with friction
 FlightRow = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
+Quintic = tuple[float, float, float, float, float]  # Z' to Z''''' at the start, where Z'' is a cubic
+Leg = FlightRow | Quintic
 Node = tuple[float, float, float]  # a time, and displacement and velocity there
 Hit = tuple[float, float, float, float, float]
 Pair = tuple[float, float]
 Array = NDArray[np.float64]
 More = tuple[Array, float] | None  # of each harmonic: order, cosine and sine at the start, as in a flight; and a sign
 ORDER, COSINE, SINE = 0, 1, 2
+# Columns of `drive`: a row is a cubic of Z'', by its value and derivatives at its beginning, and does not change sign.
+LENGTH, PULL, RATE, BEND, JERK, CONCAVE = 0, 1, 2, 3, 4, 5
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -76,12 +81,22 @@ def _short(x: float, q: float) -> Pair:
     return rise, lag
 
 
-def _state(t: float, flight: FlightRow, more: More, wall: float) -> FlightRow:
+def _quintic(t: float, flight: Quintic, wall: float) -> FlightRow:
+    """Return y - wall, y', y'' and y''' at t where y'' is a cubic."""
+    v, a, b, c, e = flight
+    y = t * (v + t * (a * (1 / 2) + t * (b * (1 / 6) + t * (c * (1 / 24) + t * e * (1 / 120))))) - wall
+    y1 = v + t * (a + t * (b * (1 / 2) + t * (c * (1 / 6) + t * e * (1 / 24))))
+    return y, y1, a + t * (b + t * (c * (1 / 2) + t * e * (1 / 6))), b + t * (c + t * e * (1 / 2))
+
+
+def _state(t: float, flight: Leg, more: More, wall: float) -> FlightRow:
     """Return y - wall, y', y'' and y''' at t.
 
     y = v t + g t^2/2 + [c (1 - cos pi t) - s (pi t - sin pi t)]/pi^2 is (2.12) freed of its cancellation:
     short flights are as accurate, relatively, as long ones. A harmonic of order j has j t for t, over j^2.
     """
+    if len(flight) == 5:
+        return _quintic(t, flight, wall)
     v, g, c, s = flight
     x = pi * t
     if abs(x) >= 1.0:
@@ -124,6 +139,40 @@ def _snap(t: float, more: More) -> float:
     return snap
 
 
+def _by_snap(d: float, t: float, flight: Leg, more: More, y2: float) -> float:
+    """Return d y''''/3 at t, where y'' is known."""
+    if len(flight) == 5:
+        return d * (flight[3] + t * flight[4]) * (1 / 3)
+    snap = d * pi * pi * (flight[1] - y2) * (1 / 3)
+    if more is not None:
+        snap += d * _snap(t, more) * (1 / 3)
+    return snap
+
+
+def _size(t: float, flight: Leg) -> float:
+    """The size of the terms that y is a sum of."""
+    if len(flight) == 5:
+        return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t
+    return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t + min(0.5 * t * t, 0.2 + abs(t))
+
+
+def _turned(flight: Leg, sign: float) -> Leg:
+    """The flight where y is Z seen with a sign."""
+    if len(flight) == 5:
+        return sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3], sign * flight[4]
+    return sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3]
+
+
+def _hop(flight: Leg, end: float) -> float:
+    """When a short hop from the lower wall comes back, by its own expansion as in `_settle`; inf where it is long."""
+    v, brake = flight[0], -flight[1]
+    if len(flight) == 5:
+        turn = (4 / 3) * flight[2]
+    else:
+        brake, turn = -(flight[1] + flight[2]), -((4 / 3) * pi * flight[3])
+    return v * (2.0 + turn * v / (brake * brake)) / brake if 8.0 * v < brake * end else inf
+
+
 def _signed(more: More, sign: float) -> More:
     """What harmonics add where y is Z seen with a sign."""
     if more is None:
@@ -131,13 +180,12 @@ def _signed(more: More, sign: float) -> More:
     return more[0], sign * more[1]
 
 
-def _crossing(flight: FlightRow, more: More, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
+def _crossing(flight: Leg, more: More, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
     """Time of the one crossing of y = wall between the ends, velocity there, evaluations; t is a guess.
 
     Steps are of fourth order, as y''' is free once y is known; one that leaves the bracket is bisected
     instead.
     """
-    v, g, _, _ = flight
     low, high = ends
     for step in range(1, MAX_STEPS):
         f, y1, y2, y3 = _state(t, flight, more, wall)
@@ -148,12 +196,9 @@ def _crossing(flight: FlightRow, more: More, wall: float, rising: float, ends: P
             m, scale = min(abs(y1), 1.0), abs(t) + base
             done = d * d * d * d <= STEP_TOL * scale * m * m * m or abs(d) <= 0.5 * EPS * scale
             if not done and step > 4:  # near grazing: stop at what rounding makes of y
-                size = abs(v * t) + 0.5 * abs(g) * t * t + min(0.5 * t * t, 0.2 + abs(t)) + abs(wall)
-                done = abs(f) <= EPS * size
+                done = abs(f) <= EPS * (_size(t, flight) + abs(wall))
             if done:
-                snap = d * pi * pi * (g - y2) * (1 / 3)
-                if more is not None:
-                    snap += d * _snap(t, more) * (1 / 3)
+                snap = _by_snap(d, t, flight, more, y2)
                 return t + d, y1 + d * (y2 + 0.5 * d * (y3 + snap)), float(step)
         t = t + d if low < t + d < high and step < FAST_STEPS else 0.5 * (low + high)
     return t, y1, float(MAX_STEPS)
@@ -169,7 +214,7 @@ def _parabola(flat: Node, other: Node, wall: float) -> float:
     return t0 + (max(plus, minus) if span > 0.0 else min(plus, minus))
 
 
-def _peak(flight: FlightRow, more: More, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
+def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
     """Whether concave y, rising at the start and falling at the end, reaches the wall in between.
 
     Two tangents bound the peak from above, any value of y from below: the search for the zero of Z' ends once
@@ -198,10 +243,9 @@ def _peak(flight: FlightRow, more: More, wall: float, start: Node, end: Node) ->
     return False, m, m, step + 1.0
 
 
-def _piece(sign: float, flight: FlightRow, more: More, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
+def _piece(sign: float, flight: Leg, more: More, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
-    v, g, c, s = sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3]
-    turned = _signed(more, sign)
+    own, turned = _turned(flight, sign), _signed(more, sign)
     upper, lower = (walls[1], walls[0]) if sign > 0.0 else (-walls[0], -walls[1])
     a, ya, pa = start[0], sign * start[1], sign * start[2]
     b, yb, pb = end[0], sign * end[1], sign * end[2]
@@ -210,20 +254,17 @@ def _piece(sign: float, flight: FlightRow, more: More, walls: Pair, start: Node,
         reached = True
         guess = _parabola((b, yb, pb), (a, ya, pa), upper)
     elif pa > 0.0 and pb < 0.0:
-        reached, high, guess, seen = _peak((v, g, c, s), turned, upper, (a, ya, pa), (b, yb, pb))
+        reached, high, guess, seen = _peak(own, turned, upper, (a, ya, pa), (b, yb, pb))
     if not reached:
         if yb > lower:
             return 0.0, 0.0, 0.0, seen
         high = b
-        brake = -(g + c)
-        if more is None and a == 0.0 and ya == lower and 8.0 * pa < brake * b:
-            # A short hop from the lower wall: its own expansion, as in `_settle`.
-            guess = pa * (2.0 - (4 / 3) * pi * s * pa / (brake * brake)) / brake
-        else:
+        guess = _hop(own, b) if more is None and a == 0.0 and ya == lower else inf
+        if guess == inf:
             guess = _parabola((a, ya, pa), (b, yb, pb), lower)
     guess = guess if a < guess < high else 0.5 * (a + high)
     wall, rising = (upper, 1.0) if reached else (lower, -1.0)
-    t, speed, steps = _crossing((v, g, c, s), turned, wall, rising, (a, high), guess, base)
+    t, speed, steps = _crossing(own, turned, wall, rising, (a, high), guess, base)
     return rising * sign, t, sign * speed, seen + steps
 
 
@@ -374,10 +415,60 @@ def _settle_among(
         return sign * wall < 0.0, 0.0, left
     _, _, pull, rate = _state(0.0, flight, more, 0.0)
     bend = pi * pi * abs(flight[1] - pull) + abs(_snap(0.0, more))
-    w, press, jerk = abs(v) / (1.0 - r), wall * pull, -wall * rate
+    return _summed(abs(v) / (1.0 - r), wall * pull, -wall * rate, bend, left)
+
+
+def _summed(w: float, press: float, jerk: float, bend: float, left: float) -> tuple[bool, float, float]:
+    """Whether all hops to come can be summed as in `_settle`, the time they take, and what is left then."""
     time = 2.0 * w / press * (1.0 + 2.0 * jerk * w / (3.0 * press * press))
     settled = w * w * w * (4.0 * jerk * jerk / press + 2.0 * bend) <= CHATTER_TOL * press**4
     return settled and press > 0.0 and time < left, time, left - time
+
+
+def _quintic_at(v: float, row: Array, since: float) -> Quintic:
+    """The flight that begins some time after the beginning of a row of the drive."""
+    pull, rate, bend, jerk = row[PULL], row[RATE], row[BEND], row[JERK]
+    a = pull + since * (rate + since * (bend * (1 / 2) + since * jerk * (1 / 6)))
+    return v, a, rate + since * (bend + since * jerk * (1 / 2)), bend + since * jerk, jerk
+
+
+def _next_impact_along(v: float, drive: Array, place: int, since: float, walls: Pair) -> tuple[Hit, int, float]:
+    """First impact of a flight as `_next_impact` through the rows of a drive, and its row and the time since then.
+
+    Each row begins anew where the ball is then: no distance is a difference of what a whole record adds up to.
+    """
+    time, gone, seen = 0.0, 0.0, 0.0
+    for k in range(place, len(drive)):
+        left = drive[k, LENGTH] - since
+        if left > 0.0:
+            flight = _quintic_at(v, drive[k], since)
+            y, speed, _, _ = _state(left, flight, None, 0.0)
+            gate = walls[0] - gone, walls[1] - gone
+            wall, t, hit, steps = _piece(drive[k, CONCAVE], flight, None, gate, (0.0, 0.0, v), (left, y, speed), time)
+            seen += steps + 1.0
+            if wall != 0.0:
+                return (0.0, time + t, wall, hit, seen), k, since + t
+            time, gone, v = time + left, gone + y, speed
+        since = 0.0
+    return (0.0, time, 0.0, v, seen), len(drive), 0.0
+
+
+def _settle_along(
+    wall: float, v: float, r: float, drive: Array, place: int, since: float
+) -> tuple[bool, float, float, int]:
+    """Whether the ball settles on the wall as in `_settle`, and the row of the drive that lets it go; inf: none."""
+    if abs(v) > CHATTER_SPEED or place == len(drive):
+        return False, 0.0, 0.0, place
+    sign, left, after = drive[place, CONCAVE], drive[place, LENGTH] - since, place + 1
+    while after < len(drive) and drive[after, CONCAVE] == sign:
+        left, after = left + drive[after, LENGTH], after + 1
+    if after == len(drive):
+        left = inf
+    if v == 0.0 or sign * wall > 0.0:
+        return sign * wall < 0.0, 0.0, left, after
+    _, a, b, c, _ = _quintic_at(v, drive[place], since)
+    settles, time, riding = _summed(abs(v) / (1.0 - r), wall * a, -wall * b, abs(c), left)
+    return settles, time, riding, after
 
 
 def _released(phase: float, still: Array) -> float:
@@ -410,6 +501,14 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
     return settled and press > 0.0 and time < left, time, left - time
 
 
+def _on(phase: float, t: float) -> float:
+    """The phase after a time, in [0, 2 pi)."""
+    phase += pi * t
+    while phase >= TURN:  # at most twice, but for a record: cheaper than a remainder
+        phase -= TURN
+    return phase
+
+
 def _falling(stated: float, speed: float, law: Array) -> float:
     """The restitution at a speed by its law: exponent, speed at which it is stated, and the most that it is."""
     r: float = law[2]
@@ -428,6 +527,7 @@ def _follow(
     which: int,
     harmonics: Array | None,
     still: Array | None,
+    drive: Array | None,
 ) -> None:
     """Follow one start; see `follow_starts`, of whose laws `which` is its own."""
     d, g, r_bottom, r_top = model
@@ -440,6 +540,7 @@ def _follow(
     if harmonics is not None:
         parts = np.empty((len(harmonics), 3))
         _begun(phase, harmonics, parts)
+    place, since, after = 0, 0.0, 0
     while True:
         out = rows[row]
         row = row + 1 if row + 1 < len(rows) else 0
@@ -451,7 +552,10 @@ def _follow(
             if laws is not None:
                 r = _falling(r, abs(v), laws[which])
             v = -r * v  # (2.10)
-            if harmonics is None or still is None:
+            if drive is not None:
+                settles, settling, riding, after = _settle_along(wall, v, r, drive, place, since)
+                for_ever = riding == inf
+            elif harmonics is None or still is None:
                 settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
                 for_ever = g >= 1.0
             else:
@@ -465,7 +569,9 @@ def _follow(
                 if for_ever:
                     out[RIDING], status = inf, REST
                     break
-                if harmonics is None or still is None:
+                if drive is not None:
+                    phase, v, place, since = _on(phase, settling + riding), 0.0, after, 0.0
+                elif harmonics is None or still is None:
                     phase, s, c, v = turn[0] if wall > 0.0 else TURN - turn[0], wall * turn[1], -g, 0.0
                 else:
                     phase, v = _released(phase + pi * (settling + riding), still), 0.0
@@ -473,7 +579,9 @@ def _follow(
                     _begun(phase, harmonics, parts)
         if count == impacts:
             break
-        if harmonics is None or still is None:
+        if drive is not None:
+            (periods, t, wall, v, steps), place, since = _next_impact_along(v, drive, place, since, walls)
+        elif harmonics is None or still is None:
             periods, t, wall, v, steps = _next_impact((v, g, c, s), phase, turn, walls)
         else:
             periods, t, wall, v, steps = _next_impact_among((v, g, c, s), (parts, 1.0), phase, still, walls)
@@ -484,9 +592,7 @@ def _follow(
         if wall * v < 0.0:
             v = 0.0  # an impact of 1e-100 y_c, say, whose velocity rounding has turned: the ball only touches
         flight = 2.0 * periods + t
-        phase += pi * t
-        while phase >= TURN:  # at most twice: cheaper than a remainder
-            phase -= TURN
+        phase = _on(phase, t)
         s, c = sin(phase), cos(phase)
         if harmonics is not None:
             _begun(phase, harmonics, parts)
@@ -503,6 +609,7 @@ def follow_starts(
     laws: Array | None,
     harmonics: Array | None,
     still: Array | None,
+    drive: Array | None,
 ) -> None:
     """Follow each start for a number of impacts or to its end.
 
@@ -512,13 +619,15 @@ def follow_starts(
     most that they are; None of constant ones.
     Of a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `still` (n, m, 2) the zeros
     of Z'' ascending, each with the sign that makes Z concave from there on; both are None of a sine.
+    Of a force that was recorded `drive` (m, 6) are the cubics of Z'' one after another: every start is followed from
+    the beginning of the first to the end of the last, the phase being that of a sine beside it. Else it is None.
     Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
     for i in range(len(parameters)):
         if harmonics is None or still is None:
-            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, None, None)
+            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, None, None, drive)
         else:
-            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], still[i])
+            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], still[i], drive)
 
 
 def _pull(phase: float, g: float, harmonics: Array) -> float:

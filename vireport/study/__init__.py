@@ -1,5 +1,8 @@
 """What is done for a scenario: its plan, its results, and the files for machines."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.study.families import families_of, motion_data
 from vireport.study.plan import (
     ALL_FORMATS,
@@ -24,6 +27,11 @@ from vireport.study.study import (
     with_certificates,
 )
 
+if TYPE_CHECKING:
+    from vireport.study.measured import MeasuredAt, ShownImpacts, measured_data, measured_of, require_records
+else:
+    __getattr__ = deferred(__name__, "measured")
+
 __all__ = [
     "ALL_FORMATS",
     "FIGURES",
@@ -31,7 +39,9 @@ __all__ = [
     "FORMATS",
     "SCHEMA_VERSION",
     "SWEEP_END",
+    "MeasuredAt",
     "Provenance",
+    "ShownImpacts",
     "Study",
     "Task",
     "analyse",
@@ -39,6 +49,8 @@ __all__ = [
     "csv_bytes",
     "families_of",
     "json_bytes",
+    "measured_data",
+    "measured_of",
     "motion_data",
     "plan",
     "provenance_of",
@@ -46,6 +58,7 @@ __all__ = [
     "recheck_disturbances",
     "refuse_special",
     "refuse_undecidable",
+    "require_records",
     "results",
     "results_json",
     "sweep_of",

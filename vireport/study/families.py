@@ -243,7 +243,7 @@ def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane
         "word": family.word.letters,
         "ratio": family.word.ratio,
         "periods": family.word.periods,
-        "stability": family.stability(float(alone.trace[0])),
+        "stability": family.stability(float(alone.trace[0]), motion.coordinate),
         **{name: values[0] for name, values in data.items()},
         "error_bounds": {name: values[0] for name, values in bounds.items() if name != "null_means"},
     }

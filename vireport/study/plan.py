@@ -49,6 +49,7 @@ class Task(StrEnum):
     JITTER = "jitter", "how far random kicks spread phases, velocities and voltages of the stable motion"
     PROOF = "proof", "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
     BASINS = "basins", "which impacts on the bottom membrane lead to which motion"
+    DRIVEN = "driven", "the recorded acceleration of the shaker driven through the device, from impact to impact"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -61,10 +62,12 @@ class Task(StrEnum):
     ACCURACY = "accuracy", "error against run time of several methods"
     COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
     OWN_STIFFNESS = "own-stiffness", "the motion and its margin with the membranes' own stiffness, if contacts are long"
+    MEASURED = "measured", "measured impacts, beside what is computed"
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_SHOCKS = "figure-shocks", "what shocks lead to, by their moment and size (figure-shocks)"
     FIGURE_BASIN = "figure-basin", "basins of attraction on the section of impacts (figure-basin)"
+    FIGURE_DRIVEN = "figure-driven", "impacts under the recorded acceleration of the shaker (figure-driven)"
     FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
@@ -90,6 +93,7 @@ class Task(StrEnum):
 FIGURES = (
     *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_BASIN, Task.FIGURE_CYCLE),
+    Task.FIGURE_DRIVEN,
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
@@ -240,6 +244,8 @@ FLINT = Precondition(
     lambda *_: find_spec("flint"), f"the package python-flint is missing: {install_command('python-flint')}"
 )
 NUMBA = Precondition(lambda *_: find_spec("numba"), f"the package numba is missing: {install_command('numba')}")
+MEASURED = Precondition(lambda scenario, _: scenario.measured, "the scenario has no measured block")
+RECORD = Precondition(lambda scenario, _: scenario.excitation.record, "excitation.record is not given")
 TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
 REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
 BEST = Precondition(lambda scenario, _: scenario.design, "the scenario has no design block")
@@ -281,7 +287,9 @@ STEPS = (
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "one of disturbances.jitter_... is given"),
     DeclaredStep(Task.PROOF, (DESIGN, FLINT), "disturbances.prove is true", (PROVE,)),
     DeclaredStep(Task.BASINS, (DESIGN, NUMBA), "disturbances.basin is true", (BASIN,)),
+    DeclaredStep(Task.DRIVEN, (DESIGN, OUTPUT), "excitation.record is given", (RECORD,)),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
+    DeclaredStep(Task.MEASURED, (OUTPUT,), "the scenario has a measured block", (MEASURED,)),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
@@ -294,6 +302,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PAGES), "the design point is given"),
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
+    DeclaredStep(Task.FIGURE_DRIVEN, (DESIGN, PICTURES), "excitation.record is given", (RECORD,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),

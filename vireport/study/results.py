@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from vireport.checks import CrossCheck, Hysteresis, MotionCount
     from vireport.design import Failure, FollowedMotion, Shifts, Tolerances
     from vireport.disturbances import Disturbances, Window
+    from vireport.driven import Driven
     from vireport.motions import Atlas, Family, Mark
     from vireport.shocks import AttractingMotion, AttractingMotions, Basins, Withstood
     from vireport.simulation import Attractor, Course, Jump
@@ -336,6 +337,39 @@ def _margin(margin: Margin) -> dict[str, Any]:
             for order, slopes in margin.by_harmonics.items()
         },
     }
+
+
+def driven_data(found: Driven) -> dict[str, Any]:
+    """What the device does under a recorded motion of its shaker, beside the periodic motion that is predicted."""
+    recording, shaker, device = found.recording, found.shaker, found.device
+    means = {name: getattr(found, name) for name in DRIVEN_MEANS}
+    return {
+        "record": recording.name,
+        "samples": recording.samples,
+        "sampling_rate_hz": 1 / recording.step_s,
+        "from_s": found.settled_s,
+        "to_s": recording.end_s,
+        "excitation": {
+            "amplitude_n": float(device.amplitude_n),
+            "frequency_hz": float(device.frequency_hz),
+            "offset_m_s2": shaker.offset,
+            "harmonics": [plain(own) for own in shaker.harmonics if own.significant],
+        },
+        "impacts": len(found.times_s),
+        "periods": found.periods,
+        "words": [{"word": own.letters, "share": own.share} for own in found.words],
+        "share_at_rest": found.rests,
+        **{
+            name: mean and {"value": mean.value, "from": mean.low, "to": mean.high, "reason": mean.why}
+            for name, mean in means.items()
+        },
+        "deepest_m": found.deepest_m,
+        "predicted": found.predicted and plain(found.predicted),
+    }
+
+
+DRIVEN_MEANS = "impacts_per_s", "speed_bottom_m_s", "speed_top_m_s", "voltage_per_s", "power_mw"
+"""Means along a record, by their names in results.json and of `Driven`."""
 
 
 def disturbances_data(

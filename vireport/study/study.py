@@ -50,6 +50,7 @@ from vireport.study.results import (
     SCHEMA_VERSION,
     branch_rows,
     disturbances_data,
+    driven_data,
     effects_data,
     family_motions,
     json_bytes,
@@ -70,12 +71,14 @@ if TYPE_CHECKING:
     from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
     from vireport.disturbances import Disturbances
+    from vireport.driven import Driven
     from vireport.gate import Verdict
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
     from vireport.shocks import AttractingMotions, Basins, Withstood
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
+    from vireport.study.measured import Branching, MeasuredAt
 
 
 class Study(Struct, frozen=True, eq=False, dict=True):
@@ -116,6 +119,10 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         How far the nearest end of stable motion would move by what the model leaves out.
     proved : Proved or None
         What is proved of them: that they are reached from rest, and which shocks they survive.
+    measured : tuple of MeasuredAt
+        What the records of measured impacts show; () where there are none.
+    driven : Driven or None
+        What the device does under a recorded motion of its shaker.
     """
 
     loaded: Loaded
@@ -135,6 +142,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     basins: Basins | None = None
     effects: Shifts | None = None
     proved: Proved | None = None
+    measured: tuple[MeasuredAt, ...] = ()
+    driven: Driven | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -181,6 +190,15 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return ends_at(jump, self.atlas, check.step) if check is not None and self.atlas is not None else None
 
     @cached_property
+    def measured_hysteresis(self) -> tuple[Branching, ...]:
+        """The values at which the measured motion depended on the direction; () where nothing was measured."""
+        if not self.measured:
+            return ()
+        from vireport.study.measured import hysteresis
+
+        return hysteresis(self.measured)
+
+    @cached_property
     def reproduction(self) -> Reproduction | None:
         """The stable motion found again by the simulation, in milliseconds; None where there is none."""
         from vireport.checks import reproduce
@@ -211,6 +229,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
             "disturbances": self.disturbances
             and disturbances_data(self.disturbances, self.withstood, self.attracting, self.proved, self.basins),
+            **_measured_data(self.measured),
+            **({"driven": driven_data(self.driven)} if self.driven else {}),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
@@ -273,6 +293,14 @@ def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) ->
     return {"accuracy": accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
 
 
+def _measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
+    if not known:
+        return {}
+    from vireport.study.measured import measured_data
+
+    return measured_data(known)
+
+
 def _own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
     from vireport.compliant import own_stiffness_data
 
@@ -315,10 +343,11 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
     refuse_undecidable(scenario)
+    measured = _measured(loaded, progress) if steps.runs(Task.MEASURED) else ()
     device, tolerances = Device.of(scenario), scenario.tolerances
     at_design = steps.runs(Task.DESIGN)
     solution = solution_of(device, Membrane.of(scenario), sweep_of(scenario), at_design, tolerances)
-    study = Study(loaded, steps, solution)
+    study = Study(loaded, steps, solution, measured=measured)
     if scenario.simulation is not None:
         from vireport.checks import crosscheck
 
@@ -328,6 +357,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
     if nowhere_stable or steps.runs(Task.FROM_REST, Task.WINDOWS):
         study = _with_disturbances(study)
+    if scenario.excitation.record is not None and steps.runs(Task.DRIVEN):
+        study = _with_driven(study, scenario.excitation.record, progress)
     if steps.runs(Task.SHOCK, Task.JITTER):
         study = _with_withstood(study)
     if steps.runs(Task.COEXISTENCE):
@@ -351,11 +382,24 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     return study
 
 
+def _measured(loaded: Loaded, progress: Progress | None) -> tuple[MeasuredAt, ...]:
+    from vireport.study.measured import measured_of
+
+    return measured_of(loaded, progress or (lambda what: None))
+
+
 def _with_disturbances(study: Study) -> Study:
     from vireport.disturbances import disturbances_of
 
     asked, windows = study.scenario.disturbances, study.plan.runs(Task.WINDOWS)
     return replace(study, disturbances=disturbances_of(study.solution, asked, compiled=windows, windows=windows))
+
+
+def _with_driven(study: Study, record: str, progress: Progress | None) -> Study:
+    from vireport.driven import driven_by
+
+    folder = Path(study.loaded.document.name).parent
+    return replace(study, driven=driven_by(record, folder, study.solution.device, study.solution.membrane, progress))
 
 
 def _with_withstood(study: Study) -> Study:

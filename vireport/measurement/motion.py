@@ -1,0 +1,387 @@
+"""What a record shows of the motion: velocities, phases and flight times of its impacts, its word, and their errors.
+
+Positions and velocities at both ends of a flight follow from its two times and the force's phase, Eqs. (2.11), (2.12):
+no restitution is needed. The errors of the times, those of what is fitted beside them, and what is known of the inputs
+are carried linearly, with their correlations.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from math import pi
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vireport.base import Progress
+from vireport.measurement.adjustment import Adjusted, Prior
+from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Indices, Mask, Unknown, dimensionless
+from vireport.measurement.flights import velocities as velocities_of
+from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, exact_below, fit, growth_rates
+from vireport.measurement.inquiry import EACH, known_inputs
+from vireport.measurement.records import Record
+from vireport.physics import Device, Word
+from vireport.scenario import Parameter, TolerancesBlock
+
+LONGEST_WORD = 24
+"""Impacts of a motion that is looked for as one that repeats itself."""
+
+SAME = 7.0
+"""Timing errors up to which an impact is as late as the one a period before it: five of the difference of two."""
+
+LEAST_REPEATS = 6
+"""Periods of a motion that must be alike before it is said to repeat itself."""
+
+HIDDEN = 0.2
+"""Standard errors of a mean up to which what is left of a transient may move it."""
+
+STEADY = 3.0
+"""Standard errors up to which the first half of what repeats itself is as the second: else it still settles."""
+
+STEP = 1e-6
+"""Of the differences that derivatives are taken by: of times in periods, of unknowns over their scales."""
+
+
+class Quantity(IntEnum):
+    """What is measured of an impact: velocities just before and just after it, its phase, the flight after it."""
+
+    BEFORE = 0
+    AFTER = 1
+    PHASE = 2
+    FLIGHT = 3
+    BEFORE_SI = 4
+    AFTER_SI = 5
+
+
+class ForceMaximum(Struct, frozen=True):
+    """A time of the record's clock at which the force has a maximum, with its standard error [s]."""
+
+    time_s: float
+    error_s: float = 0.0
+
+
+class MeasuredMotion(Struct, frozen=True, eq=False):
+    """A motion that repeats itself, as the mean of its periods.
+
+    Attributes
+    ----------
+    word : Word
+        Its impacts, the alphabetically first of the orders that they can be counted in.
+    from_s : float
+        Time of the record from which it repeats itself [s].
+    impacts : int
+        That the means are of.
+    values : Array (6, N)
+        A row for each `Quantity`: [y_c], [y_c], [rad] (not reduced to a turn), [t_c], [m/s], [m/s].
+    restitutions : Array (2,)
+        Of the bottom and of the top membrane: as fitted to the record, or as the scenario has them.
+    covariance : Array (6 N + 2, 6 N + 2)
+        Of the values, row by row, and the restitutions.
+    """
+
+    word: Word
+    from_s: float
+    impacts: int
+    values: Array
+    restitutions: Array
+    covariance: Array
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors of the values, (6, N)."""
+        count = self.values.size
+        return np.asarray(np.sqrt(np.diag(self.covariance)[:count]).reshape(self.values.shape))
+
+
+class Measured(Struct, frozen=True, eq=False):
+    """What a record shows of the motion.
+
+    Attributes
+    ----------
+    times : Array (n,)
+        Of the impacts, without rows that are none, on the record's clock [s].
+    walls : Array (n,)
+        1 at the bottom, -1 at the top.
+    values, errors : Array (6, n)
+        A row for each `Quantity` with its standard errors; NaN where a flight is not known.
+    motion : MeasuredMotion or None
+        None where the impacts do not repeat themselves.
+    timing_error_s : float
+    missed, false : int
+        Impacts that were missed, and rows that are none.
+    fitted : tuple of Unknown
+        What was fitted to the record, beside what is known with an uncertainty.
+    """
+
+    times: Array
+    walls: Array
+    values: Array
+    errors: Array
+    motion: MeasuredMotion | None
+    timing_error_s: float
+    missed: int
+    false: int
+    fitted: tuple[Unknown, ...]
+
+
+def measured(
+    device: Device,
+    record: Record,
+    tolerances: TolerancesBlock | None,
+    maximum: ForceMaximum | None,
+    say: Progress = lambda what: None,
+) -> Measured | NoFit:
+    """What a record shows of the motion of a device.
+
+    Both restitutions are fitted to the record as well, so that nothing depends on those of the scenario; without a
+    reference to the force also its phase. Where a record does not hold all of it, which a periodic one without
+    reference does not, only the phase is, with the restitutions of the scenario.
+
+    Parameters
+    ----------
+    device : Device
+        As it was when the impacts were recorded.
+    record : Record
+    tolerances : TolerancesBlock or None
+        Of the device's inputs.
+    maximum : ForceMaximum or None
+        How the record's clock stands to the force, where that is known.
+    say : callable
+        Is told each step.
+
+    Raises
+    ------
+    Unidentifiable
+        If the record is too short, or fits several motions.
+    """
+    origin = float(record.times[0]) if maximum is None else maximum.time_s
+    times, walls = record.times - origin, record.walls
+    questions = [EACH] if maximum is not None else [(*EACH, Unknown.PHASE), (Unknown.PHASE,)]
+    for unknowns in questions:
+        priors = known_inputs(tolerances, device, unknowns)
+        if maximum is not None and maximum.error_s > 0:
+            priors = (*priors, Prior(Unknown.PHASE, 0.0, 2 * pi * float(device.frequency_hz) * maximum.error_s))
+        try:
+            found = fit(ClockedDevice(device), times, walls, unknowns, priors, say, relative=record.relative)
+        except Unidentifiable:
+            if unknowns == questions[-1]:
+                raise
+            continue
+        return found if isinstance(found, NoFit) else _read(found, unknowns, origin, record.relative)
+    raise AssertionError("there is a question")
+
+
+def _read(found: Fitted, unknowns: tuple[Unknown, ...], origin_s: float, relative: Array | None) -> Measured:
+    own, kept, flown = found.adjusted, found.screened.kept, found.screened.flown
+    times, walls = found.times[kept], found.walls[kept]
+    values = _values(own.model, times, walls, flown)
+    by_time = _by_time(own.model, times, walls, flown)
+    shares = np.ones(len(times)) if relative is None else relative[kept]
+    around = np.pad(shares, 1, mode="edge")
+    by_time *= np.stack([around[:-2], around[1:-1], around[2:]], axis=1)  # by errors, each in its own standard error
+    by_unknown = _by_unknown(own, times, walls, flown)
+    # Of a single impact what its own times do to what is fitted to all is left out.
+    variance = own.timing_error_s**2 * np.einsum("qkj,qkj->qk", by_time, by_time)
+    variance += np.einsum("qkp,pr,qkr->qk", by_unknown, own.covariance, by_unknown)
+    motion = None
+    if (repeating := _repeating(found, own.timing_error_s * shares)) is not None:
+        motion = _mean(own, repeating, times, walls, (values, by_time, by_unknown))
+        motion = replace(motion, from_s=motion.from_s + origin_s)
+    return Measured(
+        times + origin_s,
+        walls,
+        values,
+        np.sqrt(variance),
+        motion,
+        own.timing_error_s,
+        sum(gap.missed_s is not None for gap in found.gaps),
+        len(found.false),
+        unknowns,
+    )
+
+
+def _values(model: ClockedDevice, times: Array, walls: Array, flown: Mask) -> Array:
+    """All quantities of all impacts, (6, n); NaN where a flight is not known."""
+    values = np.full((len(Quantity), len(times)), np.nan)
+    t = dimensionless(model, times)
+    after, before = velocities_of(model, times[:-1], times[1:], walls[:-1], walls[1:])
+    values[Quantity.BEFORE, 1:] = np.where(flown, before, np.nan)
+    values[Quantity.AFTER, :-1] = np.where(flown, after, np.nan)
+    values[Quantity.PHASE] = model.phase + pi * t
+    values[Quantity.FLIGHT, :-1] = np.where(flown, np.diff(t), np.nan)
+    unit = float(model.device.velocity_unit(Parameter.LENGTH, model.device.length_m))
+    values[Quantity.BEFORE_SI] = unit * values[Quantity.BEFORE]
+    values[Quantity.AFTER_SI] = unit * values[Quantity.AFTER]
+    return values
+
+
+def _by_time(model: ClockedDevice, times: Array, walls: Array, flown: Mask) -> Array:
+    """Derivatives of the quantities of each impact by the times of the one before it, its own and the next, (6, n, 3).
+
+    What does not depend on a time has the derivative 0 also where the quantity is not known.
+    """
+    step = STEP / float(model.device.frequency_hz)
+    place = np.arange(len(times))
+    by_time = np.zeros((len(Quantity), len(times), 3))
+    # An impact depends on three times in a row: of every third time all impacts are told at once.
+    for first in range(3):
+        moved = step * (place % 3 == first)
+        change = _values(model, times + moved, walls, flown) - _values(model, times - moved, walls, flown)
+        for offset in range(3):
+            own = (place + offset - 1) % 3 == first
+            by_time[:, own, offset] = change[:, own] / (2 * step)
+    return by_time
+
+
+def _by_unknown(own: Adjusted, times: Array, walls: Array, flown: Mask) -> Array:
+    """Derivatives of the quantities of each impact by what was fitted, (6, n, p)."""
+    model, columns = own.model, []
+    for x, scale in zip(own.unknowns, own.scales, strict=True):
+        if x in RESTITUTIONS:
+            columns.append(np.zeros((len(Quantity), len(times))))
+            continue
+        step, value = STEP * float(scale), model.value_of(x)
+        ends = (model.with_values((x,), np.array([value + way * step])) for way in (1, -1))
+        above, below = (_values(end, times, walls, flown) for end in ends)
+        columns.append((above - below) / (2 * step))
+    return np.stack(columns, axis=-1)
+
+
+class _Repeating(Struct, frozen=True, eq=False):
+    """Impacts that repeat themselves: their word, the first of them, and each one's place in the word."""
+
+    word: Word
+    rows: Indices
+    places: Indices
+
+
+def _repeating(found: Fitted, errors: Array) -> _Repeating | None:
+    """The end of a record over which its impacts repeat themselves as a stable motion, with the fewest of them.
+
+    `errors` are the standard errors of its times [s].
+    """
+    own, kept, flown = found.adjusted, found.screened.kept, found.screened.flown
+    times, walls = found.times[kept], found.walls[kept].astype(int)
+    frequency = float(own.model.device.frequency_hz)
+    same = SAME * np.maximum(errors, exact_below(own.model))
+    lost = np.concatenate([[0], np.cumsum(~flown)])
+    rates, of_rates = growth_rates(found), own.equations.impacts
+    for count in range(1, min(LONGEST_WORD, len(times) // LEAST_REPEATS) + 1):
+        first = np.flatnonzero(lost[count:] == lost[:-count])
+        if len(first) < LEAST_REPEATS * count:
+            continue
+        off = times[first + count] - times[first]
+        periods = round(float(np.median(off[-LEAST_REPEATS * count :])) * frequency)
+        differs = (np.abs(off - periods / frequency) > np.maximum(same[first], same[first + count])) | (
+            walls[first + count] != walls[first]
+        )
+        start = int(first[np.flatnonzero(differs)[-1]]) + 1 if differs.any() else 0
+        if periods < 1 or int(np.sum(first >= start)) < LEAST_REPEATS * count:
+            continue
+        # Chaos comes near a motion that repeats itself, and stays for some periods, but that repels.
+        decay = -float(rates[of_rates >= start].mean())
+        if not decay > 0:
+            continue
+        start += _dying(decay, count, len(times) - start)
+        return _steady(times, walls, lost, (start, count, periods), errors, frequency)
+    return None
+
+
+def _dying(decay: float, count: int, impacts: int) -> int:
+    """Impacts until a transient that is within the timing errors is far within those of the mean of some impacts.
+
+    A deviation that differs by `SAME` timing errors from itself a period later is up to 1/(1 - rho) times as large,
+    where rho is what a period of `count` impacts leaves of it, and lasts for 1/decay impacts. Where it dies so slowly
+    that little would be left, half of the impacts are, and have to be steady.
+    """
+    largest = SAME / -np.expm1(-decay * count) / decay
+    wanted = int(np.ceil(max(np.log(largest / (HIDDEN * np.sqrt(impacts))), 0.0) / decay))
+    return min(wanted, impacts // 2)
+
+
+def _steady(
+    times: Array, walls: Indices, lost: Indices, tail: tuple[int, int, int], errors: Array, frequency: float
+) -> _Repeating | None:
+    """What is left of impacts that repeat themselves where nothing of a transient is seen any more."""
+    start, count, periods = tail
+    period = periods / frequency
+    # Each impact by the one of the first whole period whose phase it has; missed ones leave a gap and no mistake.
+    whole = next(k for k in range(start, len(times) - count) if lost[k + count] == lost[k])
+    letters = Word(tuple(walls[whole : whole + count].tolist()), periods)
+    canonical = letters.canonical()
+    turned = letters.firsts(canonical)[0]
+    begun = times[whole : whole + count]
+    while True:
+        rows = np.arange(start, len(times))
+        apart = (times[rows, None] - begun + period / 2) % period - period / 2
+        apart[walls[rows, None] != walls[whole : whole + count]] = np.inf
+        places = np.argmin(np.abs(apart), axis=1)
+        off = apart[np.arange(len(rows)), places]
+        if len(rows) < LEAST_REPEATS * count:
+            return None
+        middle = (times[start] + times[-1]) / 2
+        early, late = times[rows] < middle, times[rows] >= middle
+        halves = [(early & (places == k), late & (places == k)) for k in range(count)]
+        if any(not half.any() for pair in halves for half in pair):
+            return None
+        apart_by = [abs(off[a].mean() - off[b].mean()) for a, b in halves]
+        spread = [np.hypot(*(np.linalg.norm(errors[rows[half]]) / half.sum() for half in pair)) for pair in halves]
+        rounding = np.spacing(times[-1]) * 8
+        if all(own <= STEADY * error + rounding for own, error in zip(apart_by, spread, strict=True)):
+            return _Repeating(canonical, rows, (places - turned) % count)
+        start += max(len(rows) // 4, 1)
+
+
+def _mean(
+    own: Adjusted, repeating: _Repeating, times: Array, walls: Array, known: tuple[Array, Array, Array]
+) -> MeasuredMotion:
+    """The mean of each impact of a motion, with the covariance of all."""
+    values, by_time, by_unknown = known
+    count, n, p = len(repeating.word), len(times), len(own.unknowns)
+    turn, shape = 2 * pi, (len(Quantity), count)
+    means = np.empty(shape)
+    of_times, of_unknowns = np.zeros((*shape, n)), np.zeros((*shape, p))
+    for place in range(count):
+        rows = repeating.rows[repeating.places == place]
+        for quantity in Quantity:
+            chosen = rows[np.isfinite(values[quantity, rows])]
+            seen = values[quantity, chosen]
+            if quantity is Quantity.PHASE:  # but for whole turns the same impact has the same one
+                seen = seen[0] + (seen - seen[0] + pi) % turn - pi
+            means[quantity, place] = seen.mean()
+            for offset in range(3):
+                near = chosen + offset - 1
+                inside = (near >= 0) & (near < n)
+                share = by_time[quantity, chosen, offset][inside] / len(chosen)
+                np.add.at(of_times[quantity, place], near[inside], share)
+            of_unknowns[quantity, place] = by_unknown[quantity, chosen].mean(axis=0)
+    # The restitutions, as far as they were fitted.
+    bottom, top = (own.model.value_of(x) for x in RESTITUTIONS[1:])
+    chosen_unknowns = np.zeros((2, p))
+    for k, x in enumerate(own.unknowns):
+        chosen_unknowns[0, k] = x in (RESTITUTIONS[0], RESTITUTIONS[1])
+        chosen_unknowns[1, k] = x in (RESTITUTIONS[0], RESTITUTIONS[2])
+    flat_times = np.vstack([of_times.reshape(-1, n), np.zeros((2, n))])
+    flat_unknowns = np.vstack([of_unknowns.reshape(-1, p), chosen_unknowns])
+    covariance = _covariance(own, flat_times, flat_unknowns)
+    means[Quantity.PHASE] %= turn
+    from_s = float(times[repeating.rows[0]])
+    return MeasuredMotion(repeating.word, from_s, len(repeating.rows), means, np.array([bottom, top]), covariance)
+
+
+def _covariance(own: Adjusted, of_times: Array, of_unknowns: Array) -> Array:
+    """Covariance of what depends on the errors of times directly, (k, n), and on what is fitted to them, (k, p)."""
+    square = own.timing_error_s**2
+    if square == 0:
+        return np.zeros((len(of_times), len(of_times)))
+    # What is fitted moves by -inverse design' (L^-1 B e), with e the errors of the times, and that of each prior.
+    gain = (own.covariance / square / own.scales) @ own.scaled_design.T
+    m = len(own.equations.impacts)
+    on_equations = own.weights.returned(np.ascontiguousarray(gain[:, :m].T))
+    moved = np.zeros((of_times.shape[1], gain.shape[0]))
+    around = own.equations.impacts[:, None] + np.arange(-1, 2)
+    np.add.at(moved, around, -own.equations.by_error[:, :, None] * on_equations[:, None, :])
+    whole = of_times + of_unknowns @ moved.T
+    priors = of_unknowns @ gain[:, m:]
+    return np.asarray(square * (whole @ whole.T + priors @ priors.T))

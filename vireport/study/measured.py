@@ -1,0 +1,458 @@
+"""Records of measured impacts beside what is computed of the same device at the same values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from hashlib import sha256
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base import Mistake, Progress, ScenarioError, UsageError
+from vireport.measurement import (
+    ForceMaximum,
+    Measured,
+    MeasuredMotion,
+    NoFit,
+    Open,
+    Quantity,
+    Record,
+    Sweepable,
+    Unidentifiable,
+    measured,
+    parse_record,
+    record_contents,
+)
+from vireport.motions import discriminant, flight_jacobian, lap_decay, product_trace
+from vireport.physics import ARRAYS, Device, Restitutions, Word
+from vireport.scenario import Approach, DesignInput, Loaded, Parameter, RecordBlock, Scenario
+from vireport.simulation import Attractor, Cycle, Impact, find_attractor
+
+Floats = NDArray[np.float64]
+
+BUDGET = 20_000
+"""Impacts until the motion that a measured state leads to is given up."""
+
+STEP = 1e-5
+"""Of the differences that derivatives by what was measured are taken by."""
+
+
+class Computed(Struct, frozen=True, eq=False):
+    """The motion that the device of the scenario comes to from the state that was measured last.
+
+    Attributes
+    ----------
+    name : str
+        Its word and period, or what it is.
+    values : ndarray (6, N) or None
+        As `MeasuredMotion.values`, where it has the word that was measured.
+    differences : ndarray (6, N) or None
+        Of the measured values from these, in standard errors.
+    """
+
+    name: str
+    values: Floats | None = None
+    differences: Floats | None = None
+
+
+class Multipliers(Struct, frozen=True):
+    """Trace and discriminant of the linearised return map at a measured 1:1 motion, with standard errors.
+
+    They follow from its velocities, phases and flight times, and from its restitutions: `decay` is the root of the
+    determinant.
+    """
+
+    trace: float
+    trace_error: float
+    discriminant: float
+    discriminant_error: float
+    decay: float
+
+
+class ShownImpacts(Struct, frozen=True, eq=False):
+    """Impacts that figures show: the mean of each of a motion that repeats itself, or else all of them.
+
+    Attributes
+    ----------
+    walls : ndarray (n,)
+        1 at the bottom, -1 at the top.
+    values, errors : ndarray (4, n)
+        Velocities just before and just after the impacts [y_c], phase [rad] and time to the next impact [t_c], and
+        their standard errors.
+    repeats : bool
+        Whether the motion repeats itself.
+    """
+
+    walls: Floats
+    values: Floats
+    errors: Floats
+    repeats: bool
+
+
+SHOWN = Quantity.BEFORE, Quantity.AFTER, Quantity.PHASE, Quantity.FLIGHT
+
+
+class MeasuredAt(Struct, frozen=True, eq=False):
+    """What was measured at one value of the swept parameter.
+
+    Attributes
+    ----------
+    file, sha256 : str
+        Of the record.
+    value : float
+        Of the swept parameter, in its unit; of the length where nothing is swept.
+    direction : Approach
+        In which the parameter came to it, where that is known.
+    from_s, to_s : float
+        Times of the first and of the last impact [s].
+    impacts : int
+        Rows of the record.
+    referenced : bool
+        Whether the clock of the record knows the force.
+    found : Measured, NoFit or Open
+        What the record shows, or why that is not known.
+    velocity_unit, time_unit : float
+        y_c [m/s] and t_c [s] there.
+    d : float
+    computed : Computed or None
+    multipliers : Multipliers or None
+        Of a motion with one impact on either membrane.
+    """
+
+    file: str
+    sha256: str
+    value: float
+    direction: Approach
+    from_s: float
+    to_s: float
+    impacts: int
+    referenced: bool
+    found: Measured | NoFit | Open
+    velocity_unit: float
+    time_unit: float
+    d: float
+    computed: Computed | None = None
+    multipliers: Multipliers | None = None
+
+    @property
+    def shown(self) -> Measured | None:
+        """What the record shows, where that is known."""
+        return self.found if isinstance(self.found, Measured) else None
+
+    @property
+    def name(self) -> str:
+        """The motion by its word and period; "" where there is none."""
+        return self.motion.word.name if self.motion is not None else ""
+
+    @property
+    def largest_difference(self) -> float | None:
+        """Of the measured motion from the computed one, in standard errors; None where they cannot be compared."""
+        off = None if self.computed is None else self.computed.differences
+        return None if off is None or not np.isfinite(off).any() else float(np.abs(off[np.isfinite(off)]).max())
+
+    @property
+    def speed_errors(self) -> Floats:
+        """Standard errors of the velocities before the impacts of the motion [m/s]."""
+        return np.empty(0) if self.motion is None else np.asarray(self.motion.errors[Quantity.BEFORE_SI])
+
+    @property
+    def impacts_shown(self) -> ShownImpacts | None:
+        """What figures show of it; None where nothing is known."""
+        own, motion = self.shown, self.motion
+        if own is None:
+            return None
+        values, errors = (own.values, own.errors) if motion is None else (motion.values, motion.errors)
+        walls = own.walls if motion is None else np.array(motion.word.walls, dtype=float)
+        return ShownImpacts(walls, values[list(SHOWN)], errors[list(SHOWN)], motion is not None)
+
+    @property
+    def unfit(self) -> NoFit | None:
+        """Why no motion of the device fits."""
+        return self.found if isinstance(self.found, NoFit) else None
+
+    @property
+    def left_open(self) -> Open | None:
+        """Why the record does not tell the motion."""
+        return self.found if isinstance(self.found, Open) else None
+
+    @property
+    def motion(self) -> MeasuredMotion | None:
+        """The motion, where the record shows one that repeats itself."""
+        return self.shown.motion if self.shown is not None else None
+
+
+class Branching(Struct, frozen=True):
+    """A value at which the motion depended on the direction in which the swept parameter came to it.
+
+    Attributes
+    ----------
+    value : float
+    up, down : str
+        The motions, by their words and periods.
+    """
+
+    value: float
+    up: str
+    down: str
+
+
+def hysteresis(known: Sequence[MeasuredAt]) -> tuple[Branching, ...]:
+    """The values that were measured upwards and downwards, with motions of different words."""
+    names = {(at.value, at.direction): at.name for at in known if at.motion is not None}
+    pairs = ((value, up, names.get((value, Approach.DOWN))) for (value, way), up in names.items() if way is Approach.UP)
+    return tuple(Branching(value, up, down) for value, up, down in sorted(pairs) if down is not None and down != up)
+
+
+class _Stretch(Struct, frozen=True, eq=False):
+    """The impacts of a record at one value."""
+
+    file: str
+    sha256: str
+    row: RecordBlock
+    record: Record
+    value: float
+    direction: Approach
+
+
+def require_records(loaded: Loaded) -> None:
+    """Refuse a scenario whose records cannot be used, with every mistake in them.
+
+    Raises
+    ------
+    ScenarioError
+    """
+    _stretches(loaded)
+
+
+def measured_of(loaded: Loaded, say: Progress = lambda what: None) -> tuple[MeasuredAt, ...]:
+    """What the records of a scenario show, beside what is computed.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    say : callable
+        Is told each step.
+
+    Raises
+    ------
+    ScenarioError
+        If a record cannot be used.
+    """
+    stretches = _stretches(loaded)
+    known = []
+    for number, stretch in enumerate(stretches, 1):
+        say(f"measured impacts, {number} of {len(stretches)}")
+        known.append(_measured_at(loaded.scenario, stretch))
+    return tuple(known)
+
+
+def _stretches(loaded: Loaded) -> list[_Stretch]:
+    """All records, each at one value."""
+    scenario, mistakes, found = loaded.scenario, list[Mistake](), list[_Stretch]()
+    for k, row in enumerate(scenario.measured or ()):
+        path = f"measured.{k}.impacts"
+        line = loaded.line_of(path) or 0
+        try:
+            found += _of_row(loaded, row)
+        except UsageError as error:
+            mistakes.append(Mistake(line, path, str(error)))
+        except ScenarioError as error:
+            mistakes += [Mistake(line, path, mistake.render(error.name)) for mistake in error.mistakes]
+    if mistakes:
+        raise ScenarioError(loaded.document.name, mistakes)
+    return found
+
+
+def _of_row(loaded: Loaded, row: RecordBlock) -> Iterator[_Stretch]:
+    scenario, swept = loaded.scenario, loaded.scenario.parameter
+    folder = Path(loaded.document.name).parent
+    data = record_contents(str(folder / row.impacts))
+    frequency = row.value if swept is Parameter.FREQUENCY and row.value else scenario.excitation.frequency_hz
+    along = None
+    if scenario.sweep is not None:
+        low, high = sorted((scenario.sweep.from_, scenario.sweep.to))
+        along = Sweepable(swept, low, high)
+        frequency = frequency or low
+    record = parse_record(data, row.impacts, float(frequency or 1.0), along)
+    digest, design = sha256(data).hexdigest(), scenario.value_of(swept)
+    if record.swept is None:
+        value = design if row.value is None else row.value
+        if value is None:
+            needed = f"its value is not known (value, a column {swept}, or {swept.path})"
+            raise UsageError(f"{row.impacts}: {needed}")
+        if along is not None and not along.holds(value):
+            raise UsageError(f"{row.impacts}: the design point {value:g} is {along.allowed}")
+        return iter([_Stretch(row.impacts, digest, row, record, float(value), row.direction)])
+    if row.value is not None or row.direction is not Approach.NONE:
+        raise UsageError(f"{row.impacts} has a column {swept}: value and direction are in it (leave them out here)")
+    if swept is Parameter.FREQUENCY and row.force_maximum_s is not None:
+        turned = "where the frequency changes, the phase of the force is not known any more"
+        raise UsageError(f"{row.impacts}: {turned} (a file for each frequency, or no force_maximum_s)")
+    return _split(digest, row, record, record.swept)
+
+
+def _split(digest: str, row: RecordBlock, record: Record, values: Floats) -> Iterator[_Stretch]:
+    """A record with a column of the swept parameter, by its values."""
+    ends = [0, *(np.flatnonzero(np.diff(values)) + 1).tolist(), len(values)]
+    held = values[ends[:-1]]
+    for k, (first, last) in enumerate(pairwise(ends)):
+        # The first value is where the sweep starts from.
+        step = 0.0 if len(held) == 1 else held[max(k, 1)] - held[max(k, 1) - 1]
+        direction = Approach.NONE if step == 0 else Approach.UP if step > 0 else Approach.DOWN
+        errors = None if record.errors is None else record.errors[first:last]
+        own = replace(record, times=record.times[first:last], walls=record.walls[first:last], swept=None, errors=errors)
+        yield _Stretch(row.impacts, digest, row, own, float(held[k]), direction)
+
+
+def _measured_at(scenario: Scenario, stretch: _Stretch) -> MeasuredAt:
+    row, record, swept = stretch.row, stretch.record, scenario.parameter
+    device = Device.of(scenario).with_values({DesignInput(swept.value): stretch.value})
+    maximum = None
+    if row.force_maximum_s is not None:
+        maximum = ForceMaximum(row.force_maximum_s, row.force_maximum_error_s or 0.0)
+    found: Measured | NoFit | Open
+    try:
+        found = measured(device, record, scenario.tolerances, maximum)
+    except Unidentifiable as refused:
+        found = refused.left_open
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    at = MeasuredAt(
+        *(stretch.file, stretch.sha256, stretch.value, stretch.direction),
+        *(float(record.times[0]), float(record.times[-1]), len(record.times), maximum is not None),
+        *(found, float(device.velocity_unit(Parameter.LENGTH, device.length_m)), 1 / (2 * float(device.frequency_hz))),
+        float(groups.d),
+    )
+    if not isinstance(found, Measured):
+        return at
+    computed, motion = _computed(device, found), found.motion
+    if motion is None or motion.word != Word((1, -1), device.period_ratio):
+        return replace(at, computed=computed)
+    return replace(at, computed=computed, multipliers=_multipliers(device, motion))
+
+
+def _computed(device: Device, found: Measured) -> Computed | None:
+    """What the device comes to from the last state that was measured."""
+    before, phase = found.values[Quantity.BEFORE], found.values[Quantity.PHASE]
+    known = np.flatnonzero(before * found.walls > 0)
+    if not len(known):
+        return None
+    last = known[-1]
+    start = Impact(int(found.walls[last]), float(before[last]), float(phase[last] % (2 * np.pi)))
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    reached = find_attractor(groups, start, BUDGET, compiled=False)
+    motion = found.motion
+    values = None if motion is None or reached.cycle is None else _in_order(device, reached, reached.cycle, motion)
+    if motion is None or values is None:
+        return Computed(reached.name)
+    off = motion.values - values
+    off[Quantity.PHASE] = (off[Quantity.PHASE] + np.pi) % (2 * np.pi) - np.pi
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return Computed(reached.name, values, off / motion.errors)
+
+
+def _in_order(device: Device, reached: Attractor, cycle: Cycle, motion: MeasuredMotion) -> Floats | None:
+    """The values of a cycle in the order of a measured motion of the same word; None of another one."""
+    own = Word(tuple(cycle.wall.tolist()), reached.period)
+    if cycle.sticks or own.canonical() != motion.word:
+        return None
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
+    after = np.where(cycle.wall > 0, groups.after(1, cycle.velocity), groups.after(-1, cycle.velocity))
+    rows = (cycle.velocity, after, cycle.phase, np.roll(cycle.flight, -1), unit * cycle.velocity, unit * after)
+    values = np.stack([np.asarray(row, dtype=float) for row in rows])
+    # Of the orders that give the word, that of the phases that were measured.
+    orders = [np.roll(values, -first, axis=1) for first in own.firsts(motion.word)]
+    phases = motion.values[Quantity.PHASE]
+    return min(orders, key=lambda order: float(np.sum(1 - np.cos(order[Quantity.PHASE] - phases))))
+
+
+def _multipliers(device: Device, motion: MeasuredMotion) -> Multipliers:
+    """The linearised return map of a 1:1 motion as it was measured, Eqs. (A.1) to (A.4)."""
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    gbar = float(groups.gbar)
+
+    def of(measured: Floats) -> Floats:
+        """Trace, discriminant and root of the determinant, by the values and the restitutions."""
+        (down, up), (phi_bottom, phi_top), (rise, fall) = (
+            measured[2 * k : 2 * k + 2] for k in (Quantity.BEFORE, Quantity.PHASE, Quantity.FLIGHT)
+        )
+        r = Restitutions(*measured[-2:])
+        bottom, top = (gbar + groups.wave(phi, ARRAYS).force for phi in (phi_bottom, phi_top))
+        there = flight_jacobian(rise, down, up, bottom, top, r.bottom)
+        back = flight_jacobian(fall, up, down, top, bottom, r.top)
+        trace, decay = product_trace((there, back)), lap_decay(r)
+        return np.array([trace, discriminant(trace, decay), decay], dtype=float)
+
+    at = np.concatenate([motion.values.ravel(), motion.restitutions])
+    value, slopes = of(at), np.empty((3, len(at)))
+    for k in range(len(at)):
+        step = np.zeros(len(at))
+        step[k] = STEP
+        slopes[:, k] = (of(at + step) - of(at - step)) / (2 * STEP)
+    errors = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, motion.covariance, slopes), 0.0))
+    return Multipliers(float(value[0]), float(errors[0]), float(value[1]), float(errors[1]), float(value[2]))
+
+
+def measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
+    """What was measured, as results.json has it."""
+    loops = [{"sweep_value": at.value, "up": at.up, "down": at.down} for at in hysteresis(known)]
+    return {"measured": [_data(at) for at in known], "measured_hysteresis": loops}
+
+
+NAMES = {
+    Quantity.BEFORE: "velocity",
+    Quantity.AFTER: "velocity_after",
+    Quantity.PHASE: "phase_rad",
+    Quantity.FLIGHT: "flight_t_c",
+    Quantity.BEFORE_SI: "velocity_m_s",
+    Quantity.AFTER_SI: "velocity_after_m_s",
+}
+"""Of quantities in results.json."""
+
+
+def _data(at: MeasuredAt) -> dict[str, Any]:
+    from vireport.wording import Words
+
+    known, motion = at.shown, at.motion
+    told: dict[str, Any] = {
+        "file": at.file,
+        "sha256": at.sha256,
+        "sweep_value": at.value,
+        "direction": None if at.direction is Approach.NONE else at.direction,
+        "from_s": at.from_s,
+        "to_s": at.to_s,
+        "rows": at.impacts,
+        "clock_referenced": at.referenced,
+        "reason": None if motion is not None else Words("measured")("reason", at),
+        "timing_error_s": known.timing_error_s if known else None,
+        "missed": known.missed if known else None,
+        "false": known.false if known else None,
+        "word": motion.word.letters if motion else None,
+        "periods": motion.word.periods if motion else None,
+        "computed_motion": at.computed.name if at.computed else None,
+        "largest_difference": at.largest_difference,
+        "settled_from_s": motion.from_s if motion else None,
+        "averaged": motion.impacts if motion else None,
+        "impacts": [],
+        "trace": at.multipliers.trace if at.multipliers else None,
+        "trace_standard_error": at.multipliers.trace_error if at.multipliers else None,
+    }
+    if motion is None:
+        return told
+    errors, computed = motion.errors, at.computed
+    for k, wall in enumerate(motion.word.walls):
+        impact: dict[str, Any] = {"membrane": "bottom" if wall > 0 else "top"}
+        for quantity, name in NAMES.items():
+            impact[name] = float(motion.values[quantity, k])
+            impact[f"{name}_standard_error"] = float(errors[quantity, k])
+            values, off = (computed.values, computed.differences) if computed else (None, None)
+            impact[f"{name}_computed"] = None if values is None else float(values[quantity, k])
+            difference = None if off is None else float(off[quantity, k])
+            impact[f"{name}_difference"] = difference if difference is not None and np.isfinite(difference) else None
+        told["impacts"].append(impact)
+    return told
