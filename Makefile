@@ -4,7 +4,7 @@ BIN = $(VENV)/bin
 ARGS ?=
 BENCHMARKS ?= accuracy atlas branch chart disturbances distortion extremes harmonics impacts maps startup
 
-.PHONY: help setup test slow all lint format benchmarks docs pictures schema ci
+.PHONY: help setup test slow all lint format benchmarks docs site pictures schema ci
 
 help: ## list the verbs
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "%-10s %s\n", $$1, $$2}' Makefile
@@ -42,6 +42,10 @@ benchmarks: setup ## measure the figures of docs/accuracy.md anew, on an idle ma
 
 docs: setup ## make docs/accuracy.md from tools/accuracy.md.j2 and benchmarks/results
 	$(BIN)/python tools/make_docs.py
+
+site: setup ## make the site of the documentation, build/site/index.html
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
+	$(BIN)/python tools/make_site.py
 
 pictures: setup ## draw all pictures of the documentation anew, and measure what one of them shows
 	$(BIN)/python tools/make_pictures.py

@@ -172,7 +172,10 @@
         slider.value = row;
       }
       kind.textContent = labels[row] ? `${words[row]}, ${labels[row]}` : words[row];
-      for (const [key, cell] of cells) cell.textContent = print(columns[key][row]);
+      for (const [key, cell] of cells) {
+        const error = columns[`${key}_error`];  // of what was measured, a standard error
+        cell.textContent = print(columns[key][row]) + (error ? ` ± ${error[row].toPrecision(2)}` : "");
+      }
       doubt.hidden = !outside.includes(row);
       place(device, { "aria-label": `The device in this motion: ${words[row]}` });
       draw();

@@ -136,6 +136,7 @@ def test_measured_times_and_origin_are_not_compared() -> None:
     assert list(unequal(old, new)) == ["runs[0].errors.d"]
 
 
+@pytest.mark.slow
 def test_what_is_no_report_is_refused(files, again) -> None:
     texts = attached(files["report.pdf", False])
     newer = {"scenario.yaml": texts["scenario.yaml"].replace("schema_version: 1", "schema_version: 2")}

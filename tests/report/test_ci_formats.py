@@ -126,6 +126,7 @@ def test_annotations_point_to_the_lines(odd) -> None:
     assert len(lines) == len(errors) + len(warnings)
 
 
+@pytest.mark.slow
 def test_annotations_are_seen_from_the_root_of_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GITHUB_WORKSPACE", str(ROOT))
     monkeypatch.chdir(CI)

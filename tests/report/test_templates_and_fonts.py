@@ -63,6 +63,7 @@ def test_nothing_is_written_where_a_template_fails(tmp_path: Path, capsys) -> No
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_typst_reaches_no_network(tmp_path: Path, capsys, monkeypatch) -> None:
     """A proxy on this machine, which everything would go through, is not asked."""
     asked = []

@@ -37,6 +37,7 @@ from vireport.report.voltages import (
     places,
 )
 from vireport.scenario import (
+    DRIVING,
     LARGEST,
     SMALLEST,
     UNIT_OF_SWEPT,
@@ -227,7 +228,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def at_design(self) -> Iterator[tuple[Parameter, float]]:
         """The parameters at the design point, in their units."""
-        for x in Parameter:
+        for x in DRIVING:
             yield x, float(getattr(self.solution.device, x))
 
     @property

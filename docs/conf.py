@@ -1,0 +1,90 @@
+"""Settings of the site: Sphinx makes it of README.md, these pages, and those that `tools/make_site.py` writes."""
+
+import ast
+import importlib
+import pkgutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import vireport
+
+ROOT = Path(vireport.__file__).parent.parent
+
+project = "vireport"
+html_title = f"vireport {vireport.__version__}"
+html_theme = "furo"
+html_theme_options = {"source_view_link": "", "top_of_page_buttons": []}
+html_static_path, html_css_files = ["site.css"], ["site.css"]
+html_copy_source = False
+html_show_copyright = False
+html_show_sphinx = False
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc"]
+myst_enable_extensions = ["deflist"]
+myst_heading_anchors = 4
+numpydoc_show_class_members = False
+autodoc_default_options = {"members": True, "no-value": True}
+autodoc_typehints = "none"  # the docstrings have them, with units and shapes
+pygments_style, pygments_dark_style = "friendly", "github-dark"
+
+root_doc = "README"
+include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md"]
+
+CONTENTS = """
+```{toctree}
+:hidden:
+:caption: Learn
+docs/tutorial
+docs/how-to
+```
+
+```{toctree}
+:hidden:
+:caption: Look up
+docs/scenario
+docs/made/keys
+docs/results
+docs/compare
+docs/ci
+docs/chart
+docs/maps
+docs/optimise
+docs/identify
+docs/templates
+docs/made/glossary
+docs/made/alerts
+docs/made/python
+```
+
+```{toctree}
+:hidden:
+:caption: Understand
+docs/model
+docs/accuracy
+CONTRIBUTING
+CHANGELOG
+```
+"""
+"""What only a site has: on GitHub, README.md itself leads to the pages."""
+
+
+def _import_what_annotations_name() -> None:
+    """Import what modules import for type checkers alone: the signature of a record evaluates its annotations."""
+    for found in pkgutil.walk_packages(vireport.__path__, "vireport."):
+        if not found.name.endswith("__main__"):
+            importlib.import_module(found.name)
+    for module in [module for name, module in sys.modules.items() if name.startswith("vireport.")]:
+        for node in ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+                exec(compile(ast.Module(node.body, []), str(module.__file__), "exec"), module.__dict__)
+
+
+def _with_contents(app: Any, name: str, source: list[str]) -> None:
+    if name == root_doc:
+        source[0] += CONTENTS
+
+
+def setup(app: Any) -> None:
+    """Called by Sphinx."""
+    _import_what_annotations_name()
+    app.connect("source-read", _with_contents)

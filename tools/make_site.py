@@ -1,0 +1,123 @@
+"""Makes the site of the documentation in `build/site`, of which `index.html` opens without a server or a network.
+
+    python tools/make_site.py
+
+Sphinx builds it from README.md, `docs/*.md`, and pages that stand nowhere else but are written here from what the
+program itself knows: keys of scenarios, terms, alerts, and the public names of each package. Warnings, such as a link
+that leads nowhere, are errors.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import vireport
+from vireport.scenario.blocks import MapFile, Scenario
+from vireport.scenario.messages import allowed
+from vireport.scenario.schema import keys
+from vireport.text import CATALOGUE
+from vireport.text.terms import TERMS
+
+ROOT = Path(__file__).resolve().parent.parent
+MADE = ROOT / "docs" / "made"
+SITE = ROOT / "build" / "site"
+PACKAGES = (
+    *("scenario", "study", "motions", "design", "physics"),
+    *("disturbances", "shocks", "comparison", "chart", "optimise"),
+)
+"""Those whose records a user of `vireport.analyse` and its neighbours comes to hold."""
+
+
+def cell(text: object) -> str:
+    """Text as a cell of a table in Markdown, in which nothing is markup."""
+    return str(text).replace("\\", "\\\\").replace("|", "\\|").replace("*", "\\*").replace("<", "&lt;")
+
+
+def page_of_keys() -> str:
+    """Every key of a scenario, and of the map block, by blocks, as it is declared."""
+    declared = keys(Scenario) | {path: key for path, key in keys(MapFile).items() if path.split(".")[0] == "map"}
+    blocks: dict[str, list[str]] = {"": []}
+    for path, key in declared.items():
+        if "$ref" in f"{key.get('anyOf', '')}{[*key]}":
+            blocks[path] = []
+        elif path and not path.endswith(".*"):
+            blocks.setdefault(path.rpartition(".")[0], []).append(path)
+    lines = ["# Keys of a scenario", "", "Every key as it is declared: `vireport schema` prints the same for editors."]
+    for block, paths in blocks.items():
+        if paths:
+            lines += ["", f"## {block or 'At the top'}", ""]
+            if block and (meaning := declared[block].get("description")):
+                lines += [cell(meaning), ""]
+            lines += ["| key | may be | default | meaning |", "|---|---|---|---|"]
+            lines += [_row(path.rpartition(".")[2], declared[path]) for path in paths]
+    return "\n".join(lines) + "\n"
+
+
+def _row(name: str, key: dict[str, object]) -> str:
+    default = key.get("default", "")
+    shown = "" if default in ("", [], None) else f"`{str(default).lower() if isinstance(default, bool) else default}`"
+    return f"| `{name}` | {cell(allowed(key))} | {shown} | {cell(key.get('description', ''))} |"
+
+
+def page_of_terms() -> str:
+    """The terms that reports and pages use."""
+    lines = ["# Glossary", "", "`vireport explain TERM` prints each on the terminal.", ""]
+    for term, meaning in sorted(TERMS.items(), key=lambda entry: entry[0].lower()):
+        lines += [cell(term), f": {cell(meaning)}", ""]
+    return "\n".join(lines)
+
+
+def page_of_alerts() -> str:
+    """The alerts with their causes and remedies."""
+    lines = ["# Alerts", "", "`vireport explain CODE` prints each on the terminal.", ""]
+    for known in CATALOGUE:
+        lines += [f"## {known.code}: {cell(known.title)}", "", f"Severity: {known.severity}.", ""]
+        lines += [cell(known.meaning), "", cell(known.remedy), ""]
+    return "\n".join(lines)
+
+
+def pages_of_names() -> Iterator[tuple[str, str]]:
+    """A page for the names that `import vireport` gives, and one for each package whose records they lead to."""
+    toc = "\n".join(f"python-{package}" for package in PACKAGES)
+    yield "python.md", f"# Python\n\n{_documented('vireport')}\n```{{toctree}}\n:maxdepth: 1\n{toc}\n```\n"
+    elsewhere = f"   :exclude-members: {', '.join(vireport.__all__)}\n"
+    for package in PACKAGES:
+        yield f"python-{package}.md", f"# vireport.{package}\n\n{_documented(f'vireport.{package}', elsewhere)}"
+
+
+def _documented(module: str, options: str = "") -> str:
+    return f"```{{eval-rst}}\n.. automodule:: {module}\n{options}```\n"
+
+
+def write_pages() -> None:
+    """Write the pages that are made, and leave alone those that are as they were: Sphinx reads what is newer."""
+    pages = dict(pages_of_names())
+    pages |= {"keys.md": page_of_keys(), "glossary.md": page_of_terms(), "alerts.md": page_of_alerts()}
+    MADE.mkdir(exist_ok=True)
+    for old in MADE.iterdir():
+        if old.name not in pages:
+            old.unlink()
+    for name, text in pages.items():
+        if not (MADE / name).is_file() or (MADE / name).read_text(encoding="utf-8") != text:
+            (MADE / name).write_text(text, encoding="utf-8")
+
+
+def main() -> int:
+    """Make the site; returns the exit code of Sphinx."""
+    from sphinx.cmd.build import main as sphinx
+
+    write_pages()
+    options = ["--quiet", "--fail-on-warning", "--keep-going"]
+    folders = ["--conf-dir", str(ROOT / "docs"), "--doctree-dir", str(SITE.parent / "doctrees"), str(ROOT), str(SITE)]
+    code = sphinx([*options, *folders])
+    if not code:
+        shutil.copy(SITE / "README.html", SITE / "index.html")
+        print(f"{SITE / 'index.html'}")
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
