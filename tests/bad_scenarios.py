@@ -226,7 +226,7 @@ RELATIONS = (
         "got 'lenght_m'; did you mean 'length_m'? (one of length_m, amplitude_n, frequency_hz,",
     ),
     value(17, "device.length_m", "did you mean 'length_m'?"),
-    value(17, "restitution", "got 'restitution', which cannot be swept; over it there are maps, charts"),
+    value(17, "capsule_mass_kg", "got 'capsule_mass_kg', which cannot be swept"),
     value(17, "[length_m]", "got a list, where one value belongs"),
     value(17, "3", "got 3 (one of length_m"),
     value(18, "0", "got 0, which is not positive (a number from 1e-15 to 1e15, in m)"),
@@ -259,7 +259,7 @@ LEFT_OUT = (
     bad(
         "no excitation",
         without(10, 11, 12),
-        (1, "excitation", "(a block of keys: amplitude_n, frequency_hz, harmonics)"),
+        (1, "excitation", "(a block of keys: amplitude_n, frequency_hz, harmonics, record)"),
     ),
     bad("no parameter", without(17), (16, "sweep.parameter", f"{MISSING} (one of length_m")),
     value(4, "", "is empty (a number"),
@@ -531,6 +531,26 @@ TOLERANCES = (
         (21, "disturbances.jitter_restitution", "got 2"),
     ),
     required("yield_at_least_percent: 99", "yield_at_least_percent", "a yield needs tolerances, which is not given"),
+)
+
+MEASURED = (
+    bad("no record", GOOD + "measured: []\n", (20, "measured", "got a list of 0 values")),
+    bad(
+        "records out of the sweep, without a file, with an error of nothing",
+        GOOD
+        + "measured:\n- {impacts: a.csv, value: 0.9, direction: left}\n- {value: 0.7}\n"
+        + "- {impacts: b.csv, force_maximum_error_s: 1e-4}\n",
+        (21, "measured.0.direction", "got 'left'"),
+        (21, "measured.0.value", "got 0.9, outside the sweep (from 0.59 to 0.75)"),
+        (22, "measured.1.impacts", "required, but missing"),
+        (23, "measured.2.force_maximum_error_s", "the time itself is not given"),
+    ),
+    bad(
+        "a record of a sweep that is not there",
+        MINIMAL + "measured: [{impacts: a.csv, value: 1, direction: up}]\n",
+        (5, "measured.0.value", "there is no sweep that it is of"),
+        (5, "measured.0.direction", "there is no sweep that it is of"),
+    ),
 )
 
 EFFECTS = (
@@ -866,7 +886,42 @@ FALLING = (
     ),
 )
 
+
+def along_restitution(name: str, end: str, more: str, *expected: tuple[int, str, str]) -> Bad:
+    """Build the case of a sweep over the restitution of both membranes, with another key or block."""
+    text = GOOD.replace("parameter: length_m", "parameter: restitution").replace("to: 0.75", f"to: {end}")
+    return bad(name, f"{text}{more}", *expected)
+
+
+_WORD = "requirements.word"
+_ONLY = "along a sweep of a restitution only 1:1 motions are known (leave this out, or sweep something else)"
+
+ALONG_RESTITUTION = (
+    along_restitution(
+        "a restitution of 1", "1", "", (19, "sweep.to", "which is too large (a number from 0 to 0.999999")
+    ),
+    along_restitution("words along a restitution", "0.75", "motions: {impacts: 3}\n", (20, "motions", _ONLY)),
+    along_restitution("a word along a restitution", "0.75", "requirements: {word: BBT}\n", (20, _WORD, _ONLY)),
+    along_restitution("accuracy along a restitution", "0.75", "accuracy: {}\n", (20, "accuracy", "it knows membranes")),
+    bad(
+        "a mean restitution that one membrane cannot have",
+        GOOD.replace("parameter: length_m", "parameter: restitution").replace(
+            "restitution: 0.5", "restitution_bottom: 0.2\n  restitution_top: 0.8"
+        ),
+        (20, "sweep.to", "a mean at which that of one membrane is out of range (from 0.3 to 0.699999)"),
+    ),
+    bad(
+        "friction without rebound along a restitution",
+        GOOD.replace("parameter: length_m", "parameter: restitution")
+        .replace("from: 0.59", "from: 0\n  # of a ball with friction")
+        .replace("restitution: 0.5", "restitution: 0.5\n  friction: 0.1"),
+        (19, "sweep.from", "got 0: a ball that does not bounce is known without friction only"),
+    ),
+)
+
+
 BAD_SCENARIOS = (
+    *ALONG_RESTITUTION,
     *(*NOT_A_NUMBER, *OUT_OF_RANGE, *RELATIONS, *RESTITUTIONS, *LEFT_OUT, *UNKNOWN),
-    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *HARMONICS, *FRICTION, *FALLING, *STRUCTURE, *SYNTAX, *SEVERAL),
+    *(*REQUIREMENTS, *TOLERANCES, *EFFECTS, *MEASURED, *HARMONICS, *FRICTION, *FALLING, *STRUCTURE, *SYNTAX, *SEVERAL),
 )

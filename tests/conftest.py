@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import pickle
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -23,10 +25,13 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
 
 
-def first(count: int, cases: Iterable[Any]) -> list[Any]:
-    """Mark all cases but the first ones as slow."""
-    slow = (pytest.mark.slow,)
-    return [case if k < count else pytest.param(case, marks=slow) for k, case in enumerate(cases)]
+def first(count: int, cases: Iterable[Any], unpacked: bool = False) -> list[Any]:
+    """Mark all cases but the first ones as slow; unpacked are those of several parameters."""
+
+    def slow(case: Any) -> Any:
+        return pytest.param(*(case if unpacked else (case,)), marks=pytest.mark.slow)
+
+    return [case if k < count else slow(case) for k, case in enumerate(cases)]
 
 
 def sentences(text: str) -> int:
@@ -119,6 +124,20 @@ def known() -> Iterator[None]:
         for module, name in KNOWN:
             patch.setattr(f"{module}.{name}", Known(getattr(import_module(module), name)))
         yield
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Let every second worker import the tests from their other end.
+
+    In a fresh clone all modules are yet to be compiled, which takes half a minute: so each is compiled by one worker.
+    """
+    worker = getattr(session.config, "workerinput", {}).get("workerid", "gw0")
+    if int(worker.removeprefix("gw")) % 2:
+        folders = {Path(argument) for argument in session.config.args if Path(argument).is_dir()}
+        for file in sorted((file for folder in folders for file in folder.rglob("test_*.py")), reverse=True):
+            sys.path[:0] = [str(file.parent)] if str(file.parent) not in sys.path else []
+            with suppress(Exception, pytest.skip.Exception):  # which are told when it is collected
+                import_module(file.stem)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

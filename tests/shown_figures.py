@@ -36,11 +36,13 @@ def legend_of(figure: Figure) -> dict[str, Any]:
 
 
 def curve(axes: Axes, look: Any, style: Any) -> np.ndarray:
-    """The points of the curves with the colour and width of one look, and the dashes of another, (k, 2)."""
+    """The points of the curves with the colour and width of one look, and the dashes of another, (k, 2).
+
+    Unstable motions are drawn half as wide.
+    """
+    width = look.get_linewidth() * (1.0 if style.get_linestyle() == "-" else 0.5)
     lines = [line for line in axes.findobj(Line2D) if line.get_marker() in ("None", None) and len(line.get_xdata()) > 2]
-    of = [
-        line for line in lines if line.get_color() == look.get_color() and line.get_linewidth() == look.get_linewidth()
-    ]
+    of = [line for line in lines if line.get_color() == look.get_color() and line.get_linewidth() == width]
     of = [line for line in of if line.get_linestyle() == style.get_linestyle()]
     points = [np.column_stack([np.asarray(values, dtype=float) for values in line.get_data()]) for line in of]
     return np.concatenate(points) if points else np.empty((0, 2))

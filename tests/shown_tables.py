@@ -1028,7 +1028,7 @@ def edges_of_outcome(x: Results) -> list[Row]:
             "Outcome up to there": _outcome(found),
             "Outcome beyond": _outcome({name: window[f"{end}_{name}"] for name in ("outcome", "word", "periods")})
             if window[f"{end}_outcome"]
-            else "as far as was looked",
+            else "no change found",
             "Edges accumulate": "yes" if window[f"{end}_accumulates"] else "no",
         }
         for side, end in (("below", "from"), ("above", "to"))
@@ -1231,7 +1231,8 @@ def _shaker(x: Results) -> Iterator[Said]:
         )  # fmt: skip
     else:
         yield Said(
-            "What must the shaker do? {}, stroke {} Amplitude of the acceleration, and way from end to end", *numbers
+            "What must the shaker do? {}, stroke {} Amplitude of the acceleration, and the travel from end to end",
+            *numbers,
         )
 
 
@@ -1448,7 +1449,7 @@ def _alerts(x: Results) -> Iterator[Said]:
         share = float(contact.split(" some ")[1].split(" %")[0])
         yield Said("Contacts last up to {} of a period", Amount(share, "%", 2))
         if x.points:
-            yield Said("Digits are those that contacts of {} of a period leave.", Amount(share, "%", 2))
+            yield Said("The digits are those that contacts of {} of a period leave.", Amount(share, "%", 2))
 
 
 def _of_tolerances(x: Results) -> Iterator[Said]:
@@ -1563,7 +1564,7 @@ def _withstood(x: Results) -> Iterator[tuple[str, Said]]:
         if of["proved_m_s"] is not None:
             said += " smaller leads out: evidence, not proof; proved of all up to {}"
             later.append(Amount(of["proved_m_s"], "m/s", 4))
-        yield "What bump does it stand?", Said(said, Amount(of["least_jump_m_s"], "m/s", 3), *later)
+        yield "Which bumps does it withstand?", Said(said, Amount(of["least_jump_m_s"], "m/s", 3), *later)
     if (of := found["jitter"]) is not None and of["valid"]:
         assert of["phase_deg"] == max(of["phase_bottom_deg"], of["phase_top_deg"])
         given = x.data["scenario"]["disturbances"]
@@ -1722,7 +1723,7 @@ def compared(named: dict[str, Results]) -> Iterator[Said]:
 
     def line(what: str, of: Callable[[Results], float], unit: str, digits: int, between: str = " and ") -> Said:
         amounts = [Amount(of(x), unit, digits) for x in named.values()]
-        return Said(f"{what} {between.join(f'{{}} in {name}' for name in names)} (", *amounts)
+        return Said(f"{what} {between.join(f'{{}} for {name}' for name in names)} (", *amounts)
 
     def average(x: Results, pick: Callable[[Any], float]) -> float:
         return pick(mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x))
@@ -1737,7 +1738,7 @@ def compared(named: dict[str, Results]) -> Iterator[Said]:
             lambda x, label=label: next(
                 x.device.at(x.parameter, of["sweep_value"]).d for of in x.points if of["label"] == label
             ),
-            "", 6,
+            "", 4,
         )  # fmt: skip
     for parameter in ("frequency_hz", "length_m"):
 

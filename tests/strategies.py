@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vireport.motions import Sweep
 from vireport.physics import Device
-from vireport.scenario import Parameter
+from vireport.scenario import DRIVING, Parameter
 
 restitutions = st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]) | st.floats(0, 1 - 1e-6)
 inclinations = st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]) | st.floats(0, 90)
@@ -29,13 +29,13 @@ def random_sweeps(count: int, seed: int) -> list[Sweep]:
     rng = np.random.default_rng(seed)
     sweeps = []
     for i in range(count):
-        parameter = tuple(Parameter)[i % 4]
+        parameter = DRIVING[i % 4]
         inclination = 0.0 if i % 11 == 0 else float(rng.uniform(0.5, 90.0))
         mass, frequency = float(10 ** rng.uniform(-2, 0.5)), float(10 ** rng.uniform(-0.3, 1.5))
         gbar = float(10 ** rng.uniform(-2, 0.1))
         force = mass * 9.8 * float(np.sin(np.radians(inclination or 30.0))) / gbar
         length = float(10 ** rng.uniform(-1.0, 0.2)) * force / (4 * mass * frequency**2)
-        values = dict(zip(Parameter, (length, force, frequency, inclination), strict=True))
+        values = dict(zip(DRIVING, (length, force, frequency, inclination), strict=True))
         if parameter is Parameter.INCLINATION:
             start, end = sorted(rng.uniform(0.0, 90.0, 2))
         else:
@@ -52,11 +52,11 @@ def sweep_grid() -> list[Sweep]:
     """
     rng = np.random.default_rng(20190301)
     sweeps = []
-    for parameter, n, k, r in product(Parameter, (1, 2, 3), range(5), (0.02, 0.5, 0.98)):
+    for parameter, n, k, r in product(DRIVING, (1, 2, 3), range(5), (0.02, 0.5, 0.98)):
         mass, frequency = float(10 ** rng.uniform(-2, 0.5)), float(10 ** rng.uniform(-0.3, 1.5))
         force = mass * 9.8 / float(10 ** rng.uniform(-1.5, 0))
         length = float(10 ** rng.uniform(-0.8, 0.2)) * n * force / (4 * mass * frequency**2)
-        values = dict(zip(Parameter, (length, force, frequency, (0.0, 1e-9, 1e-3, 30.0, 90.0)[k]), strict=True))
+        values = dict(zip(DRIVING, (length, force, frequency, (0.0, 1e-9, 1e-3, 30.0, 90.0)[k]), strict=True))
         if parameter is Parameter.INCLINATION:
             inside = rng.uniform(1.0, 80.0, 2).tolist()
             start, end = ((0.0, inside[0]), (0.0, 90.0), (1e-3, 90.0), (inside[0], 90.0), sorted(inside))[k]
@@ -78,8 +78,8 @@ def sweeps(draw: Any) -> Sweep:
     gbar, d = draw(decades(-4, 2)), draw(decades(-5, 3))
     mass, frequency = draw(decades(-6, 6)), draw(decades(-6, 6))
     force = mass * 9.8 * float(np.sin(np.radians(max(beta, 5.0)))) / gbar
-    values = dict(zip(Parameter, (d * force / (4 * mass * frequency**2), force, frequency, beta), strict=True))
-    parameter = draw(st.sampled_from(Parameter))
+    values = dict(zip(DRIVING, (d * force / (4 * mass * frequency**2), force, frequency, beta), strict=True))
+    parameter = draw(st.sampled_from(DRIVING))
     start, end = draw(_ends(parameter, values[parameter], 1 + draw(decades(-3, 1.5))))
     return Sweep(Device(mass, r, 9.8, **values, period_ratio=n), parameter, start, end)
 
@@ -125,8 +125,8 @@ def solvable_trees(draw: Any) -> dict[str, Any]:
                 "ball_radius_m": active * draw(st.floats(0.001, 0.999)),
             }
     if draw(st.integers(0, 3)):
-        parameter = draw(st.sampled_from(Parameter))
-        value = dict(zip(Parameter, (length, force, frequency, beta), strict=True))[parameter]
+        parameter = draw(st.sampled_from(DRIVING))
+        value = dict(zip(DRIVING, (length, force, frequency, beta), strict=True))[parameter]
         ends = draw(_ends(parameter, value, 1 + draw(decades(-6, 2))) | _anywhere(parameter))
         low, high = (x if parameter is Parameter.INCLINATION else float(np.clip(x, 1e-15, 1e15)) for x in ends)
         tree["sweep"] = {"parameter": parameter.value, "from": low, "to": high}
@@ -157,7 +157,7 @@ def valid_trees(draw: Any) -> dict[str, Any]:
     membrane = {"stiffness": draw(positive), "exponent": draw(st.floats(0, 20, exclude_min=True))}
     membrane |= {"ball_radius_m": ball_radius, "active_radius_m": active_radius}
     device = {"capsule_mass_kg": capsule, "ball_mass_kg": ball, "restitution": draw(st.floats(0, 1))}
-    parameter = draw(st.sampled_from(Parameter))
+    parameter = draw(st.sampled_from(DRIVING))
     ends = draw(st.tuples(*[st.floats(*parameter.limits)] * 2))
     tree = {
         "schema_version": 1,

@@ -52,6 +52,7 @@ from shown_tables import (
 )
 
 from vireport.chart import plane_of
+from vireport.chart.outputs import markdown as chart_markdown
 from vireport.chart.outputs import text as chart_text
 from vireport.comparison import Comparison, ComparisonReport, compare, comparison_provenance, terminal_summary
 from vireport.figures import Picture, live_data, pictures, shown_along, simulated_points
@@ -398,7 +399,7 @@ def test_the_best_design_is_told_with_its_own_numbers() -> None:
     margin = 100 * abs(best.ending[0]["relative"])
     said = [
         Said(
-            "Best design: mean electrical power {}; smallest margin {}.", Amount(power, "W", 6), Amount(margin, "%", 4)
+            "Best design: mean electrical power {}; smallest margin {}.", Amount(power, "W", 4), Amount(margin, "%", 4)
         ),
         Said("Evaluated: 17 × 19 designs on a grid, by the closed form; 119 have a stable motion, 105 of them meet"),
         Said("has a margin of {}.", Amount(100 * evidence.widest, "%", 4)),
@@ -413,9 +414,9 @@ def test_the_best_design_is_told_with_its_own_numbers() -> None:
     tables = {table.caption: table for table in terminal_tables(outputs.text(result))}
     table = tables["The best design"]
     rows = [
-        {"Input": "device.length_m", "Value": number(best.device.length_m, 10), "In the scenario": number(0.69),
+        {"Input": "device.length_m", "Value": number(best.device.length_m, 8), "In the scenario": number(0.69),
          "From": number(0.2), "To": number(1.2)},
-        {"Input": "excitation.frequency_hz", "Value": number(best.device.frequency_hz, 10),
+        {"Input": "excitation.frequency_hz", "Value": number(best.device.frequency_hz, 8),
          "In the scenario": number(2.0), "From": number(1.0), "To": number(4.0)},
     ]  # fmt: skip
     wrong += table_faults(table.head, table.rows, rows)
@@ -487,7 +488,7 @@ def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
     meetings = [
         SimpleNamespace(events=events, word=word, inputs=inputs, error_bound=bounds)
         for events, word, inputs, bounds in (
-            ((Event.GRAZING, Event.GRAZING), "BT", (31.25, 0.6875), (3.3123e-14, 4.21e-16)),
+            ((Event.GRAZING, Event.GRAZING), "BT", (31.2512345678901, 0.6875), (3.3123e-14, 4.21e-16)),
             ((Event.PERIOD_DOUBLING, Event.GRAZING), "BBT", (12.5, 0.4375), (7.7123e-15, float("inf"))),
         )
     ]
@@ -503,12 +504,22 @@ def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
     assert "at most 4 impacts in 3 forcing periods" in plain(text)
     assert "2 ends of curves could not be followed" in plain(text)
     (table,) = terminal_tables(text)
-    assert table.head == ["No.", "What", "Motion", "inclination [°]", "±", "length [m]", "±"]
-    for row, point, what in zip(table.rows, meetings, ("two grazings", "period doubling with grazing"), strict=True):
-        assert row[1:3] == [what, point.word]
+    assert table.head == ["No.", "What", "Motion", "inclination [°]", "length [m]"]
+    head, _, *rows = [line for line in chart_markdown(chart).splitlines() if line.startswith("|")]
+    assert cells_of(head) == ["No.", "What", "Motion", "inclination [°]", "±", "length [m]", "±"]
+    named = zip(table.rows, rows, meetings, ("two grazings", "period doubling with grazing"), strict=True)
+    for shown, written, point, what in named:
+        row = cells_of(written)
+        assert row[1:3] == shown[1:3] == [what, point.word]
         assert (float(row[3]), float(row[5])) == point.inputs
+        assert [float(cell) for cell in shown[3:]] == pytest.approx(point.inputs, rel=5e-8)
+        assert max(len(cell.replace(".", "")) for cell in shown[3:]) <= 9  # a zero before the point, and eight digits
         for bound, cell in zip(point.error_bound, (row[4], row[6]), strict=True):
             assert cell == "" if bound == float("inf") else not Said("{}", Bound(bound)).faults(cell, True)
+
+
+def cells_of(row: str) -> list[str]:
+    return [cell.strip() for cell in row.strip("|").split("|")]
 
 
 @pytest.mark.parametrize("name", ["length swept, with everything", "frequency swept", "force swept, simulated"])

@@ -42,6 +42,7 @@ TESTS = {
     "templates/words/figures": ("tests/wording", "tests/figures"),
     "templates/words": ("tests/wording", "tests/gate", "tests/report"),
     "vireport/shocks": ("tests/shocks/test_withstood.py",),
+    "vireport/physics/cubics": ("tests/simulation/test_recorded_force.py",),
     "vireport/physics/groups": ("tests/motions/test_two_restitutions.py", "tests/physics/test_friction_group.py"),
     "vireport/optimise": ("tests/optimise/test_best_design.py",),
     "vireport/text": ("tests/text", "tests/gate"),

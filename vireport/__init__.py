@@ -1,10 +1,12 @@
 """Periodic motions, stability and voltage of vibro-impact energy harvesters.
 
-from vireport import load, analyse
+::
 
-study = analyse(load("examples/inclined.yaml"))
-for point in study.solution.critical_points:
-    print(point.label, point.event, point.sweep_value)
+    from vireport import load, analyse
+
+    study = analyse(load("examples/inclined.yaml"))
+    for point in study.solution.critical_points:
+        print(point.label, point.event, point.sweep_value)
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from vireport.motions import (
     return_trace,
     solve,
 )
-from vireport.scenario import Parameter
+from vireport.scenario import DRIVING, Parameter
 
 pytest.importorskip("flint")
 
@@ -86,7 +86,7 @@ def contains(bounds, value) -> bool:
     return mpf(bounds[0]) <= value <= mpf(bounds[1])
 
 
-@pytest.mark.parametrize("name", first(4, SCENARIOS))
+@pytest.mark.parametrize("name", first(2, SCENARIOS))
 def test_every_critical_point_is_proved(case, name: str) -> None:
     study, certificates = case(name)
     assert [c.label for c in certificates] == [p.label for p in study.solution.critical_points]
@@ -135,6 +135,7 @@ def test_enclosures_hold_the_published_digits(case, place: tuple[str, str], digi
         assert round(Decimal(bound), 10) == Decimal(f"0{digits}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", first(1, [6, 24]))
 def test_random_sweeps_are_proved(count: int) -> None:
     proved = 0
@@ -197,6 +198,7 @@ def test_a_mirror_image_that_is_none_is_found_out(case) -> None:
     assert certify_point(study.solution.sweep, replace(critical, mirror=wrong)).mirror_proved is False
 
 
+@pytest.mark.slow
 def test_the_side_is_that_of_the_branch(case) -> None:
     # The type of motion beside a critical point, from the samples of its branch.
     for name in ("horizontal", "inclined", "forcing", "frequency", "inclination", "two periods"):
@@ -234,6 +236,7 @@ def test_nothing_to_prove_without_a_sweep(example) -> None:
     assert certify(analyse(load(example("design-point"))).solution.diagram) == ()
 
 
+@pytest.mark.slow
 def test_a_touch_that_coincides_with_others_is_left_undecided(example) -> None:
     # For three periods and no gravity a ball that leaves at rest comes back to rest at the walls each half period.
     text = example("horizontal").read_text()
@@ -280,7 +283,7 @@ def test_gradients_are_those_of_40_digits() -> None:
         assert not any(slope.is_finite() for slope in gradients(lambda x: [x[1] / x[0]], wide)[0])
 
 
-@pytest.mark.parametrize("parameter", Parameter)
+@pytest.mark.parametrize("parameter", DRIVING)
 def test_groups_and_sweep_value_are_inverse(parameter: Parameter) -> None:
     for device in (replace(sweep.device, inclination_deg=33.0) for sweep in random_sweeps(12, seed=3)):
         value, ops = getattr(device, parameter), BallOps()
@@ -299,9 +302,9 @@ def test_ninety_degrees_is_not_exceeded(case) -> None:
     device, sweep, ops = study.solution.device, study.solution.sweep, BallOps()
     with precision(192):
         gbar = device.groups(Parameter.INCLINATION, 90.0, ops)[1]
-        assert not sweep.value(arb(1), 2 * gbar, ops).is_finite()
+        assert not sweep.value(2 * gbar, ops).is_finite()
         gbar = device.groups(Parameter.INCLINATION, 89.9999999, ops)[1]
-        assert sweep.value(arb(1), gbar, ops).contains(ball(89.9999999))
+        assert sweep.value(gbar, ops).contains(ball(89.9999999))
 
 
 def test_bounds_are_outward() -> None:

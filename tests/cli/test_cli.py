@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,10 +13,12 @@ import time
 from pathlib import Path
 
 import pytest
+import typer
 from bad_scenarios import SEVERAL
 from conftest import EXAMPLES
 
 from vireport.cli import main
+from vireport.cli.app import app
 
 
 def accept_ctrl_c() -> None:
@@ -139,6 +142,7 @@ def test_what_is_no_option_is_said_like_any_other_mistake(capfd) -> None:
     assert advice == "vireport plan --help lists the options"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "next_word"),
     [("vireport x.yaml --js", "--json"), pytest.param("vireport vali", "validate", marks=pytest.mark.slow)],
@@ -241,6 +245,20 @@ def test_init_writes_a_scenario_that_runs_and_never_overwrites(tmp_path: Path) -
 
 def test_schema_prints_what_the_examples_come_with() -> None:
     assert vireport("schema").stdout == (EXAMPLES / "scenario.schema.json").read_bytes()
+
+
+def test_every_command_is_listed_once_with_what_it_is_for() -> None:
+    text = vireport("--help").stdout.decode()
+    listed = re.findall(r"^  (\w+)  +[A-Z]", text, re.MULTILINE)
+    assert sorted(listed) == sorted(typer.main.get_command(app).commands)
+    assert "..." not in text.partition("\n\nOne device:")[2]
+
+
+def test_the_help_of_every_option_and_argument_is_a_sentence() -> None:
+    for name, command in typer.main.get_command(app).commands.items():
+        for parameter in command.params:
+            told = parameter.help
+            assert re.fullmatch(r"[A-Z][a-z]*s\b.*\.", told, re.DOTALL), f"{name} {parameter.name}: {told}"
 
 
 def test_version_and_help() -> None:

@@ -168,6 +168,7 @@ def test_explain(capsys) -> None:
     assert main(["explain", "VR999"]) == 2
 
 
+@pytest.mark.slow
 def test_sweep_writes_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     text = MAP.read_text().replace("count: 60", "count: 5").replace("count: 80", "count: 4")

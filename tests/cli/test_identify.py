@@ -36,7 +36,10 @@ def test_the_example_is_identified_with_its_truth(capsys, tmp_path: Path) -> Non
     assert len(results["false"]) == 1
     assert results["misfit"]["accepted"]
     scenario = load(folder / "identified.yaml").scenario
-    assert (folder / "identified.yaml").read_text() == results["scenario"]
+    # Beside the scenario is the record, which it shows.
+    record = "measured:\n- impacts: impacts.csv\n  force_maximum_s: 0.0\n"
+    assert (folder / "identified.yaml").read_text() == results["scenario"] + record
+    assert (folder / "impacts.csv").read_bytes() == Path(IMPACTS).read_bytes()
     for row in results["identified"]:
         assert getattr(scenario.device, row["name"]) == row["value"]
         assert getattr(scenario.tolerances, row["name"]) == pytest.approx(row["to"] - row["value"])

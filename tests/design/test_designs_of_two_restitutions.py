@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import first
 from msgspec.structs import replace
 
 from vireport.design import (
@@ -30,14 +31,18 @@ ALONE = DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP
 
 @pytest.mark.parametrize(
     ("restitution", "moved", "left"),
-    [
-        (Restitutions(0.475, 0.5), 3.9, 1.0),
-        (Restitutions(0.525, 0.5), -4.4, 9.0),
-        (Restitutions(0.5, 0.475), -3.8, 8.3),
-        (Restitutions(0.5, 0.525), 4.0, 0.9),
-        (0.475, 0.3, 4.5),
-        (0.525, -0.5, 5.2),
-    ],
+    first(
+        3,
+        [
+            (Restitutions(0.475, 0.5), 3.9, 1.0),
+            (Restitutions(0.525, 0.5), -4.4, 9.0),
+            (Restitutions(0.5, 0.475), -3.8, 8.3),
+            (Restitutions(0.5, 0.525), 4.0, 0.9),
+            (0.475, 0.3, 4.5),
+            (0.525, -0.5, 5.2),
+        ],
+        unpacked=True,
+    ),
 )
 def test_one_membrane_moves_the_period_doubling_ten_times_as_far_as_both(
     restitution: float | Restitutions, moved: float, left: float

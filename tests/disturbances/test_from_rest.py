@@ -6,7 +6,7 @@ from math import acos, ceil, pi
 
 import numpy as np
 import pytest
-from conftest import solved
+from conftest import first, solved
 from exact_friction import Reference
 from exact_rest import periods
 from mpmath import mp, mpf
@@ -77,10 +77,10 @@ def test_a_few_random_devices_come_to_what_an_own_simulator_finds() -> None:
 
 @pytest.mark.slow
 def test_random_devices_come_to_what_an_own_simulator_finds() -> None:
-    kinds = held_against_the_own_simulator(2, 160, compiled=True)
-    assert kinds.count("open") < 16
-    assert kinds.count("chaotic") < 32
-    assert all(kinds.count(kind) > 20 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))
+    kinds = held_against_the_own_simulator(2, 80, compiled=True)
+    assert kinds.count("open") < 8
+    assert kinds.count("chaotic") < 16
+    assert all(kinds.count(kind) > 10 for kind in ("reaches_1_1", "rest_cycle", "other_motion"))
 
 
 @pytest.mark.parametrize(
@@ -202,7 +202,7 @@ def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     assert 3 < at_once.ramp.periods <= 20
 
 
-@pytest.mark.parametrize("restitution", [0.5, Restitutions(0.55, 0.4)])
+@pytest.mark.parametrize("restitution", first(1, [0.5, Restitutions(0.55, 0.4)]))
 def test_a_ramp_is_the_motion_under_a_force_of_as_many_half_waves(restitution) -> None:
     """Integrated with the amplitude of each half wave, from the state before it, by small steps."""
     groups, phase, periods = Groups(0.4, 0.3, restitution), 1.0, 3
@@ -286,7 +286,7 @@ def test_an_edge_of_a_window_is_right_on_both_sides() -> None:
 
 
 @pytest.mark.slow
-def test_edges_of_nine_windows_are_right_on_both_sides() -> None:
+def test_edges_of_five_windows_are_right_on_both_sides() -> None:
     devices = [(PAPER.with_values({Parameter.AMPLITUDE: force}), Parameter.AMPLITUDE) for force in (2.2, 4.0)]
     devices += [
         (PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: length}), Parameter.LENGTH)
@@ -301,9 +301,9 @@ def test_edges_of_nine_windows_are_right_on_both_sides() -> None:
     windows = 0
     for device, parameter in devices:
         windows += window_by_the_own_simulator(device, parameter) > 0
-        if windows == 9:
+        if windows == 5:
             break
-    assert windows == 9
+    assert windows == 5
 
 
 @pytest.mark.slow
@@ -441,7 +441,7 @@ def test_of_stable_motions_that_many_starts_find_a_few_find_most() -> None:
     """At random devices without a stable 1:1 motion whose ball comes from rest to no periodic motion: each that is
     told attracts, and of those that a seventh of the starts come to few are missed."""
     rng, common, told = np.random.default_rng(11), 0, 0
-    while common < 5:
+    while common < 3:
         device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
         if motions_at(device, Parameter.LENGTH)[0].stable.any() or found(device, True).is_motion:
             continue
@@ -455,7 +455,7 @@ def test_of_stable_motions_that_many_starts_find_a_few_find_most() -> None:
             start = Impact(each.motion.word.walls[0], float(each.motion.velocity[0]) * (1 + 1e-7), each.motion.phase[0])
             assert attractors(groups, [start])[0][0].name == each.name
         common, told = common + often, told + (often and len(by_starts) > 0)
-    assert told >= 4
+    assert told >= 2
 
 
 def laps_in_forty_digits(groups: Groups, word: str, laps: int) -> list[list[tuple[str, float, float, int]]]:
@@ -473,9 +473,9 @@ def laps_in_forty_digits(groups: Groups, word: str, laps: int) -> list[list[tupl
 @pytest.mark.parametrize(
     ("length_m", "amplitude_n", "inclination_deg", "restitution", "word", "stops"),
     [
-        pytest.param(0.8334, 5.622, 11.09, 0.537, "BT", False, id="the 1:1 motion"),
+        pytest.param(0.8334, 5.622, 11.09, 0.537, "BT", False, id="the 1:1 motion", marks=pytest.mark.slow),
         pytest.param(0.5790, 5.117, 18.92, 0.4193, "BT", True, id="a 1:1 motion with stops"),
-        pytest.param(0.5087, 5.666, 12.89, 0.4949, "BBT", True, id="another motion"),
+        pytest.param(0.5087, 5.666, 12.89, 0.4949, "BBT", True, id="another motion", marks=pytest.mark.slow),
     ],
 )
 def test_from_rest_a_ball_with_friction_comes_to_what_it_does_in_forty_digits(

@@ -320,12 +320,12 @@ SAID = [
     (
         "VR003",
         {"solution": known(design=design(1, lost=0), device=SimpleNamespace(law=SpeedLaw(0.5, 0.5, -0.1, 1.0)))},
-        ["looked for was what comes from the motions of a constant one. There may be others."],
+        ["only motions that continue those of a constant one were sought. There may be others."],
     ),
     (
         "VR003",
         {"solution": known(design=design(1, lost=2), device=SimpleNamespace(law=SpeedLaw(0.5, 0.5, -0.1, 1.0)))},
-        ["Of these 2 could not be followed so far, and there may be others."],
+        ["2 of these could not be followed so far, and there may be others."],
     ),
     (
         "VR003",

@@ -136,7 +136,7 @@ def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
     assert [verdict.word == "Stable" for verdict in rigid] == [True, True, False]
     failed = said(solution, crosscheck=check(passed=False, misses=(1,), phase_difference=3e-3))
     assert (failed.status, failed.word) == ("caution", "Not verified")
-    assert "leaves 1 of 9" in fact(failed, Question.SIMULATED).detail
+    assert "departs from 1 of 9" in fact(failed, Question.SIMULATED).detail
     assert fact(failed, Question.SIMULATED).detail.endswith("0.003")
     open_ones = SimpleNamespace(
         proved=False, worst=None, sampled=SimpleNamespace(stable=64, samples=64, low=0.9, high=1.0)

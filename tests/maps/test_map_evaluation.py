@@ -27,6 +27,7 @@ def whole(plan: MapPlan) -> pa.Table:
     return evaluate(plan, np.arange(plan.cells))
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_chunks() -> None:
     plan = plan_of(TEXT)
     together = whole(plan).to_pylist()
@@ -114,6 +115,7 @@ map:
 """
 
 
+@pytest.mark.slow
 def test_the_ball_weighs_on_a_free_capsule() -> None:
     """Its mass is in gbar, so that the heaviest one has no stable motion, and in the energy that deflects membranes."""
     for row in whole(plan_of(FREE)).to_pylist():

@@ -40,7 +40,6 @@ CAPSULE = "{path: device.capsule_mass_kg, from: 0.1, to: 0.15}"
 
 PROBLEMS = {
     "rate": ("voltage_rate_v_s", (LENGTH, FREQUENCY), "margin_any_percent: 5, stroke_at_most_m: 0.35"),
-    "voltage": ("u_ave_v", (FORCE, INCLINATION), "margin_any_percent: 4, field_at_most_percent: 75"),
     "power": (
         "power_mw",
         (LENGTH, FREQUENCY, INCLINATION),
@@ -87,18 +86,19 @@ def test_cells_are_what_a_run_has(objective: Objective) -> None:
     for row in range(len(t)):
         study = search.study(t[row])
         assert study.solution.design.motions.stable.any() == cells.stable[row]
-        if cells.stable[row] and compared < 4:
+        if cells.stable[row] and compared < 2:
             compared += 1
             assert cells.value[row] == pytest.approx(search.value_of(study), rel=1e-10)
             assert len(study.criteria) == 8
             for line, slack in zip(study.criteria, cells.slack[row][2:], strict=True):
                 assert line.outcome.margin / line.limit.value == pytest.approx(slack, abs=1e-9)
                 outcomes.add(line.passed)
-        elif compared == 4:
+        elif compared == 2:
             break
     assert outcomes == {False, True}
 
 
+@pytest.mark.slow
 def test_a_ball_on_a_free_capsule_moves_it_and_strikes_with_less() -> None:
     search = problem(Objective.U_AVE, (CAPSULE, BALL), "stroke_at_most_m: 0.3", free=True)
     t = np.array([[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
@@ -256,7 +256,7 @@ def test_no_map_has_a_better_design(name: str) -> None:
     search = problem(*PROBLEMS[name])
     result = optimise(search)
     assert result.best is not None
-    assert result.best.value >= best_of_map(search, 120 if len(search.paths) == 2 else 24) * (1 - 1e-9)
+    assert result.best.value >= best_of_map(search, 60 if len(search.paths) == 2 else 16) * (1 - 1e-9)
     assert result.evidence.best_cell <= result.best.value * (1 + 1e-9)
     assert result.best.met()
     # What is said to be the most that there is, is more than this design, and not by much; even if it is not known.
@@ -294,25 +294,25 @@ def test_the_global_solver_needs_no_grid() -> None:
     cells = evaluate(search, first[None])
     assert (cells.slack >= 0).all()
     assert keeps_motion(search.designs(first[None]), search.share).all()
-    assert cells.value[0] >= 0.9999 * best_of_map(search, 100)
+    assert cells.value[0] >= 0.9999 * best_of_map(search, 60)
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("short_front")
 def test_front_falls_and_ends_at_the_largest_margin() -> None:
     _, vary, _ = PROBLEMS["rate"]
-    result = optimise(problem("voltage_rate_v_s", vary, "margin_any_percent: 5, stroke_at_most_m: 0.35", 400))
+    result = optimise(problem("voltage_rate_v_s", vary, "margin_any_percent: 5, stroke_at_most_m: 0.35", 144))
     margins, values = np.array([(point.margin, point.value) for point in result.front]).T
     assert (np.diff(margins) > 0).all()
     assert (np.diff(values) < 0).all()
     assert result.best.value <= np.interp(0.05, margins, values) * (1 + 1e-2)
     assert sentences(picture_front(result).caption) <= 2
-    largest = optimise(problem("margin_percent", vary, "stroke_at_most_m: 0.35", 400))
+    largest = optimise(problem("margin_percent", vary, "stroke_at_most_m: 0.35", 144))
     assert margins[-1] <= largest.best.margin
     assert largest.best.value == 100 * largest.best.margin
     # No margin is larger: the requirement of a little more is not met, and is short by as much.
     more = 100 * largest.best.margin + 0.5
-    failing = optimise(problem("voltage_rate_v_s", vary, f"margin_any_percent: {more!r}, stroke_at_most_m: 0.35", 400))
+    failing = optimise(problem("voltage_rate_v_s", vary, f"margin_any_percent: {more!r}, stroke_at_most_m: 0.35", 144))
     assert failing.best is None
     missed = next(criterion for criterion in failing.nearest.study.criteria if not criterion.passed)
     assert missed.key == "margin_any_percent"
@@ -356,10 +356,17 @@ def test_the_best_design_runs_and_gives_the_same_numbers(tmp_path: Path, capsys)
 
 @pytest.mark.parametrize(
     ("required", "said"),
-    [
-        ("u_ave_at_least_v: 1e6", "the nearest fails U_ave (at least 1000000 V): "),
-        ("stroke_at_most_m: 0.01, u_ave_at_least_v: 1", "the nearest fails Stroke of the shaker (at most 0.01 m): "),
-    ],
+    first(
+        1,
+        [
+            ("u_ave_at_least_v: 1e6", "the nearest fails U_ave (at least 1000000 V): "),
+            (
+                "stroke_at_most_m: 0.01, u_ave_at_least_v: 1",
+                "the nearest fails Stroke of the shaker (at most 0.01 m): ",
+            ),
+        ],
+        unpacked=True,
+    ),
 )
 @pytest.mark.usefixtures("without_a_front")
 def test_what_is_in_the_way_is_named_and_by_how_much(required: str, said: str, tmp_path: Path, capsys) -> None:
@@ -421,7 +428,7 @@ TOLERANCES = "tolerances: {length_percent: 2, frequency_percent: 2, restitution:
 @pytest.mark.usefixtures("without_a_front")
 def test_every_device_within_the_tolerances_of_the_best_design_works() -> None:
     """And no better design of a map has that: some corner of its tolerances fails, or the proof does."""
-    wanted = text_of("voltage_rate_v_s", (LENGTH, FREQUENCY), "stroke_at_most_m: 0.35", 400) + TOLERANCES
+    wanted = text_of("voltage_rate_v_s", (LENGTH, FREQUENCY), "stroke_at_most_m: 0.35", 144) + TOLERANCES
     result = optimise(problem_of(loads(wanted)))
     assert result.best.study.tolerances.proved
     assert result.evidence.tolerated < result.evidence.within

@@ -175,13 +175,12 @@ def test_a_design_that_a_run_passes_is_found_far_down_the_grid() -> None:
     ("required", "objective"),
     [
         (TILTED, "u_ave_v"),
-        (TILTED, "margin_percent"),
         ("margin_period_doubling_percent: 12", "u_ave_v"),
         ("margin_period_doubling_percent: 12, inclination_from_deg: 30, inclination_to_deg: 80", "wall_gap"),
     ],
 )
 def test_no_cell_that_a_run_passes_is_better(required: str, objective: str) -> None:
-    problem = problem_of(loads(looked_for(required, 25, objective)))
+    problem = problem_of(loads(looked_for(required, 16, objective)))
     result, grid = optimise(problem), grid_of(problem)
     for row in grid.within():
         grid.judge(grid.t[row])
@@ -191,7 +190,7 @@ def test_no_cell_that_a_run_passes_is_better(required: str, objective: str) -> N
     assert result.evidence.complete
     # Those that could have been better do not meet the requirements.
     better = [row for row in grid.within() if grid.cells.value[row] > result.best.value * (1 + 1e-9)]
-    assert result.evidence.candidates <= len(better) or objective == "margin_percent"
+    assert result.evidence.candidates <= len(better)
 
 
 @pytest.mark.slow

@@ -161,6 +161,7 @@ def test_first_of_two_values_is_kept_and_the_other_is_a_mistake():
     assert document.unread == {"a"}
 
 
+@pytest.mark.slow
 def test_depth_and_size_at_the_limit():
     deepest = "[" * (DEEPEST - 1) + "]" * (DEEPEST - 1)
     assert data(f"a: {deepest}")

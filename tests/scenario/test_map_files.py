@@ -10,7 +10,7 @@ import pytest
 
 from vireport.base import ScenarioError, UsageError
 from vireport.scenario import (
-    Parameter,
+    DRIVING,
     Sampling,
     load_map,
     loads,
@@ -44,7 +44,7 @@ def mistakes(text: str) -> list[tuple[int, str, str]]:
 def test_a_map_is_a_scenario_with_a_value_of_each_axis():
     loaded = loads_map(TEXT, "m.yaml")
     assert (loaded.name, loaded.text, loaded.sha256) == ("m.yaml", TEXT, hashlib.sha256(TEXT.encode()).hexdigest())
-    assert [loaded.scenario.value_of(parameter) for parameter in Parameter] == [0.2, 3.0, 2.0, 0.0]
+    assert [loaded.scenario.value_of(parameter) for parameter in DRIVING] == [0.2, 3.0, 2.0, 0.0]
     angle, length = loaded.block.axes
     assert (angle.path, angle.from_, angle.to, angle.count, angle.values) == ("inclination_deg", 0.0, 90.0, 20, None)
     assert length.path is AxisPath.LENGTH
@@ -61,8 +61,8 @@ def test_what_varies_may_be_given_as_well_and_a_list_of_values_is_a_tuple():
 
 def test_every_parameter_of_a_scenario_can_be_varied():
     others = {AxisPath.RESTITUTION, AxisPath.RESTITUTION_BOTTOM, AxisPath.RESTITUTION_TOP, AxisPath.BALL_MASS}
-    assert {parameter.path for parameter in Parameter} == {*AxisPath} - others
-    for parameter in Parameter:
+    assert {parameter.path for parameter in DRIVING} == {*AxisPath} - others
+    for parameter in DRIVING:
         assert AxisPath(parameter.path).limits == parameter.limits
 
 

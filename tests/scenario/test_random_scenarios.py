@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from strategies import valid_trees
 
 from vireport.base import ScenarioError
-from vireport.scenario import Parameter, loads, to_dict
+from vireport.scenario import DRIVING, loads, to_dict
 
-REPEATABLE = settings(derandomize=True, max_examples=100, deadline=None)
+REPEATABLE = settings(derandomize=True, max_examples=50, deadline=None)
 
 
 @pytest.mark.slow
@@ -52,7 +52,7 @@ TREES = st.recursive(
     lambda parts: st.lists(parts, max_size=2) | st.dictionaries(st.text(max_size=5), parts, max_size=2),
     max_leaves=4,
 )
-PATHS = st.sampled_from(sorted(loads(GOOD).given | {parameter.path for parameter in Parameter}))
+PATHS = st.sampled_from(sorted(loads(GOOD).given | {parameter.path for parameter in DRIVING}))
 
 
 @REPEATABLE

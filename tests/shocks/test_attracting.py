@@ -64,6 +64,7 @@ def share_by_simulation(solution: Solution, each: AttractingMotion, count: int =
     return float(np.mean([is_at(each.motion, end) for end in ends]))
 
 
+@pytest.mark.slow
 def test_shares_of_a_motion_and_a_rest_cycle_are_those_of_starts_simulated_one_by_one() -> None:
     """At 3.6 N and 0.75 m the device comes from rest to a rest cycle, though most random starts reach 1:1 motion."""
     solution, found = found_at("inclined", device__length_m=0.75, excitation__amplitude_n=3.6)
@@ -77,6 +78,7 @@ def test_shares_of_a_motion_and_a_rest_cycle_are_those_of_starts_simulated_one_b
     assert moving.shock.jump * found.velocity_unit == pytest.approx(0.1693971999264 * 3.6 / (2 * 0.1245 * 2), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_of_two_mirror_images_one_is_reached_from_rest_and_both_have_one_least_shock() -> None:
     solution, found = found_at("horizontal", device__length_m=0.36)
     first, second = found.motions

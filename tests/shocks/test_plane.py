@@ -47,6 +47,7 @@ def test_few_points_of_the_quadtree_are_wrong() -> None:
     assert not plane.outcome[32].any()
 
 
+@pytest.mark.slow
 def test_the_plane_of_a_symmetric_motion_is_its_own_image() -> None:
     """Half a period later with the jump the other way."""
     device = case(3.0836, 0.4808, 0.0, 0.7421)
@@ -56,6 +57,7 @@ def test_the_plane_of_a_symmetric_motion_is_its_own_image() -> None:
     assert np.mean((later == 0) == (plane.outcome[:, :-1] == 0)) > 0.97
 
 
+@pytest.mark.slow
 def test_the_manifold_leads_to_the_companion() -> None:
     """Impacts on it, and shocks on its line in the plane of shocks, pass the unstable motion; other starts do not.
 

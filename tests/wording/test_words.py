@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from vireport import analyse, load
 from vireport.design import MeasuredShare, Solution, Unmoved
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, OutcomeRange, Ramp, Recovery, Window
-from vireport.figures.captions import FILES, Circles, Extent
+from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
 from vireport.gate import Evidence, verdict_of
 from vireport.measurement import BetterFit, NoFit, Open, Unfit, Unknown
 from vireport.membranes import Grade
@@ -324,10 +324,10 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "a least shock": (
         lambda: withstood(shock=SHOCK),
         [
-            "stands bumps below 0.123 m/s",
-            "What bump does it stand? Below 0.123 m/s A jump of the relative velocity by that much towards the bottom, "
-            "just after an impact at the bottom, leads to B~ every 3 forcing periods; of 9000 tried none smaller leads "
-            "out: evidence, not proof",
+            "withstands bumps below 0.123 m/s",
+            "Which bumps does it withstand? Below 0.123 m/s A jump of the relative velocity by that much towards the "
+            "bottom, just after an impact at the bottom, leads to B~ every 3 forcing periods; of 9000 tried none "
+            "smaller leads out: evidence, not proof",
         ],
     ),
     "shocks that are proved": (
@@ -345,14 +345,14 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "no shock leads out": (
         lambda: withstood(shock=SHOCK, jump_m_s=None),
         [
-            "stands all bumps tried, up to 1.5 m/s",
+            "withstands all bumps tried, up to 1.5 m/s",
             "All tried, up to 1.5 m/s Of 9000 jumps",
             "none leads out: evidence, not proof",
         ],
     ),
     "a shock not known": (
         lambda: withstood(shock_unknown="the motion is too near"),
-        ["not known which bump it stands", "What bump does it stand? Not known The motion is too near"],
+        ["which bumps it withstands is not known", "Which bumps does it withstand? Not known The motion is too near"],
     ),
     "jitter": (
         lambda: withstood(jitter=1, spread=1),
@@ -550,7 +550,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     ),
     "compliant, unstable amid the sweep": (
         lambda: compliant(motion=thing(stable=False, contact_share=0.02)),
-        ["amid the stable range not stable with the membranes' own stiffness"],
+        ["not stable amid that range with the membranes' own stiffness"],
     ),
     "compliant, no ends": (
         lambda: compliant(swept_ends=(), ends=(), end_of=lambda *_: None),
@@ -648,7 +648,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: Evidence(solved("inclined"), check(passed=False, misses=(1, 2), share=None)),
         [
             "Not verified: the simulation does not agree with the solution. Stable",
-            "No It leaves 2 of 9 stable orbits; largest difference on the others 2 × 10⁻¹⁴",
+            "No It departs from 2 of 9 stable orbits; largest difference on the others 2 × 10⁻¹⁴",
             "**Not verified:** the simulation",
         ],
     ),
@@ -730,6 +730,7 @@ ALONG = {
     "outside": "",
     "alert": "VR010",
     "simulated": None,
+    "measured": "",
 }
 """What figures 2, 4 and 7 show where there is nothing to be said."""
 
@@ -749,8 +750,9 @@ PERIODIC = {
     "growth": 0.25,
 }
 CHAOTIC = {"panels": ["c", "d"], "setting": "s = 0.6 m", "motion": "chaotic", "cycle": None}
-MOTIONS = {"held": HELD, "motions": [PERIODIC]}
-FAMILIES = {"held": HELD, "swept": LENGTH, "simulated": False, "families": 3, "found": 3, "vertices": 2}
+MOTIONS = {"held": HELD, "motions": [PERIODIC], "measured": 0}
+SEEN = "points: measured"
+FAMILIES = {"held": HELD, "swept": LENGTH, "simulated": False, "measured": "", "families": 3, "found": 3, "vertices": 2}
 FAMILIES["stable"] = ["BT", "BBT"]
 DIAGRAM = {"held": HELD, "swept": LENGTH, "simulated": 9, "groups": [], "still": []}
 GROUPS = [
@@ -781,7 +783,8 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         {**WITH_ALL, "unit_m_s": 6.0241, "level": True},
         "; F/(2 M f) = 6.024 m/s; both impacts of a motion are equally fast; thin: motions that come of period "
         "doublings "
-        "(BTBT); each asymmetric motion is drawn with its mirror image; circles: 8 impacts of periodic motions at 1 "
+        "(BTBT); each asymmetric motion is drawn with its mirror image, in which bottom and top are "
+        "exchanged; circles: 8 impacts of periodic motions at 1 "
         "value "
         "of the swept parameter, by simulation; strip: what switching on from rest leads to, 1:1 motion on 86 % of the "
         "sweep.",
@@ -833,7 +836,7 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ("figure_3_caption", MOTIONS, ", F = 3 N, r = 0.5. (a, b) s = 0.5 m: BT, every forcing period."),
     (
         "figure_6_caption",
-        {"held": [], "motions": [PERIODIC, {**CHAOTIC, "lyapunov": None}]},
+        {"held": [], "motions": [PERIODIC, {**CHAOTIC, "lyapunov": None}], "measured": 0},
         "X without drift. (a, b) s = 0.5 m: BT, every forcing period; (c, d) s = 0.6 m: chaotic.",
     ),
     ("figure_portraits_caption", MOTIONS, "Solved motions over their period"),
@@ -868,7 +871,22 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         {**DIAGRAM, "simulated": 1, "groups": GROUPS[1:]},
         "Motions at 1 value: BBT at 1 (s = 0.6",
     ),
-    ("figure_hysteresis_caption", {"held": HELD, "swept": LENGTH, "jumps": 0, "loops": []}, "r = 0.5. No jumps."),
+    (
+        "figure_hysteresis_caption",
+        {"held": HELD, "swept": LENGTH, "jumps": 0, "loops": [], "measured": ""},
+        "r = 0.5. No jumps.",
+    ),
+    (
+        "figure_hysteresis_caption",
+        {"held": HELD, "swept": LENGTH, "jumps": 0, "loops": [], "measured": SEEN},
+        "light bands: hysteresis; points: measured; F = 3 N",
+    ),
+    ("figure_atlas_caption", FAMILIES | {"measured": SEEN}, "comes or goes; points: measured; F = 3 N"),
+    ("figure_2_caption", ALONG | {"measured": SEEN}, "; points: measured."),
+    ("figure_4_caption", ALONG | {"measured": SEEN}, "; points: measured."),
+    ("figure_2_alt", ALONG | {"measured": SEEN}, " Points: measured."),
+    ("figure_4_alt", ALONG | {"measured": SEEN}, " Points: measured."),
+    ("figure_3_caption", MOTIONS | {"measured": 1}, "r = 0.5; diamonds: measured impacts, with 95 % error bars."),
     (
         "figure_hysteresis_alt",
         {"swept": LENGTH, "jumps": 1, "loops": [thing(low=0.2, high=0.3), thing(low=0.4, high=0.5)]},
@@ -964,6 +982,18 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         "from 2 kV to 6 kV, area 2.4 mJ.",
     ),
     (
+        "figure_driven_caption",
+        {"impacts": 1080, "every": 1, "share": 0.9875, "predicted": True},
+        "98.75 % of the periods have one impact on each membrane. Lines: the speeds of the periodic motion under that "
+        "sine.",
+    ),
+    (
+        "figure_driven_caption",
+        {"impacts": 20001, "every": 3, "share": 0.5, "predicted": False},
+        "50 % of the periods have one impact on each membrane. Of 20001 impacts one in 3 is drawn.",
+    ),
+    ("figure_driven_alt", {"impacts": 1080}, "of the relative speed and of the phase of 1080 impacts on the bottom"),
+    (
         "figure_accuracy_caption",
         ERRORS,
         "(a) error of the phase φ [rad], (b) relative error of |Ż| [–]; down and to the left is better.",
@@ -1016,6 +1046,12 @@ def point(label: str, **of: object) -> SimpleNamespace:
 
 def points(*of: SimpleNamespace) -> tuple[list[SimpleNamespace]]:
     return (list(of),)
+
+
+def record(**of: object) -> SimpleNamespace:
+    """A record that shows no motion, but for what is said of it."""
+    known = {"unfit": None, "left_open": None, "shown": None, "motion": None, "referenced": False, "impacts": 9}
+    return thing(**known | of)
 
 
 SAID: list[tuple[str, str, tuple[object, ...], str]] = [
@@ -1227,6 +1263,39 @@ def misfit(accepted: bool = False, **of: object) -> SimpleNamespace:
 
 BOTH = (Unknown.RESTITUTION_BOTTOM, 0.01), (Unknown.LENGTH, -0.02)
 SAID += [
+    (
+        "measured",
+        "points",
+        (MeasuredShown(3, ("BT", "BBT"), 1, True),),
+        "at 3 values of the swept parameter, upwards",
+    ),
+    ("measured", "points", (MeasuredShown(1, (), 0, False),), "measured at 1 value of the swept parameter"),
+    (
+        "measured",
+        "reason",
+        (record(unfit=NoFit(Unfit.SCATTER, 0.02)),),
+        "a timing error of 20 ms would be needed; v",
+    ),
+    (
+        "measured",
+        "reason",
+        (record(unfit=NoFit(Unfit.RESTITUTION, 1.2)),),
+        "a restitution of 1.2 would be needed; v",
+    ),
+    ("measured", "reason", (record(unfit=NoFit(Unfit.GAPS, 0.2)),), "too many are missed: 20 % of the flights fit no"),
+    ("measured", "reason", (record(unfit=NoFit(Unfit.PATH, 0.2)),), "the impacts do not follow this device; vireport"),
+    ("measured", "reason", (record(),), "no word: it does not repeat, or has not settled"),
+    ("measured", "reason", (record(left_open=Open(impacts=12)),), "too short: 9 impacts, and at least 12 are needed"),
+    ("measured", "reason", (record(left_open=Open(), referenced=True),), "several motions of this device explain it"),
+    ("measured", "reason", (record(left_open=Open()),), "does not tell the phase of the force (give force_maximum_s)"),
+    ("measured", "remarks", (record(),), "the phase of the force was fitted"),
+    (
+        "measured",
+        "remarks",
+        (record(shown=thing(missed=7, false=1), motion=thing(from_s=5.549), referenced=True),),
+        "7 missed, 1 false, settled from 5.55 s",
+    ),
+    ("measured", "remarks", (record(shown=thing(missed=0, false=0), referenced=True),), ""),
     ("identify", "refused", (Open(impacts=12), True), "at least 12 impacts are needed"),
     ("identify", "refused", (Open(combination=BOTH), True), "at the bottom +0.01, length −0.02 m together change no"),
     ("identify", "refused", (Open(answers=(BOTH, BOTH)), False), "2 devices explain these impacts equally well: "),
@@ -1269,9 +1338,10 @@ SAID += [
             ("NO_MOTION", 0.0, "no motion fits these impacts"),
         )
     ),
-    ("identify", "summary", (9, 1e-4, 0, 0, 0), "9 impacts, timing error 100 µs."),
-    ("identify", "summary", (9, 1e-4, 2, 1, 1), "2 missed, 1 that is none, 1 flight left out."),
-    ("identify", "summary", (9, 1e-4, 2, 3, 2), "3 that are none, 2 flights left out."),
+    ("identify", "summary", (9, 1e-4, 0, 0, 0, False), "9 impacts, timing error 100 µs."),
+    ("identify", "summary", (9, 1e-4, 0, 0, 0, True), "error 100 µs where the stated errors have their middle."),
+    ("identify", "summary", (9, 1e-4, 2, 1, 1, False), "2 missed, 1 that is none, 1 flight left out."),
+    ("identify", "summary", (9, 1e-4, 2, 3, 2, False), "3 that are none, 2 flights left out."),
     ("identify", "untested", ((), False), ""),
     ("identify", "untested", ((Unknown.LENGTH,), True), "another length, exchanged membranes."),
     ("identify", "untested", ((), True), "from the scenario: exchanged membranes."),

@@ -51,7 +51,7 @@ class Trap(Struct, frozen=True, eq=False):
     motion : Motion
         Whose first impact it is about.
     metric : ndarray (2, 2)
-        M, upper triangular: the region is |M x| <= radius, x being the deviations of time and velocity before.
+        M, upper triangular: the region is ``|M x| <= radius``, x being the deviations of time and velocity before.
     radius : float
     contraction : float
         Bound, below 1, of the norm of M DP M^-1 in it.
@@ -79,7 +79,7 @@ class Trap(Struct, frozen=True, eq=False):
         return time - whole - float(self.motion.time[0]), velocity - float(self.motion.velocity[0])
 
     def size(self, late: Affine, fast: Affine) -> Floats:
-        """A bound of |M x| over each set of deviations."""
+        """A bound of ``|M x|`` over each set of deviations."""
         (a, b), (_, c) = self.metric.tolist()
         along, across = a * late + b * fast, c * fast
         return np.hypot(_largest(along), _largest(across)) * (1 + AFFINE_ROUNDING)

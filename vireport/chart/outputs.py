@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import isfinite
 from typing import Any
 
@@ -10,9 +10,11 @@ from vireport.chart.chart import Chart
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import FollowedLocus
 from vireport.motions import Event
+from vireport.scenario import DesignInput
 from vireport.study import Provenance, json_bytes
 from vireport.text import (
     Table,
+    bounded,
     error_bound,
     exact,
     markdown_of,
@@ -24,6 +26,9 @@ from vireport.text import (
 
 NAMES = "figure-chart.png", "figure-chart.svg", "chart.json", "chart.md"
 """Files that a chart is written to."""
+
+SHOWN = 1e-8
+"""Relative error below which no digit of a point is printed on a terminal."""
 
 NOTE = (
     "Two grazings: two touches in one motion. Degenerate grazing: period doublings and folds of the motion with the "
@@ -37,10 +42,7 @@ def files(chart: Chart, provenance: Provenance) -> dict[str, bytes]:
     from vireport.chart.figure import picture
 
     drawn = picture(chart, caption_of(chart))
-    markdown = "\n\n".join(
-        markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in _parts(chart)
-    )
-    contents = drawn.png, drawn.svg, chart_json(chart, provenance), f"{markdown.rstrip()}\n".encode()
+    contents = drawn.png, drawn.svg, chart_json(chart, provenance), markdown(chart).encode()
     return dict(zip(NAMES, contents, strict=True))
 
 
@@ -54,10 +56,17 @@ def caption_of(chart: Chart) -> str:
 
 def text(chart: Chart) -> str:
     """What a chart comes to, for a terminal."""
-    return plain_text(_parts(chart)) + "\n"
+    return plain_text(_parts(chart, _points)) + "\n"
 
 
-def _parts(chart: Chart) -> Iterator[str | Table]:
+def markdown(chart: Chart) -> str:
+    """The same in Markdown, with all digits and the error bounds."""
+    parts = _parts(chart, _exact_points)
+    said = "\n\n".join(markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in parts)
+    return f"{said.rstrip()}\n"
+
+
+def _parts(chart: Chart, table: Callable[[Chart], Table]) -> Iterator[str | Table]:
     plane, limits, lost = chart.plane, chart.limits, chart.not_followed
     ranges = " and ".join(
         f"{varied.quantity} from {low:g} to {varied.show(high)}"
@@ -69,10 +78,43 @@ def _parts(chart: Chart) -> Iterator[str | Table]:
         f"Over {ranges}: {counted(chart)}, of motions with at most {limits.impacts} impacts in {limits.periods} "
         f"forcing periods. Curves that neither cross a {crossed} that was followed nor meet another are missed.{said}"
     )
-    columns = [column for varied in plane.inputs for column in (f"{varied.quantity} [{varied.unit or '1'}]", "±")]
-    rows = tuple((str(number), *_row(point)) for number, point in enumerate(chart.meetings, 1))
-    if rows:
-        yield Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*columns)), rows, NOTE)
+    if chart.meetings:
+        yield table(chart)
+
+
+def _points(chart: Chart) -> Table:
+    """The points of codimension two, to the digits that are justified, and to eight at the most."""
+    rows = (
+        [bounded(x, max(bound, SHOWN * abs(x)) if isfinite(bound) else SHOWN * abs(x)) for x, bound in _inputs(point)]
+        for point in chart.meetings
+    )
+    heads = [_head(varied) for varied in chart.plane.inputs]
+    return _table(chart, heads, rows, f"{NOTE} chart.json has all digits and the error bounds.")
+
+
+def _exact_points(chart: Chart) -> Table:
+    """The same to the last digit, with error bounds."""
+    rows = (
+        [x for value, bound in _inputs(point) for x in (exact(value), error_bound(bound) if isfinite(bound) else "")]
+        for point in chart.meetings
+    )
+    return _table(chart, [column for varied in chart.plane.inputs for column in (_head(varied), "±")], rows, NOTE)
+
+
+def _table(chart: Chart, heads: Sequence[str], rows: Iterable[Sequence[str]], note: str) -> Table:
+    named = tuple(
+        (str(number), name_of(point), point.word, *cells)
+        for number, (point, cells) in enumerate(zip(chart.meetings, rows, strict=True), 1)
+    )
+    return Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*heads)), named, note)
+
+
+def _head(varied: DesignInput) -> str:
+    return f"{varied.quantity} [{varied.unit}]" if varied.unit else varied.quantity
+
+
+def _inputs(point: Meeting) -> list[tuple[float, float]]:
+    return list(zip(map(float, point.inputs), map(float, point.error_bound), strict=True))
 
 
 def counted(chart: Chart) -> str:
@@ -89,12 +131,6 @@ def name_of(point: Meeting) -> str:
     if own is Event.GRAZING:
         return "two grazings"
     return own.words if own is Event.DEGENERATE_GRAZING else f"{own.words} with grazing"
-
-
-def _row(point: Meeting) -> tuple[str, ...]:
-    pairs = zip(point.inputs, point.error_bound, strict=True)
-    digits = [x for value, bound in pairs for x in (exact(value), error_bound(bound) if isfinite(bound) else "")]
-    return name_of(point), point.word, *digits
 
 
 def chart_json(chart: Chart, provenance: Provenance) -> bytes:

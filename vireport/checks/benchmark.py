@@ -248,7 +248,7 @@ def _sweep_through(solution: Solution, design: DesignPoint) -> Sweep:
     """The solution's sweep, or one over the length through a design point, with a device that has all parameters."""
     device = solution.device.of_sine("error against run time").with_values({design.parameter: design.value})
     if solution.sweep is not None:
-        return replace(solution.sweep, device=device)
+        return replace(solution.sweep.driven("error against run time"), device=device)
     return around_length(device)
 
 

@@ -140,7 +140,7 @@ def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:
     """
     if diagram is None:
         return ()
-    diagram.sweep.device.of_sine("a proof of critical points")
+    diagram.sweep.driven("a proof of critical points").device.of_sine("a proof of critical points")
     return tuple(certify_point(diagram.sweep, critical) for critical in diagram.critical_points)
 
 
@@ -324,7 +324,7 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
         orbit.time_up if candidate.touch and candidate.touch.upward else orbit.time_down
     ):
         raise UnprovedError("the touch of the membrane is not within the flight")
-    value = sweep.value(orbit.d, orbit.gbar, ops)
+    value = sweep.value(sweep.coordinate(orbit), ops)
     if not value.is_finite():
         raise UnprovedError("no value of the swept parameter is proved to give the groups of the motion")
     # Negated: a ball that is not finite fulfils no comparison.

@@ -6,10 +6,12 @@ The simulation knows nothing of the formulae: that both agree is evidence.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import share_interval
@@ -21,7 +23,7 @@ from vireport.motions import (
     find_motions,
     motions_of,
 )
-from vireport.physics import Device, Groups, wrapped
+from vireport.physics import Device, Groups, each, wrapped
 from vireport.scenario import Direction, Parameter, SimulationBlock
 from vireport.simulation import (
     BOTTOM,
@@ -290,11 +292,16 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     groups = _of_each(sweep.device.groups(sweep.parameter, values), len(values))
     # One restitution for all values: motions are then found five times as fast.
     device = sweep.device
-    known = groups._replace(restitution=device.restitution, harmonics=device.harmonics)
+    bounces = sweep.parameter.bounces
+    restitution = groups.restitution if bounces else device.restitution
+    known = groups._replace(restitution=restitution, harmonics=device.harmonics)
     everywhere = find_motions(known, device.period_ratio)
     at_values: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):
-        motions = motions_of(sweep, level, everywhere.orbit.select(everywhere.cell == i))
+        orbit = everywhere.orbit.select(everywhere.cell == i)
+        if bounces:
+            orbit = replace(orbit, restitution=each(groups.restitution, itemgetter(np.full(len(orbit.u), i))))
+        motions = motions_of(sweep, level, orbit)
         motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], groups.d[i], groups.gbar[i]
         at_values[i] = motions
     return at_values

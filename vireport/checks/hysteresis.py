@@ -80,7 +80,7 @@ def follow_sweep(sweep: Sweep, values: list[float], asked: SimulationBlock) -> H
     if asked.follow is not Direction.UP:
         start = courses[Direction.UP].stages[-1] if courses else None
         courses[Direction.DOWN] = course(ascending[::-1], at, start, asked.impacts)
-    return Hysteresis(courses, sweep.level.horizontal and sweep.device.alike)
+    return Hysteresis(courses, sweep.level.horizontal and sweep.device.alike and sweep.parameter.keeps_symmetry)
 
 
 def _loops(up: Course, down: Course, mirror: bool) -> Iterator[Loop]:

@@ -34,7 +34,6 @@ from vireport.design import design_point
 from vireport.motions import (
     TRACE_LEVELS,
     Event,
-    Held,
     Jacobian,
     Orbits,
     coefficients,
@@ -179,9 +178,7 @@ def closed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> fl
 
     start = [guess.phase] if target.symmetric else [guess.q - 0.5, guess.phase]
     end = _surface(target, find_root(residual, start, stop, FORMULA_NOISE), budget)
-    d = level.value if level.held is Held.D else float(end.d)
-    gbar = level.value if level.held is Held.GBAR else float(end.gbar)
-    return float(target.sweep.value(d, gbar))
+    return float(target.sweep.value(float(target.sweep.coordinate(end))))
 
 
 def _surface(target: BenchmarkProblem, x: Floats | list[float], budget: Budget) -> Orbits:

@@ -324,7 +324,7 @@ def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
     """The motion of Fig. 3: ours at the printed d, compared within what the rounding of d leaves open."""
     printed, half, d = case.motion, _half(case.motion.d), float(case.motion.d)
     sweep = solution.sweep or around_length(solution.device)
-    value = float(sweep.value(d, None))
+    value = float(sweep.value(d))
     if not min(sweep.start, sweep.end) <= value <= max(sweep.start, sweep.end):
         return
     guess = _stable_motion(sweep, value)
@@ -332,9 +332,7 @@ def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
         return
     horizontal = case.inclination_deg == 0 and abs(guess[0]) < SYMMETRIC
     near = orbits(np.array([guess[0]]), np.array([guess[1]]), sweep.device.restitution, sweep.device.period_ratio)
-    places = [
-        place_at(sweep, float(sweep.value(at, None)), near, horizontal, FARTHEST) for at in (d, d - half, d + half)
-    ]
+    places = [place_at(sweep, float(sweep.value(at)), near, horizontal, FARTHEST) for at in (d, d - half, d + half)]
     speeds = [
         float(orbits(*place, sweep.device.restitution, sweep.device.period_ratio).velocity_bottom) for place in places
     ]

@@ -51,13 +51,16 @@ if TYPE_CHECKING:
 
 PROGRAM = "vireport"
 
+LONGEST_HELP = 200
+"""Characters of what the list of commands tells of each: none is cut."""
+
 COMPLETION = "_VIREPORT_COMPLETE"
 """Set by a shell that completes a line of the program, as Typer has it."""
 
 EPILOG = (
-    "vireport SCENARIO is short for vireport run SCENARIO (options: vireport run --help). Exit codes: 0 done; 1 done, "
-    "but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the numbers could not be had or "
-    "written, or an internal error; 130 interrupted; 143 ended by SIGTERM."
+    "vireport SCENARIO is short for vireport run SCENARIO, and vireport COMMAND --help lists the options of a command. "
+    "Exit codes: 0 done; 1 done, but a requirement of the scenario is not met; 2 usage, or an invalid scenario; 3 the "
+    "numbers could not be computed or written, or an internal error; 130 interrupted; 143 ended by SIGTERM."
 )
 
 
@@ -67,7 +70,9 @@ def _folder(text: str) -> Path:
     return Path(text)
 
 
-ScenarioFile = Annotated[str, typer.Argument(metavar="SCENARIO", help="A YAML file; - reads standard input.")]
+ScenarioFile = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="Reads the scenario from this YAML file; - is standard input.")
+]
 
 
 def _folder_option(help_: str) -> Any:
@@ -76,7 +81,7 @@ def _folder_option(help_: str) -> Any:
 
 Folder = Annotated[
     Path | None,
-    _folder_option("The folder to write to; by default one named after the scenario or the command."),
+    _folder_option("Writes to this folder; by default to one named after the scenario or the command."),
 ]
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Replaces a value of the file; may be repeated.")
@@ -86,8 +91,8 @@ Formats = Annotated[
     typer.Option(
         "--format",
         metavar="FORMAT",
-        help="Writes only these, separated by commas: html, pdf, png, svg, figure-pdf, json, csv; "
-        "for CI: junit, markdown, github.",
+        help="Writes only these formats, separated by commas: html, pdf, png, svg, figure-pdf, json, csv, and for CI "
+        "junit, markdown, github.",
     ),
 ]
 Templates = Annotated[
@@ -126,6 +131,15 @@ MEANT = {
 """What other words for commands mean."""
 
 
+class Panel(StrEnum):
+    """What a command is for: the headings of the list of commands, in their order."""
+
+    ONE = "One device"
+    SEVERAL = "Several devices"
+    MEASURED = "Measurement and accuracy"
+    HELP = "Scenarios and terms"
+
+
 class DefaultGroup(TyperGroup):
     """Commands, with `run` understood where the first word is none of them."""
 
@@ -138,6 +152,14 @@ class DefaultGroup(TyperGroup):
                 self._refuse_misspelt_command(args[0])
             args = ["run", *args]
         return super().parse_args(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """List the commands by what they are for; Typer itself would need Rich for it."""
+        for panel in Panel:
+            with formatter.section(panel):
+                commands: list[tuple[str, Any]] = list(self.commands.items())
+                of_panel = [(name, own) for name, own in commands if own.rich_help_panel is panel]
+                formatter.write_dl([(name, own.get_short_help_str(LONGEST_HELP)) for name, own in of_panel])
 
     def _refuse_misspelt_command(self, word: str) -> None:
         if word.startswith("-") or Path(word).exists():
@@ -172,18 +194,20 @@ def _group(
         bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Prints the version.")
     ] = False,
 ) -> None:
-    """Periodic motions, stability and voltage of a vibro-impact energy harvester, from a YAML scenario to a report."""
+    """Compute the periodic motions, stability and voltage of a vibro-impact energy harvester from a YAML scenario."""
     if context.invoked_subcommand is None:
         print(context.get_help(), file=sys.stderr)
         raise typer.Exit(UsageError.exit_code)
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.ONE)
 def run(
     scenario: Annotated[
         str,
         typer.Argument(
-            metavar="SCENARIO", help="The scenario, a YAML file; - reads standard input. A report runs what it carries."
+            metavar="SCENARIO",
+            help="Reads the scenario from this YAML file; - is standard input. A report is run again with what it "
+            "carries.",
         ),
     ],
     output: Folder = None,
@@ -207,7 +231,7 @@ def run(
         str | None,
         typer.Option(
             metavar="86mm",
-            help="Draws figures for a column of a paper, this wide; with --format png, svg or figure-pdf.",
+            help="Draws figures this wide, for a column of a paper; needs --format png, svg or figure-pdf.",
         ),
     ] = None,
     quiet: Quiet = False,
@@ -245,17 +269,21 @@ def run(
     deliver(outcome, folder, quiet)
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.HELP)
 def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = False) -> None:
     """Check a scenario or a map file. Lists every mistake; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
     loaded = load_any(scenario, set_ or ())
+    if not isinstance(loaded, LoadedMap) and loaded.scenario.measured:
+        from vireport.study import require_records
+
+        require_records(loaded)
     name, what = (loaded.name, "map") if isinstance(loaded, LoadedMap) else (loaded.document.name, "scenario")
     deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.HELP)
 def schema() -> None:
     """Print the JSON Schema of scenarios, for editors."""
     from vireport.scenario import schema as schema_of_scenarios
@@ -263,9 +291,11 @@ def schema() -> None:
     deliver(CommandOutcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.HELP)
 def init(
-    path: Annotated[str, typer.Argument(metavar="FILE", help="The file to write; - prints it.")] = "scenario.yaml",
+    path: Annotated[
+        str, typer.Argument(metavar="FILE", help="Writes the scenario to this file; - prints it.")
+    ] = "scenario.yaml",
 ) -> None:
     """Write a commented scenario to start from. An existing file is not overwritten."""
     from vireport.scenario import init_text
@@ -281,7 +311,7 @@ def init(
     deliver(CommandOutcome(summary=f"wrote {path}; next: vireport {path}"))
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.ONE)
 def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
     """Print what a run would compute and leave out, with the reasons. Computes nothing."""
     from vireport.study import plan as plan_of
@@ -292,7 +322,7 @@ def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None
     deliver(CommandOutcome("" if quiet else "".join(rows)))
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.MEASURED)
 def accuracy(
     scenario: ScenarioFile,
     output: Annotated[Path | None, _folder_option("Writes figures and accuracy.json to this folder.")] = None,
@@ -316,9 +346,11 @@ def accuracy(
     deliver(CommandOutcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.SEVERAL)
 def compare(
-    scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Two or more files, or one with --vary.")],
+    scenarios: Annotated[
+        list[str], typer.Argument(metavar="SCENARIO", help="Compares these files, or with --vary the variants of one.")
+    ],
     vary: Annotated[
         list[str] | None,
         typer.Option("--vary", metavar="PATH=A,B,...", help="Varies a key over these values; may be repeated."),
@@ -335,7 +367,7 @@ def compare(
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
 ) -> None:
-    """Compare scenarios or variants of one, and tell which is best. Figures have shared axes."""
+    """Compare scenarios, or variants of one, and tell which is best."""
     _refuse_files_beside_json(json, "comparison", output, format_)
     from vireport.cli.outputs import compare_outcome, file_names
     from vireport.comparison import COMPARISON_FILES, COMPARISON_FOLDER, compare_json, comparison_provenance, folder_of
@@ -354,10 +386,11 @@ def compare(
     deliver(outcome, output or folder_of(comparison, command), quiet)
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.SEVERAL)
 def diff(
     baseline: Annotated[
-        str, typer.Argument(metavar="RESULTS.json", help="The results.json of an earlier run; - reads standard input.")
+        str,
+        typer.Argument(metavar="RESULTS.json", help="Reads the results.json of an earlier run; - is standard input."),
     ],
     scenario: ScenarioFile,
     tolerance: Annotated[
@@ -386,22 +419,26 @@ def diff(
     deliver(CommandOutcome("" if quiet else printed, exit_code=1 if changes else 0))
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.HELP)
 def explain(
     code: Annotated[
         str | None,
-        typer.Argument(metavar="CODE", help="An alert, such as VR010, or a term, such as fold; by default all alerts."),
+        typer.Argument(
+            metavar="CODE", help="Explains this alert, such as VR010, or term, such as fold; by default all alerts."
+        ),
     ] = None,
 ) -> None:
     """Explain an alert, its causes and its remedies, or a term."""
     deliver(CommandOutcome(explanation(code)))
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.MEASURED)
 def extremes(
     scenario: Annotated[
         str | None,
-        typer.Argument(metavar="SCENARIO", help="The device that is taken to extremes; by default the paper's."),
+        typer.Argument(
+            metavar="SCENARIO", help="Takes the device of this scenario to extremes; by default the paper's."
+        ),
     ] = None,
     json: Json = False,
     set_: SetOption = None,
@@ -431,7 +468,7 @@ def extremes(
     deliver(CommandOutcome(printed, failure=failure, exit_code=code))
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.SEVERAL)
 def optimise(
     scenario: ScenarioFile,
     output: Folder = None,
@@ -471,16 +508,17 @@ def optimise(
     )
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.ONE)
 def portrait(
     results: Annotated[
-        str, typer.Argument(metavar="RESULTS.json", help="The results.json of a run; - reads standard input.")
+        str, typer.Argument(metavar="RESULTS.json", help="Reads the results.json of a run; - is standard input.")
     ],
     at: Annotated[
         str,
         typer.Option(
             metavar="VALUE[,VELOCITY]",
-            help="The value of the swept parameter in its unit; optionally a dimensionless impact velocity.",
+            help="Draws the motions at this value of the swept parameter, in its unit; with a dimensionless impact "
+            "velocity, only the nearest.",
         ),
     ],
     output: Folder = None,
@@ -505,25 +543,31 @@ class ClockReference(StrEnum):
     FORCE = "force"
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.MEASURED)
 def identify(
     scenario: ScenarioFile,
     impacts: Annotated[
-        str | None, typer.Option(metavar="IMPACTS.csv", help="Measured impacts: time_s and membrane (bottom or top).")
+        str | None,
+        typer.Option(
+            metavar="IMPACTS.csv", help="Reads measured impacts, with columns time_s and membrane (bottom or top)."
+        ),
     ] = None,
     record: Annotated[
         str | None,
         typer.Option(
-            metavar="RECORD", help="Raw signals, of which impacts are picked: CSV, WAV or MATLAB, named with units."
+            metavar="RECORD",
+            help="Picks the impacts from raw signals, a CSV, WAV or MATLAB file in which they are named with units.",
         ),
     ] = None,
     clock: Annotated[
         ClockReference | None,
-        typer.Option(help="Time 0 is a maximum of the force; without it the force's phase is identified as well."),
+        typer.Option(help="States that the force is largest at time 0; without it, its phase is identified as well."),
     ] = None,
     free: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY", help="What is identified; may be repeated. By default both restitutions."),
+        typer.Option(
+            metavar="KEY", help="Identifies this input; may be repeated. By default both restitutions are identified."
+        ),
     ] = None,
     output: Folder = None,
     json: Json = False,
@@ -555,14 +599,14 @@ def identify(
     deliver(outcome, folder, quiet)
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.SEVERAL)
 def chart(
     scenario: ScenarioFile,
     over: Annotated[
         str,
         typer.Option(
             metavar="INPUT,INPUT",
-            help="The two inputs, each with an optional range: inclination_deg=0..90,length_m=0.3..1.",
+            help="Spans the chart by two inputs, each with an optional range: inclination_deg=0..90,length_m=0.3..1.",
         ),
     ],
     output: Folder = None,
@@ -587,18 +631,20 @@ def chart(
     deliver(CommandOutcome(printed, files, stale=charts.NAMES), folder, quiet)
 
 
-@app.command()
+@app.command(rich_help_panel=Panel.SEVERAL)
 def sweep(
-    map_file: Annotated[str, typer.Argument(metavar="MAP", help="The map, a YAML file with a map block.")],
+    map_file: Annotated[
+        str, typer.Argument(metavar="MAP", help="Reads the map from this YAML file, which has a map block.")
+    ],
     output: Folder = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Computes on the workers of a Dask scheduler.")
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(min=1, metavar="N", help="Processes on this machine; by default one per core."),
+        typer.Option(min=1, metavar="N", help="Uses so many processes on this machine; by default one per core."),
     ] = None,
-    figures: Annotated[bool, typer.Option(help="Draws heat maps, or not.")] = True,
+    figures: Annotated[bool, typer.Option(help="Draws heat maps of a grid over two parameters.")] = True,
     quiet: Quiet = False,
 ) -> None:
     """Compute a map over two or more parameters. An interrupted run is resumed where it stopped."""

@@ -26,6 +26,7 @@ from vireport.measurement import (
     inquiry_of,
     read_record,
     read_signals,
+    record_contents,
     with_shaker,
 )
 from vireport.physics import RESTITUTIONS
@@ -34,7 +35,10 @@ from vireport.study import json_bytes, provenance_of
 from vireport.text import Table, bounded, numbers, plain_text, significant, texts
 from vireport.wording import Words
 
-NAMES = "identified.json", "identified.yaml", "impacts.csv", "figure-record.png"
+RECORD = "impacts.csv"
+"""The impacts, beside the scenario of the device that made them."""
+
+NAMES = "identified.json", "identified.yaml", RECORD, "figure-record.png"
 """Files that the command may write."""
 
 CONFIDENCE = 0.95
@@ -84,7 +88,9 @@ def outcome(
             inquiry = with_shaker(inquiry, signals.shaker, signals.picked.delay_s)
     else:
         record = read_record(str(impacts), float(inquiry.model.device.frequency_hz))
-    files = {} if signals is None else {"impacts.csv": _impacts_csv(signals)}
+    files = {} if signals is None else {RECORD: _impacts_csv(signals)}
+    # What is given may be the file that an earlier run wrote here, and was corrected since.
+    stale = tuple(name for name in NAMES if name != RECORD or signals is not None)
     if signals is not None and not json:
         say("drawing the record")
         files["figure-record.png"] = _png(signals)
@@ -96,7 +102,7 @@ def outcome(
             raise NumericalError(failure) from refused
         # What was picked may be why: it is shown all the same.
         printed = plain_text([*_signals_parts(signals), f"Nothing is identified: {failure}."]) + "\n"
-        return CommandOutcome(printed, files, failure=failure, exit_code=NumericalError.exit_code, stale=NAMES)
+        return CommandOutcome(printed, files, failure=failure, exit_code=NumericalError.exit_code, stale=stale)
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
     say("trying devices as the errors allow")
@@ -108,7 +114,9 @@ def outcome(
     written = json_bytes(data, provenance_of(loaded, command))
     files["identified.json"] = written
     if scenario is not None:
-        files["identified.yaml"] = scenario.encode()
+        files["identified.yaml"] = (scenario + _record_text(answer, shaker, referenced)).encode()
+        if impacts is not None:
+            files[RECORD] = record_contents(impacts)
     failure = "" if answer.misfit.accepted else f"the data contradict the model: {WORDS('reason', answer.misfit)}"
     parts = [*(() if signals is None else _signals_parts(signals)), *_parts(answer, record.unused)]
     if share is not None:
@@ -116,7 +124,19 @@ def outcome(
     elif shaker is not None and answer.inquiry.model.device.harmonics and answer.misfit.accepted:
         parts.append(WORDS("distorted"))
     result: str | bytes = written if json else plain_text(parts) + "\n"
-    return CommandOutcome(result, files, failure=failure, exit_code=bool(failure), stale=NAMES)
+    return CommandOutcome(result, files, failure=failure, exit_code=bool(failure), stale=stale)
+
+
+def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced: bool) -> str:
+    """What a scenario says of the record beside it, and of its clock where that knows the force."""
+    record: dict[str, str | float] = {"impacts": RECORD}
+    if shaker is not None:
+        error = next(prior.deviation for prior in answer.inquiry.priors if prior.unknown is Unknown.PHASE)
+        record["force_maximum_s"] = shaker.maximum_s
+        record["force_maximum_error_s"] = float(error / (2 * np.pi * shaker.frequency_hz))
+    elif referenced:
+        record["force_maximum_s"] = 0.0
+    return str(yaml.safe_dump({"measured": [record]}, sort_keys=False))
 
 
 def _share_of(answer: Identification) -> MeasuredShare | None:
@@ -267,7 +287,7 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
     }
 
 
-def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMotion | None = None) -> str | None:
+def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMotion | None) -> str | None:
     """The scenario with what was identified, its intervals as tolerances; None where that is no valid one."""
     values = {DesignInput(x.value): (v, e, half) for x, v, e, half in _rows(answer) if x.design_input is not None}
     if not values or any(not x.limits[0] <= v <= x.limits[1] for x, (v, _, _) in values.items()):
@@ -313,6 +333,7 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
         ]
     # What is proved over tolerances is of a force that is a sine.
     data["tolerances"] = None if data["excitation"]["harmonics"] else tolerances
+    data["measured"] = None  # what was there is of another record
     text = str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
     loads(text, "identified.yaml")
     return text
@@ -328,7 +349,9 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
     found, misfit = answer.found, answer.misfit
     if isinstance(found, Fitted):
         missed = sum(gap.missed_s is not None for gap in found.gaps)
-        told = WORDS("summary", len(found.times), found.adjusted.timing_error_s, missed, len(found.false), found.lost)
+        own = found.adjusted
+        weighted = own.equations.relative is not None
+        told = WORDS("summary", len(found.times), own.timing_error_s, missed, len(found.false), found.lost, weighted)
         if misfit.accepted:
             p = "" if misfit.p_value is None else f" (p = {significant(misfit.p_value, 2)})"
             yield f"{told} {WORDS('reason', misfit).capitalize()}{p}."

@@ -37,6 +37,9 @@ OVERLAY = "figure-variants"
 BESIDE_ONE_ANOTHER = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
 
+SENTENCES = 2
+"""Sentences with which a comparison opens; others follow the ranking."""
+
 FEW_NAMES = 3
 """Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
 
@@ -88,10 +91,20 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
         """The scenarios, the best first."""
         return rank_studies(self.by_name, self.rank_by)
 
+    @cached_property
+    def _told(self) -> tuple[str, ...]:
+        """What there is to say of the ranking, sentence by sentence, what matters most first."""
+        return tuple(best_and_why(self.ranking))
+
     @property
     def headline(self) -> str:
-        """Which scenario is best, and why."""
-        return best_and_why(self.ranking)
+        """Which scenario is best, and why: two sentences at most."""
+        return " ".join(self._told[:SENTENCES])
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What else is to be known of the ranking: what is traded for it, what is not stable, or cannot be compared."""
+        return self._told[SENTENCES:]
 
     def to_dict(self) -> dict[str, Any]:
         """Give the comparison as plain data, ready for JSON."""
@@ -114,12 +127,17 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """Give a row for each quantity, for a data frame; the scenarios are columns by their names."""
+        """Give a row for each scenario, for a data frame: its rank, the values by which it differs, all quantities.
+
+        A quantity is a column named with its unit in brackets; None where a scenario has none of it.
+        """
+        ranked = {scenario.name: scenario.to_dict() for scenario in self.ranking}
         return [
-            {"quantity": row.quantity, "group": row.group, "unit": row.unit}
-            | dict(zip(self.names, row.values, strict=True))
-            | {"change": row.change, "differs": row.differs, "sentence": row.sentence}
-            for row in self.quantities
+            ranked[name]
+            | {"stable_range": "; ".join(f"{start!r} to {end!r}" for start, end in ranked[name]["stable_range"])}
+            | {row.quantity: row.values[k] for row in self.settings}
+            | {row.heading: row.values[k] for row in self.quantities}
+            for k, name in enumerate(self.names)
         ]
 
     def _repr_html_(self) -> str:

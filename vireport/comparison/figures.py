@@ -19,6 +19,7 @@ from vireport.figures import (
     about,
     alt_text,
     drawing_of,
+    has_stable,
     held,
     letter_of,
     literal,
@@ -58,8 +59,8 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     shown: Columns = {}
     for scenario in comparison.ranking:
         solution = scenario.study.solution
-        # A sweep of the inclination holds d: over d it would be a single point.
-        if solution.sweep is not None and (parameter or solution.parameter is not Parameter.INCLINATION):
+        # A sweep of the inclination or a restitution holds d: over d it would be a single point.
+        if solution.sweep is not None and (parameter or solution.parameter.moves_d):
             drawing = _with_stable(drawing_of(scenario.study))
             if drawing.parts and len(shown) < len(SCENARIO_COLORS):
                 shown[scenario.name] = drawing
@@ -68,6 +69,9 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     axis = Message.OVER.format(parameter=parameter.quantity) if parameter else Message.OVER_D
     others = [name for name in comparison.names if name not in shown]
     remarks = [Message.NOT_DRAWN.format(names=listed(others))] if others else []
+    unstable = [name for name, drawing in shown.items() if not has_stable(drawing)]
+    if 0 < len(unstable) < len(shown):
+        remarks.append(Message.NO_STABLE_VOLTAGE.format(names=listed(unstable)))
     if any(not drawing.study.solution.within_membrane for drawing in shown.values()):
         remarks.append(Message.VOLTAGES.format(outside=OUTSIDE, code=AlertCode.OUTSIDE_MEMBRANE_GEOMETRY))
     caption = f"{axis}: {Message.OVERLAID}."

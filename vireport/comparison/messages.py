@@ -5,25 +5,33 @@ Names of quantities and notes on their values are with the quantities: they are 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 
-from vireport.comparison.quantities import ComparedQuantity
+from vireport.comparison.quantities import STANDARD_ERRORS, ComparedQuantity
 from vireport.text import MOST_DIGITS, capital, percent, quantity, significant
 
 TOLD_ONE_BY_ONE = 4
 """Scenarios up to which a sentence has the number of each."""
 
-FEWEST_DIGITS = 6
-"""Fewest digits of a number in a sentence; a share has three fewer, a voltage two."""
+FEWEST_DIGITS = 4
+"""Fewest digits of a number in a sentence; a share has one fewer."""
+
+
+VARIED = re.compile(r"(?P<key>.+ =|[^\d=]+(?= [-+.]?\d)) (?P<value>.+)")
+"""The name of a variant of one key: ``restitution_exponent = -0.1``, or ``length 0.7 m``."""
+
+STANDARD_ERROR_DIGITS = 2
+"""Digits of a difference in standard errors."""
 
 
 class Message(StrEnum):
     """What is said of comparisons; names in braces are filled in."""
 
     # A quantity of several scenarios.
-    IN = "{number} in {names}"
-    IN_WITH_NOTE = "{number} in {names} ({note})"
+    OF = "{number} for {names}"
+    OF_WITH_NOTE = "{number} for {names} ({note})"
     EQUALS = "{symbol} = "
     FROM_TO = "{symbol} from {low} to {high}"
     APART = "{text} ({share} apart)"
@@ -47,8 +55,8 @@ class Message(StrEnum):
     OF_BASELINE = "{label} of the baseline"
 
     # Which scenario is best, and why.
-    BEST = "{names} is best: {reasons}."
-    EQUALLY_GOOD = "{names} are equally good: {reasons}."
+    BEST = "The best is {names}: {reasons}."
+    EQUALLY_GOOD = "Equally good are {names}: {reasons}."
     NONE_STABLE = "No scenario has stable 1:1 motion {where}."
     FIRST_OF_THEM = "Of them {names} rank{s} first: {reason}."
     IN_SWEEP = "in the sweep"
@@ -64,7 +72,7 @@ class Message(StrEnum):
     LARGEST_SHOCK = "the least shock that leads out is the largest ({mine}; next {next}, {theirs})"
     PERIODS = "{count} periods"
     MORE_THAN = "more than {size}"
-    LARGEST_MARGIN = "the smallest margin is the largest ({mine}; next {next}, {theirs})"
+    LARGEST_MARGIN = "the margin is the largest ({mine}; next {next}, {theirs})"
     WIDEST_RANGE = "the stable range is the widest ({mine}; next {next}, {theirs})"
     HIGHEST_VOLTAGE = "of those with {margin} the mean voltage is the highest ({mine}; next {next}, {theirs})"
     MOST_FREQUENT = "of those with {margin} the impacts are the most frequent ({mine}; next {next}, {theirs})"
@@ -74,7 +82,8 @@ class Message(StrEnum):
     WITH_OTHER_MARGIN = "a margin that is {margin}"
     NOT_LIMITED = "not limited"
     NOT_KNOWN = "not known"
-    TRADED = "{name} has the highest {merit} ({voltage}, {more}) and {margin}."
+    TRADED = "The highest {merit} is that of {name}: {voltage} ({more}), with {margin}."
+    RANKING_ONLY = "{voltage}, for ranking only"
     NOT_STABLE = "Not stable: {names}."
     NO_DESIGN_POINT = "No design point, and so no margin to compare: {names}."
     NO_BALL_MASS = "No device.ball_mass_kg, and so no voltage to compare: {names}."
@@ -90,6 +99,7 @@ class Message(StrEnum):
         "is stable, numbered as they are ranked"
     )
     NOT_DRAWN = "not drawn: {names}"
+    NO_STABLE_VOLTAGE = "no voltages where there is no stable motion: {names}"
     VOLTAGES = "voltages {outside} ({code})"
     LINE_CHARTS = "Line charts of {count} scenarios. {axis}: {overlaid}. Stable ranges: {ranges}."
     HAS_NO_SWEEP = "it has no sweep"
@@ -104,9 +114,9 @@ class Message(StrEnum):
     SCENARIOS = "{count} scenarios"
     RANKING = "Ranking, the best first"
     RANKED_BY = (
-        "Ranked by requirements missed, stable 1:1 motion, {asked}smallest margin over all inputs and voltage. Mean "
-        "voltage is U_ave of the stable motion at the design point, of several the least; per second, the sum over its "
-        "impacts."
+        "Ranked by requirements missed, stable 1:1 motion, {asked}margin (the smallest over all inputs) and voltage. "
+        "The mean voltage is U_ave of the stable motion at the design point; of several motions it is the least. The "
+        "voltage per second is the sum over the impacts of a second."
     )
     MARGINS = "Margins in each input"
     DISTANCES = (
@@ -128,15 +138,16 @@ def listed(parts: Sequence[str]) -> str:
 
     Examples
     --------
-    >>> listed(["one", "two", "three"]), listed(["beta = 0", "beta = 15", "beta = 30"])
-    ('one, two and three', 'beta = 0, 15 and 30')
+    >>> listed(["one", "two", "three"]), listed(["beta = 0", "beta = 15"]), listed(["inclination 0°", "inclination 9°"])
+    ('one, two and three', 'beta = 0 and 15', 'inclination 0° and 9°')
     """
     if len(parts) == 1:
         return parts[0]
-    # Only where nothing else in a part could be taken for the next one: a number told with its name has " in ".
-    keys = {part.rpartition(" = ")[0] for part in parts}
-    if len(keys) == 1 and all(keys) and not any("," in part or " in " in part for part in parts):
-        parts = [parts[0], *(part.rpartition(" = ")[2] for part in parts[1:])]
+    # Only where nothing else in a part could be taken for the next one: a number told with its name has " for ".
+    varied = [VARIED.fullmatch(part) for part in parts]
+    plain = not any("," in part or " for " in part for part in parts)
+    if plain and len({found and found["key"] for found in varied}) == 1:
+        parts = [parts[0], *(found["value"] for found in varied[1:] if found)] if varied[0] else parts
     if any("," in part for part in parts[:-1]) and len(parts) > 2:
         return f"{'; '.join(parts[:-1])}; and {parts[-1]}"
     return f"{', '.join(parts[:-1])} and {parts[-1]}"
@@ -145,18 +156,20 @@ def listed(parts: Sequence[str]) -> str:
 def printed(value: float, unit: str, digits: int = FEWEST_DIGITS) -> str:
     """Print a value with its unit, "" or "1" for none."""
     if unit == "%":
-        return percent(value / 100, digits - 3, signed=True)
+        return percent(value / 100, digits - 1, signed=True)
     if unit == "V":
-        return quantity(value, unit, digits - 2)
+        return quantity(value, unit, digits)
+    if unit == STANDARD_ERRORS:
+        return f"{significant(value, STANDARD_ERROR_DIGITS)} {unit}"
     separator = "" if unit in ("°", "1", "") else " "
     return f"{significant(value, digits)}{separator}{unit if unit != '1' else ''}"
 
 
-def digits_apart(values: Sequence[float], unit: str) -> int:
-    """Find how many digits tell apart the numbers that differ."""
+def digits_apart(values: Sequence[float], unit: str, fewest: int = FEWEST_DIGITS) -> int:
+    """Find how many digits, `fewest` or more, tell apart the numbers that differ."""
     # Numbers that agree to 14 digits differ by rounding, and more digits would make it a difference.
     apart = len({float(f"{value:.14g}") for value in values})
-    digits = range(FEWEST_DIGITS, MOST_DIGITS)
+    digits = range(fewest, MOST_DIGITS)
     return next((k for k in digits if len({printed(value, unit, k) for value in values}) >= apart), MOST_DIGITS)
 
 
@@ -168,7 +181,7 @@ def side_by_side(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], ch
 
     def told(number: str, names: Sequence[str]) -> str:
         note = known[names[0]].note
-        message = Message.IN_WITH_NOTE if note else Message.IN
+        message = Message.OF_WITH_NOTE if note else Message.OF
         return message.format(number=number, names=listed(names), note=note)
 
     equals = Message.EQUALS.format(symbol=of.symbol) if of.symbol else ""
@@ -184,7 +197,7 @@ def side_by_side(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], ch
         low, high = (told(numbers[name], [name]) for name in ends)
         text = Message.FROM_TO.format(symbol=of.symbol, low=low, high=high).lstrip()
     text = f"{capital(of.subject)}: {text}"
-    if change:
+    if change and of.unit != STANDARD_ERRORS:
         text = Message.APART.format(text=text, share=percent(change))
     lacking = [name for name, cell in cells.items() if cell.finding]
     if not lacking:

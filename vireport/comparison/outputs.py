@@ -67,7 +67,8 @@ def terminal_summary(comparison: Comparison) -> str:
     different, count = len(comparison.differences), len(comparison.quantities)
     counted = Message.COUNT.format(different=different, count=count)
     lines = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
-    return "\n".join([plain_text((comparison.headline, ranking_table(comparison.ranking))), "", *lines])
+    opening = plain_text((comparison.headline, ranking_table(comparison.ranking), " ".join(comparison.remarks)))
+    return "\n".join([opening.rstrip("\n"), "", *lines])
 
 
 def render_comparison(
@@ -130,6 +131,7 @@ def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:
 
 
 def compare_csv(comparison: Comparison) -> bytes:
-    """Write a row for each quantity, with a column for each scenario; what there is not is empty."""
-    head = ["quantity", "group", "unit", *comparison.names, "change", "differs", "sentence"]
-    return csv_bytes(head, ([row[name] for name in head] for row in comparison.rows()))
+    """Write a row for each scenario, with a column for each quantity; what there is not is empty."""
+    rows = comparison.rows()
+    head = list(dict.fromkeys(name for row in rows for name in row))
+    return csv_bytes(head, ([row.get(name) for name in head] for row in rows))

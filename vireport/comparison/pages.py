@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from vireport.figures import Picture
 
 
+TABLE_DIGITS = 6
+"""Fewest digits of a number in a table of all quantities."""
+
+
 class ComparisonReport(Struct, frozen=True, eq=False):
     """The object `report` of the templates of `vireport compare`.
 
@@ -63,6 +67,11 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         names = listed([scenario.name for scenario in best])
         word = Message.BEST_NAMED.format(names=names) if best[0].stable else Message.NO_STABLE_MOTION
         return WordedVerdict(best[0].study.verdict.status, word, self.comparison.headline)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What else is to be known of the ranking."""
+        return tuple(map(_plain, self.comparison.remarks))
 
     def ranking(self) -> Table:
         """The scenarios, the best first."""
@@ -150,21 +159,16 @@ def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityG
     chosen = [row for row in comparison.quantities if row.group in groups]
     for part in columns(len(names)) if chosen else ():
         rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
-        lines = tuple((_plain(_heading(row)), *_numbers(row, part), _apart(row)) for row in rows)
+        lines = tuple((_plain(capital(row.heading)), *_numbers(row, part), _apart(row)) for row in rows)
         head = (*texts("Quantity"), *numbers(*map(_plain, names[part]), "Difference"))
         several = Message.OF_SCENARIOS.format(caption=title, names=listed(names[part]))
         caption = several if len(names) > BESIDE_ONE_ANOTHER else title
         yield Table(_plain(caption), head, lines, _plain(_dashes(names[part], part, rows)))
 
 
-def _heading(row: ComparisonRow) -> str:
-    """Print the quantity with its unit."""
-    return capital(row.quantity) + ("" if row.unit == "1" else f" [{row.unit}]")
-
-
 def _numbers(row: ComparisonRow, part: slice) -> Iterator[str]:
     """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
-    digits = digits_apart([value for value in row.values if value is not None], "1")
+    digits = digits_apart([value for value in row.values if value is not None], "1", TABLE_DIGITS)
     for cell in row.cells[part]:
         if cell.value is None:
             yield Message.NONE if cell.finding else ABSENT

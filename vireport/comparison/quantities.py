@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from enum import StrEnum
 from functools import cached_property
+from math import pi
 from typing import Any, Literal
 
 from msgspec import Struct
@@ -16,13 +17,16 @@ from msgspec.structs import replace
 
 from vireport.motions import Event, Stability
 from vireport.physics import Device, Harmonic
-from vireport.scenario import DesignInput, Parameter, ScalarInput
+from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
 
 SAMPLED = 1e-5
 """Relative difference up to which extremes of a curve are the same: they are taken of its samples."""
 
 NOT_COMPARED = ("schema_version", "title")
 """Keys of a scenario that have no part in its results."""
+
+INTERVAL = 1.96
+"""Half of an interval of 95 % over the standard error."""
 
 SAME_VOLTAGE = 1e-9
 """Relative difference up to which two motions, such as mirror images, have one voltage."""
@@ -41,6 +45,7 @@ class QuantityGroup(StrEnum):
     REQUIREMENT = "requirement"
     DESIGN_POINT = "design point"
     DISTURBANCES = "disturbances"
+    MEASURED = "measured"
     STABLE_RANGE = "stable range"
     MARGIN = "margin"
     VOLTAGE = "voltage"
@@ -122,7 +127,7 @@ class ComparedQuantity(Struct, frozen=True):
 
 
 STABLE_MOTIONS = ComparedQuantity(
-    QuantityGroup.DESIGN_POINT, "stable 1:1 motions at the design point", unit="1", missing="none in"
+    QuantityGroup.DESIGN_POINT, "stable 1:1 motions at the design point", unit="1", missing="none for"
 )
 
 RECOVERY = ComparedQuantity(
@@ -135,7 +140,7 @@ DESIGN_VOLTAGE = ComparedQuantity(
     QuantityGroup.VOLTAGE,
     "U_ave of the stable motion at the design point",
     unit="V",
-    missing="no stable motion there in",
+    missing="no stable motion there for",
 )
 """Voltage at the design point; of several stable motions it is the least, as in requirements."""
 
@@ -149,16 +154,19 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
         As results.json has them.
     numbered : bool
         Whether the stable ranges have numbers, as they need where any scenario has several.
+    measured : mapping or None
+        The 1:1 motion that was measured at the design point of this scenario, or else of the first that has one.
     """
 
     results: Mapping[str, Any]
     numbered: bool
+    measured: Mapping[str, Any] | None = None
 
     @cached_property
     def device(self) -> Device:
         """The device, whose swept parameter may be None."""
         scenario = self.results["scenario"]
-        optional: dict[str, Any] = dict.fromkeys(Parameter)
+        optional: dict[str, Any] = dict.fromkeys(DRIVING)
         given = {**optional, **scenario, **scenario["device"], **scenario["excitation"]}
         # Results of earlier versions have no such key.
         given["harmonics"] = tuple(
@@ -201,7 +209,9 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
         """Tell why there is none, whether that is a finding, and whether the scenario could have it."""
         design = self.results["design_point"]
         others = any(own.group is of.group and own.along == of.along for own in self.quantities.values())
-        held = self.swept is Parameter.INCLINATION and of.along == "d"
+        held = self.swept is not None and not self.swept.moves_d and of.along == "d"
+        if of.group is QuantityGroup.MEASURED:
+            return "nothing measured there" if of.subject.startswith(MEASURED) else _at_design(NO_STABLE), False, True
         if of.group is QuantityGroup.MARGIN:
             if design is None or others:
                 return NO_DESIGN if design is None else "does not end the stable range", False, True
@@ -229,7 +239,18 @@ def compared_scenarios(results: Mapping[str, Mapping[str, Any]]) -> dict[str, Co
         Where something is missing, or is not what results.json has.
     """
     numbered = any(len(data["stable_range"]) > 1 for data in results.values())
-    return {name: ComparedScenario(data, numbered) for name, data in results.items()}
+    known = {name: _measured_at_design(data) for name, data in results.items()}
+    first = next((found for found in known.values() if found is not None), None)
+    return {name: ComparedScenario(data, numbered, known[name] or first) for name, data in results.items()}
+
+
+def _measured_at_design(results: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The first 1:1 motion that was measured at the design point, if one was."""
+    design, periods = results["design_point"], results["scenario"].get("period_ratio", 1)
+    for at in results.get("measured") or () if design is not None else ():
+        if (at["word"], at["periods"]) == ("BT", periods) and at["sweep_value"] == design["value"]:
+            return dict(at)
+    return None
 
 
 def are_stable(motions: Mapping[str, Any]) -> list[bool]:
@@ -254,6 +275,7 @@ def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
         # Of two motions that end in one way on one side the nearer margin counts, and so comes last.
         yield from reversed(list(_margins(scenario, design["margins"])))
     yield from _disturbances(scenario.results)
+    yield from _measured(scenario)
     yield from _voltages(scenario)
 
 
@@ -272,6 +294,72 @@ def _stated(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
     for criterion in (results.get("requirements") or {}).get("criteria", ()):
         met = "met" if criterion["passed"] else "not met"
         yield ComparedQuantity(QuantityGroup.REQUIREMENT, f"requirements.{criterion['key']}", met)
+
+
+MEASURED = "measured"
+"""How the names of quantities begin that were measured."""
+
+STANDARD_ERRORS = "standard errors"
+"""Unit of a difference from what was measured."""
+
+DIMENSIONLESS_VELOCITY = "velocity"
+"""Which differs by as many standard errors as that in m/s."""
+
+MEASURED_QUANTITIES = (
+    ("velocity_m_s", "impact velocity", "m/s"),
+    (DIMENSIONLESS_VELOCITY, "impact velocity over F/(2 M f)", "1"),
+    ("phase_rad", "phase of the impact", "rad"),
+    ("flight_t_c", "flight time after the impact times 2 f", "1"),
+)
+"""Names in results.json, in words, and units, of what is held against one another of each impact."""
+
+
+def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
+    """Read the 1:1 motion that was measured at the design point, what is computed there, and how far they differ.
+
+    A scenario without a record is held against that of the first one that has one.
+    """
+    known, own = scenario.measured, _measured_at_design(scenario.results)
+    if known is None:
+        return
+    for side, impact in enumerate(known["impacts"]):
+        computed = _computed_impact(scenario, side, impact)
+        for name, words, unit in MEASURED_QUANTITIES:
+            of = ComparedQuantity(QuantityGroup.MEASURED, f"{words} at the {impact['membrane']}", unit=unit)
+            value, error = float(impact[name]), float(impact[f"{name}_standard_error"])
+            if own is not None:
+                # Two that differ by less than their intervals of 95 % do not differ.
+                note, bound = f"standard error {error:.2g}", INTERVAL * error
+                yield replace(of, subject=f"{MEASURED} {of.subject}", value=value, note=note, bound=bound)
+            if computed is None:
+                continue
+            yield replace(of, subject=f"computed {of.subject}", value=computed[name])
+            off = value - computed[name]
+            if name == "phase_rad":
+                off = (off + pi) % (2 * pi) - pi
+            if error > 0 and name != DIMENSIONLESS_VELOCITY:
+                note = "" if own is not None else "of another scenario's record"
+                subject = f"{MEASURED} less computed {of.subject}"
+                yield replace(of, subject=subject, value=off / error, unit=STANDARD_ERRORS, note=note)
+
+
+def _computed_impact(scenario: ComparedScenario, side: int, impact: Mapping[str, Any]) -> dict[str, float] | None:
+    """An impact of the stable 1:1 motion at the design point; of several of that nearest to the measured one."""
+    design = scenario.results["design_point"]
+    if design is None or not any(stable := are_stable(design)):
+        return None
+    place = ("bottom", "top")[side]
+    velocities = design[f"velocity_{place}"]
+    rows = [k for k, attracts in enumerate(stable) if attracts]
+    row = min(rows, key=lambda k: abs(float(velocities[k]) - float(impact["velocity"])))
+    unit = float(scenario.device.velocity_unit(Parameter(design["parameter"]), float(design["value"])))
+    q, ratio = float(design["q"][row]), scenario.results["scenario"].get("period_ratio", 1)
+    return {
+        "velocity_m_s": unit * float(velocities[row]),
+        "velocity": float(velocities[row]),
+        "phase_rad": float(design[f"phi_{place}_rad"][row]),
+        "flight_t_c": 2 * ratio * (q if side == 0 else 1 - q),
+    }
 
 
 def _settings(scenario: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
@@ -326,12 +414,12 @@ def _place(group: QuantityGroup, subject: str, along: Along, missing: str) -> Co
 
 
 def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[ComparedQuantity]:
-    held = HELD if swept is Parameter.INCLINATION else ""
+    held = "" if swept.moves_d else HELD
     for point in scenario.results["critical_points"]:
         kind, value, d = Event(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
         bound, subject = float(point["error_bound"]), f"{point['label']}, {kind} of the {point['family']} motion"
         in_swept, in_d = (
-            _place(QuantityGroup.CRITICAL_POINT, subject, along, "none in the sweep of") for along in (swept, "d")
+            _place(QuantityGroup.CRITICAL_POINT, subject, along, "none in the sweep for") for along in (swept, "d")
         )
         yield replace(in_swept, value=value, bound=bound)
         yield replace(in_d, value=d, bound=bound_in_d(d, value, bound), note=held)
@@ -341,7 +429,7 @@ def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[Com
     """Read the ends of stable ranges, the lower one first: where d falls as the value grows, they change places."""
     ranges = [[_end(part, end) for end in ("from", "to")] for part in scenario.results["stable_range"]]
     places: list[tuple[Along, list[list[tuple[float, str, float]]]]] = [(swept, ranges)]
-    if swept is not Parameter.INCLINATION:
+    if swept.moves_d:
         ends_in_d = [
             [(d := scenario.d(swept, value), note, bound_in_d(d, value, bound)) for value, note, bound in ends]
             for ends in ranges
@@ -350,7 +438,7 @@ def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[Com
     for along, ends_along in places:
         for number, ends in enumerate(sorted(map(sorted, ends_along)), 1):
             which = f"stable range {number}" if scenario.numbered else "stable range"
-            missing = f"no {'such ' * scenario.numbered}stable range in"
+            missing = f"no {'such ' * scenario.numbered}stable range for"
             for word, (value, note, bound) in zip(("from", "to"), ends, strict=True):
                 place = _place(QuantityGroup.STABLE_RANGE, f"{which} {word}", along, missing)
                 yield replace(place, value=value, note=note, bound=bound)
@@ -371,7 +459,7 @@ def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -
         if not margin["ends_stability"] or margin["relative"] is None:
             continue
         shares: list[tuple[Along, float]] = [(varied, float(margin["relative"]))]
-        if swept is not None and varied.sweepable is swept and swept is not Parameter.INCLINATION:
+        if swept is not None and varied.sweepable is swept and swept.moves_d:
             d = scenario.d(swept, design)
             shares.append(("d", (scenario.d(swept, critical) - d) / d))
         for along, share in shares:
@@ -401,7 +489,7 @@ def _voltages(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
             f"{word} U_ave over the stable range",
             unit="V",
             tolerance=SAMPLED,
-            missing="no stable motion in",
+            missing="no stable motion for",
         )
         if scenario.swept is None or not evaluated:
             yield replace(extreme, note=NO_SWEEP if scenario.swept is None else NO_MASS)

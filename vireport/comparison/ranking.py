@@ -62,6 +62,7 @@ RANK_BY = {"from-rest": Merit.FROM_REST, "recovery": Merit.RECOVERY, "shock": Me
 """What scenarios are ranked by only where it is asked for, by its name on the command line."""
 
 ALWAYS = tuple(merit for merit in Merit if merit not in RANK_BY.values())
+VOLTAGES = Merit.VOLTAGE, Merit.RATE
 FIRST = Merit.REQUIREMENTS, Merit.STABILITY
 """What no other merit makes up for."""
 
@@ -243,28 +244,31 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     return ends[0] if ends else (None, inf)
 
 
-def best_and_why(ranked: Sequence[Ranked]) -> str:
-    """Tell which scenario is best and why, what is traded for it, and which cannot be compared."""
-    return " ".join((_best(ranked), *_traded(ranked), *_remarks(ranked)))
+def best_and_why(ranked: Sequence[Ranked]) -> Iterator[str]:
+    """Tell which scenario is best and why, what is traded for it, and which cannot be compared, in sentences."""
+    yield from _best(ranked)
+    yield from _traded(ranked)
+    yield from _remarks(ranked)
 
 
-def _best(ranked: Sequence[Ranked]) -> str:
+def _best(ranked: Sequence[Ranked]) -> Iterator[str]:
     first = ranked[0]
     best = [scenario.name for scenario in ranked if scenario.rank == 1]
     following = ranked[len(best)] if len(best) < len(ranked) else None
     names, where = listed(best), _where(first)
     reasons = [Message.SAME if following is None else _reason(first, following)]
     if not any(scenario.stable for scenario in ranked):
-        none = Message.NONE_STABLE.format(where=where)
-        of_them = Message.FIRST_OF_THEM.format(names=names, s="s" * (len(best) == 1), reason=reasons[0])
-        return none if following is None else f"{none} {of_them}"
+        yield Message.NONE_STABLE.format(where=where)
+        if following is not None:
+            yield Message.FIRST_OF_THEM.format(names=names, s="s" * (len(best) == 1), reason=reasons[0])
+        return
     if first.stable:
         reasons.insert(0, Message.STABLE.format(where=where))
     if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
         reasons.insert(0, Message.REQUIREMENTS_MET.format(requirements=first.show(Merit.REQUIREMENTS)))
     *others, last = reasons
     why = Message.AND.format(others=", ".join(others), last=last) if others else last
-    return (Message.BEST if len(best) == 1 else Message.EQUALLY_GOOD).format(names=names, reasons=why)
+    yield (Message.BEST if len(best) == 1 else Message.EQUALLY_GOOD).format(names=names, reasons=why)
 
 
 def _where(scenario: Ranked) -> str:
@@ -291,7 +295,15 @@ def _told(scenario: Ranked, merit: Merit) -> str:
         count = len(scenario.study.criteria)
         return Message.OF_THEM.format(part=count - scenario.passed, count=count)
     shown = scenario.show(merit)
+    if merit in VOLTAGES and shown != ABSENT:
+        return _volts(scenario, merit)
     return Message.NONE if shown == ABSENT else shown
+
+
+def _volts(scenario: Ranked, merit: Merit) -> str:
+    """Print a voltage within a sentence; one beyond the membrane's geometry never stands there as volts."""
+    shown = scenario.show(merit)
+    return shown if scenario.study.solution.within_membrane else Message.RANKING_ONLY.format(voltage=shown)
 
 
 def _with_margin(scenario: Ranked) -> str:
@@ -305,13 +317,14 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
     first = ranked[0]
     rivals = [scenario for scenario in ranked if scenario.key[: len(FIRST)] == first.key[: len(FIRST)]]
     told = {first.name}
-    for merit in (Merit.VOLTAGE, Merit.RATE):
+    for merit in VOLTAGES:
         top = max(rivals, key=lambda scenario: scenario.merits[merit] or 0.0)
         mine, most = first.merits[merit] or 0.0, top.merits[merit] or 0.0
         if mine > 0 and round(most / mine - 1, RANKED_DIGITS) > 0 and top.name not in told:
             told.add(top.name)
             more, margin = percent(most / mine - 1, signed=True), _with_margin(top)
-            yield Message.TRADED.format(name=top.name, merit=merit, voltage=top.show(merit), more=more, margin=margin)
+            voltage = _volts(top, merit)
+            yield Message.TRADED.format(name=top.name, merit=merit, voltage=voltage, more=more, margin=margin)
 
 
 def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:

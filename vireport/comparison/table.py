@@ -58,6 +58,11 @@ class ComparisonRow(Struct, frozen=True):
     sentence: str
 
     @property
+    def heading(self) -> str:
+        """The quantity with its unit in brackets, where it has one."""
+        return self.quantity + (f" [{self.unit}]" if self.unit not in ("1", "") else "")
+
+    @property
     def is_statement(self) -> bool:
         """Whether the values are stated in words or by the scenarios, and are no numbers that were computed."""
         return not self.unit
@@ -117,7 +122,7 @@ def axes_of(scenarios: Iterable[ComparedScenario], same: float) -> Axes:
     if len(set(swept)) > 1:
         return Axes(("d",), tuple(parameter for parameter in Parameter if swept.count(parameter) > 1))
     (parameter,) = {parameter for parameter in swept if parameter is not None}
-    if parameter is Parameter.INCLINATION:
+    if not parameter.moves_d:
         return Axes((parameter,))
     start = float(sweeping[0].results["scenario"]["sweep"]["from"])
     multiples = [scenario.d(parameter, start) for scenario in sweeping]

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import Mistake, ScenarioError, UsageError
-from vireport.scenario import Loaded, as_texts, load, loads
+from vireport.scenario import Loaded, Scenario, as_texts, inputs, load, loads
 from vireport.study import Study
 
 Item = str | Path | Loaded | Study
@@ -20,8 +20,8 @@ Vary = Sequence[str] | Mapping[str, Sequence[object]]
 MOST_SCENARIOS = 48
 """Scenarios in one comparison: twelve rows of figures; more are the matter of a map, not of a comparison."""
 
-RESERVED = ("quantity", "group", "unit", "change", "differs", "sentence")
-"""Columns of compare.csv that are no scenarios."""
+OF_DEVICE = ("device.", "excitation.", "inclination_deg", "gravity_m_s2", "period_ratio")
+"""Paths, or how they begin, of the values that are known by their titles: what a device is, and how it is shaken."""
 
 OPENING, CLOSING = "[{", "]}"
 
@@ -72,12 +72,14 @@ def variants(
                 failures.append((_words(extra), error))
     if failures:
         raise _all_mistakes(failures)
+    words = [_described(extra, one.loaded.scenario) for one, extra in zip(loaded, grid * len(given), strict=True)]
     if names is None:
-        return _renamed(loaded, _default_names(loaded, grid, len(given)))
+        return _renamed(loaded, words if len(given) == 1 and axes else _default_names(loaded, words))
     if len(names) == len(loaded):
         return _renamed(loaded, names)
     if len(names) == len(given):
-        return _renamed(loaded, [_joined(name, _words(extra)) for name in names for extra in grid])
+        owners = [name for name in names for _ in grid]
+        return _renamed(loaded, [_joined(*both) for both in zip(owners, words, strict=True)])
     raise UsageError(f"{len(names)} names for {len(loaded)} scenarios")
 
 
@@ -158,8 +160,23 @@ class _SeveralFiles(ScenarioError):
         return tuple(line for error in self.errors for line in error.lines)
 
 
+def _described(extra: Iterable[str], scenario: Scenario) -> str:
+    """Name a variant by its values with their units, ``inclination 15°``; what has no unit by its key."""
+    titled = {own.path: own for own in inputs(scenario) if own.unit and own.path.startswith(OF_DEVICE)}
+    shown = []
+    for override in extra:
+        path, _, text = (part.strip() for part in override.partition("="))
+        own = titled.get(path)
+        if own is None:
+            shown.append(_words([override]))
+        else:
+            unit = {"1": "", "deg": "°"}.get(own.unit, f" {own.unit}")
+            shown.append(f"{own.title[0].lower()}{own.title[1:]} {text}{unit}")
+    return ", ".join(shown) if len(set(shown)) == len(shown) else _words(extra)
+
+
 def _words(extra: Iterable[str]) -> str:
-    """Name a variant by its values, ``inclination_deg = 15``; of a path the last key stands, if that is enough."""
+    """Name a variant by its values as they are set, ``inclination_deg = 15``; of a path the last key, if it can."""
     pairs = [tuple(part.strip() for part in text.partition("=")[::2]) for text in extra]
     keys = [path.rpartition(".")[2] for path, _ in pairs]
     return ", ".join(
@@ -172,17 +189,17 @@ def _joined(*parts: str) -> str:
     return ", ".join(filter(None, parts))
 
 
-def _default_names(loaded: Sequence[Variant], grid: Sequence[tuple[str, ...]], items: int) -> list[str]:
+def _default_names(loaded: Sequence[Variant], words: Sequence[str]) -> list[str]:
     """Name files without their suffix and variants by their values; files that agree, by what is set over them too."""
-    if items == 1 and grid != [()]:
-        return [_words(extra) for extra in grid]
     files = [variant.loaded.document.name for variant in loaded]
     stems = [name.strip("<>") if name.startswith("<") else Path(name).stem or name for name in files]
-    words = [_words(extra) for extra in grid] * items
     names = [_joined(stem, values) for stem, values in zip(stems, words, strict=True)]
     folders = [Path(name).parent.name for name in files]
     longer = (
-        [_joined(stem, _words(variant.loaded.overrides)) for stem, variant in zip(stems, loaded, strict=True)],
+        [
+            _joined(stem, _described(variant.loaded.overrides, variant.loaded.scenario))
+            for stem, variant in zip(stems, loaded, strict=True)
+        ],
         [f"{folder}/{name}" if folder else name for folder, name in zip(folders, names, strict=True)],
     )
     for other in longer:
@@ -192,8 +209,8 @@ def _default_names(loaded: Sequence[Variant], grid: Sequence[tuple[str, ...]], i
 
 
 def _renamed(loaded: Sequence[Variant], names: Sequence[str]) -> list[Variant]:
-    """Give names, numbered where they would be alike, or be the name of another column of compare.csv."""
-    taken = set(RESERVED)
+    """Give names, numbered where they would be alike."""
+    taken = set[str]()
     named = []
     for variant, name in zip(loaded, names, strict=True):
         unique, number = name, 2

@@ -9,7 +9,7 @@ until they do.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, cos, degrees, hypot, pi, sin
+from math import atan2, copysign, cos, degrees, hypot, pi, sin
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.design.lines import Followed, Line, along, carried, ends_along, mirrored, stable_ones
+from vireport.design.lines import Followed, Line, LineCurve, along, carried, ends_along, mirrored, stable_ones
 from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, resting, solved_end
 from vireport.motions import Curve, Event, Motion, Motions, in_decimals, touching, turns
 from vireport.physics import FLOATS, Device, Groups, Harmonic
@@ -190,18 +190,18 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
 
 
 class Rubbed(Struct, frozen=True, eq=False):
-    """A device whose ball has friction that grows from what it has, see `motions.Curve`.
+    """A device whose ball has friction that changes from what it has, see `motions.Curve`: what varies is the change.
 
     Attributes
     ----------
     origin : Groups
         Of the device, with its friction.
-    grown : float
-        What is added to friction at 1.
+    sense : float
+        1 where friction grows, -1 where it falls.
     """
 
     origin: Groups[float]
-    grown: float
+    sense: float
 
     @property
     def horizontal(self) -> bool:
@@ -209,13 +209,13 @@ class Rubbed(Struct, frozen=True, eq=False):
         return self.origin.horizontal
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups where so much is added."""
-        return self.origin._replace(friction=self.origin.friction + varied[0] * self.grown)
+        """The groups where friction has changed by so much."""
+        return self.origin._replace(friction=self.origin.friction + varied[0] * self.sense)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers`, of which friction is the last."""
         others = len(self.origin.numbers) - 1
-        return np.array([*[[0.0]] * others, [self.grown]])
+        return np.array([*[[0.0]] * others, [self.sense]])
 
 
 def with_friction(device: Device, stable: Sequence[Followed], friction: float) -> list[Followed]:
@@ -234,7 +234,8 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
         for given in (device, replace(device, friction=friction))
     )
     origin = own if own.friction is not None else own._replace(friction=0.0)
-    model = Rubbed(origin, more.friction - origin.friction)
+    change = more.friction - origin.friction
+    model = Rubbed(origin, copysign(1.0, change))
 
     def moves_on(motion: Motion) -> bool:
         """Whether the ball does not stop on its way with the least of friction."""
@@ -242,7 +243,7 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
         return min(curve.margins(curve.vector(replace(motion, coordinate=0.0)))) > 0
 
     moving = [own for own in stable if moves_on(own.motion)]
-    return carried(model, -1.0, 1.0, moving, device.period_ratio, mirrored(device))
+    return carried(model, -1.0, abs(change), moving, device.period_ratio, mirrored(device))
 
 
 def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:
@@ -300,7 +301,7 @@ class _Border(Struct, frozen=True, eq=False):
 
     def end(self, way: float, limit: float) -> _End | None:
         """Where stable motion ends on a ray, short of a share."""
-        curve = Curve(self.motion.word, self._ray(way, FLOATS), -LARGEST, limit, 1.0)
+        curve = LineCurve(self.motion.word, self._ray(way, FLOATS), -LARGEST, limit, 1.0)
         for event, x, symmetric, taken_over in ends_along(
             curve, self.motion, 1.0, self.symmetric and self.order % 2 == 1
         ):

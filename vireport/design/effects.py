@@ -41,6 +41,9 @@ from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
 """Shares of the design value by which a device is moved away from the end, until it has stable motion to follow."""
 
+LOCATED = 1e-12
+"""Relative difference of two ends that are located in doubles below which they are the same."""
+
 
 SECOND = 2
 """Order of the harmonic."""
@@ -305,6 +308,8 @@ def _groups(device: Device) -> Groups[float]:
 
 def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float) -> Shift:
     """The shift of an end to a value, the input being `own` at the design point."""
+    if abs(value - end.sweep_value) <= LOCATED * abs(value):
+        value = end.sweep_value
     moved, way = value - end.sweep_value, copysign(1.0, end.distance)
     return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
 

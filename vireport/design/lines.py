@@ -279,6 +279,16 @@ def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, fl
     return log(device.finest(FINEST_D) / d), inf
 
 
+class LineCurve(Curve, frozen=True, eq=False, dict=True):
+    """The motions of one word along a line, of which nobody but the search for their ends sees the points.
+
+    Steps may be twice as long as those of a family, whose points are drawn, and bend twice as much: half the work. How
+    much the trace may change in one, and what a velocity or gap may hide, bounds them as it does there.
+    """
+
+    first, longest, sharpest = 0.01, 0.1, 0.2
+
+
 class Ending(Struct, frozen=True, eq=False):
     """The place along a line where a stable motion of a design point stops being one.
 
@@ -351,7 +361,7 @@ def endings(
             flat = mirrored(device) and line.keeps_symmetry
             if flat and u < 0:
                 continue  # the mirror image of another
-            curve = Curve(motion.word, along(line, device, FLOATS), low, high, 1.0)
+            curve = LineCurve(motion.word, along(line, device, FLOATS), low, high, 1.0)
             for sign in signs:
                 if (low if sign < 0 else high) != 0:
                     ends = ends_along(curve, motion, sign, flat and u == 0)
@@ -400,7 +410,7 @@ def carried(
     """
     left = []
     for motion, u in stable:
-        curve = Curve(motion.word, model, low, high, 1.0)
+        curve = LineCurve(motion.word, model, low, high, 1.0)
         *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
         if event is Event.SWEEP_END:
             asymmetry = float(x[3] - x[2]) / (2 * ratio) - 0.5
@@ -454,10 +464,11 @@ def ends_along(
 def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:
     """The motion next to a pitchfork that is stable beyond it, if there is one."""
     limits = Limits(len(curve.word), curve.word.periods)
-    for begins, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, limits):
-        # The symmetric motions go through the point, and are begun to one side only.
-        back = off(curve, x, -vertex.tangent) if begins is None else ()
-        for beside in (first, *(start for _, start in back)):
-            if (beside.x[-1] - x[-1]) * sign > 0 and curve.stability(beside.x).attracts:
-                return beside
+    for _, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, limits):
+        # One of two mirror images begins to either side, and of the symmetric motions those that grow and those that
+        # fall: which of them is first, rounding says.
+        either = (first, *(start for _, start in off(curve, x, -vertex.tangent)))
+        beyond = [beside for beside in either if (beside.x[-1] - x[-1]) * sign > 0]
+        if stable := [beside for beside in beyond if curve.stability(beside.x).attracts]:
+            return min(stable, key=lambda beside: float(beside.x[3] - beside.x[2]))
     return None

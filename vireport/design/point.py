@@ -170,7 +170,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
     ends = margins_of(device, motions)
     margins = list(ends.found) if diagram is not None else _labelled(ends.found)
     for point in diagram.critical_points if diagram is not None else ():
-        same = [k for k, margin in enumerate(margins) if _same_motion(margin.point, point)]
+        same = [k for k, margin in enumerate(margins) if _same_motion(margin, point, chosen)]
         for k in same:
             margins[k] = replace(margins[k], point=replace(margins[k].point, label=point.label))
         if all(margins[k].parameter.sweepable is not chosen for k in same):
@@ -201,9 +201,14 @@ def _labelled(margins: Sequence[Margin]) -> list[Margin]:
     return named
 
 
-def _same_motion(point: Point, other: Point) -> bool:
-    """Whether two critical points of one restitution are one motion, or mirror images."""
+def _same_motion(margin: Margin, other: Point, swept: Parameter) -> bool:
+    """Whether the end of a stable motion and a critical point of a sweep are one motion, or mirror images."""
+    point = margin.point
     a, b = point.closed, other.closed
+    if swept.bounces and (
+        margin.parameter.sweepable is not swept or abs(point.sweep_value - other.sweep_value) > SAME_POINT
+    ):
+        return False  # with other restitutions
     alike = abs(point.d - other.d) <= SAME_POINT * other.d
     alike &= abs(point.gbar - other.gbar) <= SAME_POINT * max(other.gbar, NO_GRAVITY)
     return point.event is other.event and alike and abs(abs(a.u) - abs(b.u)) <= SAME_POINT
@@ -269,7 +274,7 @@ def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
     at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in places], dtype=float) for k in range(1, 5))
     orbit = orbits(at_u, at_phi, restitution, n, harmonics=harmonics, friction=friction)
     motions = motions_of(sweep, level, orbit, restitution)
-    motions.sweep_value[:] = getattr(device, parameter)
+    motions.sweep_value[:] = device.value_of(parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
@@ -341,7 +346,7 @@ def ending_beyond(
     varied = DesignInput(parameter)
     line = line_of(varied, device)
     ends = []
-    own = motions.u >= 0 if mirrored(device) and parameter is not Parameter.INCLINATION else True
+    own = motions.u >= 0 if mirrored(device) and parameter.keeps_symmetry else True
     rows = np.flatnonzero(motions.stable & own)
     onward = [margin.point for margin in (known.endings() if known is not None else ()) if margin.parameter is varied]
     onward = [point for point in onward if known is not None and sign * (point.sweep_value - known.value) > 0]

@@ -128,14 +128,14 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
     def shaker(self) -> Shaker:
         """What must drive the capsule: at the design point, without one the most that the sweep asks for."""
         if self.sweep is None or self.design is not None:
-            return self.device.shaker(self.parameter, float(getattr(self.device, self.parameter)))
+            return self.device.shaker(self.parameter, float(self.device.value_of(self.parameter)))
         ends = [self.device.shaker(self.parameter, end) for end in (self.sweep.start, self.sweep.end)]
         return Shaker(*(max(getattr(end, name) for end in ends) for name in Shaker.__struct_fields__))
 
     @property
     def horizontal(self) -> bool:
         """Whether gravity has no part along the capsule anywhere, and n is odd: motions then have mirror images."""
-        return mirrored(self.device) and self.parameter is not Parameter.INCLINATION
+        return mirrored(self.device) and self.parameter.keeps_symmetry
 
     @property
     def deepest_m(self) -> float:

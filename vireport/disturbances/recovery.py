@@ -36,7 +36,7 @@ class Recovery(Struct, frozen=True):
 
 def largest_modulus(trace: Floats, decay: Floats | float) -> Floats:
     """Modulus of the larger multiplier, by the trace and the root of the determinant."""
-    modulus: Floats = np.abs(multipliers(trace, decay * decay)[:, 0])  # type: ignore[arg-type]
+    modulus: Floats = np.abs(multipliers(trace, decay * decay)[:, 0])
     return modulus
 
 

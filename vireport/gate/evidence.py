@@ -45,7 +45,7 @@ class Question(StrEnum):
     WHERE = "Where is the 1:1 motion stable?"
     MARGIN = "With what margin?"
     OWN_STIFFNESS = "And with compliant membranes?"
-    SHOCK = "What bump does it stand?"
+    SHOCK = "Which bumps does it withstand?"
     TOLERANCES = "Do all devices within the tolerances work?"
     FROM_REST = "Is it reached from rest?"
     JITTER = "How much does it jitter?"

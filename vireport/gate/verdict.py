@@ -21,7 +21,7 @@ from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInt
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question, unmet
 from vireport.motions import Point, Stability, Symmetry
-from vireport.scenario import DesignInput, Parameter, ScalarInput
+from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
@@ -325,7 +325,7 @@ class Verdict(Struct, frozen=True, eq=False):
     def design_point(self) -> Iterator[tuple[Parameter, float]]:
         """The design point: the parameter that is swept and its value, or all four where nothing is swept."""
         solution = self.evidence.solution
-        for parameter in (solution.parameter,) if solution.sweep is not None else tuple(Parameter):
+        for parameter in (solution.parameter,) if solution.sweep is not None else DRIVING:
             yield parameter, float(solution.device.value_of(parameter))
 
     @property

@@ -39,7 +39,7 @@ from vireport.maps.loci import DrawnLocus, loci_of
 from vireport.maps.store import Store, writing
 from vireport.motions import STABILITIES, TRACE_LEVELS, Event, Stability, lap_decay
 from vireport.physics import RESTITUTIONS, Restitutions
-from vireport.scenario import Parameter, Sampling
+from vireport.scenario import DRIVING, Parameter, Sampling
 from vireport.text import PREFIXES, capital, percent
 
 Floats = NDArray[np.float64]
@@ -290,7 +290,7 @@ def _edges(values: Floats) -> Floats:
 
 
 def _label(name: str) -> str:
-    if name in tuple(Parameter):
+    if name in DRIVING:
         swept = Parameter(name)
         return f"{swept.quantity} {swept.symbol} [{swept.unit}]"
     return OTHER_NAMES[name]

@@ -9,7 +9,7 @@ from vireport.chart import Plane, chart
 from vireport.maps.cells import Floats, MapPlan, axis_ends
 from vireport.motions import Event, Limits, Sweep, solve
 from vireport.physics import RESTITUTIONS
-from vireport.scenario import DesignInput, Parameter
+from vireport.scenario import DRIVING, DesignInput
 
 
 class DrawnLocus(Struct, frozen=True, eq=False):
@@ -35,7 +35,7 @@ def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
         drawn = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
         return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in drawn.loci)
     k = inputs.index(None)
-    parameter = next((known for known in Parameter if known.value == plan.names[1 - k]), None)
+    parameter = next((known for known in DRIVING if known.value == plan.names[1 - k]), None)
     if parameter is None:
         return ()
     sweep = Sweep(device, parameter, float(low[1 - k]), float(high[1 - k]))

@@ -306,15 +306,15 @@ def _solver_runs(
 
 def _followed(solution: Solution, device: Device) -> tuple[Parameter, Point | None]:
     """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
-    own = float(getattr(device, solution.parameter))
+    own = float(device.value_of(solution.parameter))
     for kind in MULTIPLIER:
         points = [point for point in solution.critical_points if point.event is kind]
         if points:
             return solution.parameter, min(points, key=lambda point: abs(point.sweep_value - own))
         if solution.diagram is None and solution.design is not None:
             for margin in solution.design.endings(kind):
-                if margin.parameter.sweepable is not None:
-                    return margin.parameter.sweepable, margin.point
+                if (varied := margin.parameter.sweepable) is not None and not varied.bounces:
+                    return varied, margin.point
     return solution.parameter, None
 
 

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 ROUNDED_UP = 1 + 5e-6
 """A positive bound times this, rounded to six digits, still is one."""
 
+MOST_SHOWN = 8
+"""Digits of the inputs of the best design in a table; best.yaml has all."""
+
 PAGES = Task.HTML, Task.PDF
 """Reports on the best design."""
 
@@ -147,14 +150,14 @@ def _parts(result: SearchResult) -> Iterator[str | Table]:
         yield f"{capital(shortcoming(result))}."
     else:
         margin = f"; smallest margin {significant(100 * best.margin, 4)} %" if isfinite(best.margin) else ""
-        value = f"{problem.objective.words} {_in_unit(result, best.value, 6)}"
+        value = f"{problem.objective.words} {_in_unit(result, best.value, 4)}"
         yield f"Best design: {value}{'' if problem.objective is Objective.MARGIN else margin}."
     if point is not None:
         rows = tuple(
             (
                 varied.path.value,
-                significant(value, 10),
-                significant(now, 10),
+                significant(value, MOST_SHOWN),
+                significant(now, MOST_SHOWN),
                 *map(significant, sorted((varied.from_, varied.to))),
             )
             for varied, value, now in zip(

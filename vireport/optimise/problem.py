@@ -148,7 +148,7 @@ class Problem(Struct, frozen=True):
     @property
     def given(self) -> list[float]:
         """What these are in the scenario."""
-        data = to_dict(self.loaded.scenario)
+        data = to_dict(self.loaded.scenario) | {"measured": None}  # of another device
         return [float(cast(Any, reduce(dict.__getitem__, path.split("."), data))) for path in self.paths]
 
     def at_limits(self, t: Floats) -> Iterator[tuple[DesignPath, bool]]:
@@ -206,7 +206,7 @@ class Problem(Struct, frozen=True):
 
     def scenario_text(self, t: Floats, lean: bool = False) -> str:
         """The scenario of a design, as YAML; a `lean` one has only what its requirements are judged by."""
-        data = to_dict(self.loaded.scenario)
+        data = to_dict(self.loaded.scenario) | {"measured": None}  # of another device
         data["design"] = None
         for path, value in zip(self.paths, self.values(t), strict=True):
             *blocks, key = path.split(".")

@@ -6,6 +6,7 @@ from vireport.scenario.blocks import (
     UNIT_OF_SWEPT,
     WIDEST_MARGIN,
     AccuracyBlock,
+    Approach,
     AxisBlock,
     CapsuleMotion,
     Demand,
@@ -23,6 +24,7 @@ from vireport.scenario.blocks import (
     MotionsBlock,
     Need,
     Objective,
+    RecordBlock,
     RequirementsBlock,
     Sampling,
     Scenario,
@@ -35,12 +37,13 @@ from vireport.scenario.blocks import (
 )
 from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
-from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
+from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.scenario.rules import SPECIAL, Special
 from vireport.scenario.schema import init_text, schema
 
 __all__ = [
     "DEMANDS",
+    "DRIVING",
     "LARGEST",
     "LARGEST_HARMONIC",
     "SMALLEST",
@@ -48,6 +51,7 @@ __all__ = [
     "UNIT_OF_SWEPT",
     "WIDEST_MARGIN",
     "AccuracyBlock",
+    "Approach",
     "AxisBlock",
     "CapsuleMotion",
     "Demand",
@@ -69,6 +73,7 @@ __all__ = [
     "Need",
     "Objective",
     "Parameter",
+    "RecordBlock",
     "RequirementsBlock",
     "Sampling",
     "ScalarInput",

@@ -280,6 +280,14 @@ class ExcitationBlock(Block):
         max_length=HIGHEST_ORDER - 1,
         strict=False,
     )
+    record: TEXT | None = _key(
+        None,
+        "Record",
+        "",
+        "File with the capsule's acceleration as it was measured, which is driven through the device: its path from "
+        "the folder of the scenario.",
+        example="shaker.csv",
+    )
 
     @property
     def distorted(self) -> bool:
@@ -291,7 +299,13 @@ class SweepBlock(Block):
     """One parameter taken from one value to another; everything else is held."""
 
     parameter: Parameter = _key(
-        REQUIRED, "Swept parameter", "", "The parameter that is varied.", example="length_m", strict=False
+        REQUIRED,
+        "Swept parameter",
+        "",
+        "The parameter that is varied. Of restitution, that of both membranes, their difference is kept; that of one "
+        "alone leaves the other's as the device has it.",
+        example="length_m",
+        strict=False,
     )
     from_: float = _key(
         REQUIRED, "From", UNIT_OF_SWEPT, "First value; it may be the larger.", example=0.59, alias="from"
@@ -784,6 +798,60 @@ class DisturbancesBlock(Block):
     )
 
 
+MOST_RECORDS = 200
+
+LATEST = 1e9
+"""Time on a record's clock at most [s], of either sign."""
+
+
+class Approach(StrEnum):
+    """In which direction the swept parameter went from one record to the next."""
+
+    NONE = "none"
+    UP = "up"
+    DOWN = "down"
+
+
+class RecordBlock(Block):
+    """Impacts of the device that were measured, at one value of the swept parameter or at several in turn."""
+
+    impacts: TEXT = _key(
+        REQUIRED,
+        "Impacts",
+        "",
+        "CSV file with the columns time_s and membrane (bottom or top), beside the scenario if its path is relative. A "
+        "column named as the swept parameter has its value at each impact.",
+        example="measured-impacts.csv",
+    )
+    value: float | None = _key(
+        None,
+        "Value",
+        UNIT_OF_SWEPT,
+        "Of the swept parameter while they were recorded. Left out, the file has a column of it, or it is that of the "
+        "design point.",
+        example=0.72,
+    )
+    direction: Approach = _key(
+        Approach.NONE,
+        "Direction",
+        "",
+        "In which the swept parameter came to the value, without stopping the device. Of a column it is known.",
+        strict=False,
+    )
+    force_maximum_s: float | None = _key(
+        None,
+        "Force maximum",
+        "s",
+        "Time of the record at which the force has a maximum. Left out, the phase of the force is fitted.",
+        example=0.0,
+        ge=-LATEST,
+        le=LATEST,
+    )
+    force_maximum_error_s: float | None = _key(
+        None, "Its standard error", "s", "Standard error of that time.", example=1e-4, ge=0.0, le=LATEST
+    )
+
+
 class AccuracyBlock(Block):
     """Error against run time of several methods, and the motion with compliant membranes beside the rigid one."""
 
@@ -1032,6 +1100,16 @@ class Scenario(Block):
         "",
         "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
     )
+    measured: tuple[RecordBlock, ...] | None = _key(
+        None,
+        "Measured",
+        "",
+        "Records of impacts that are shown beside what is computed. Left out, there are none.",
+        example=[{"impacts": "measured-impacts.csv"}],
+        strict=False,
+        min_length=1,
+        max_length=MOST_RECORDS,
+    )
     requirements: RequirementsBlock | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
     )
@@ -1075,7 +1153,15 @@ class Scenario(Block):
             Parameter.FREQUENCY: self.excitation.frequency_hz,
             Parameter.INCLINATION: self.inclination_deg,
         }
-        return values[parameter]
+        if not parameter.bounces:
+            return values[parameter]
+        # That of one membrane alone may vary where both have one, and both where each has its own.
+        bottom, top = self.device.restitution_bottom, self.device.restitution_top
+        if bottom is None or top is None:
+            return self.device.restitution
+        if parameter is Parameter.RESTITUTION:
+            return (bottom + top) / 2
+        return bottom if parameter is Parameter.RESTITUTION_BOTTOM else top
 
 
 class Sampling(StrEnum):
@@ -1163,6 +1249,7 @@ class MapFile(Scenario):
         "a map has no disturbances block (delete it; map.from_rest and map.shock are for each cell)",
     )
     tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
+    measured: None = _key(None, "Measured", "", "a map has no records of impacts (delete them)")
     effects: None = _key(None, "Effects", "", "a map has no effects (delete them)")
     map: MapBlock = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 

@@ -13,10 +13,9 @@ from vireport.base import Mistake
 from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario, is_printable
 from vireport.scenario.document import Document, is_within
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import DRIVING
 from vireport.scenario.rules import (
     AXES,
-    RESTITUTIONS,
     VARIED,
     Finding,
     Kind,
@@ -63,7 +62,7 @@ class _Wording:
             return str(key["description"])
         limits = allowed(ruling)
         if finding.kind is Kind.MISSING:
-            unless = " unless it is swept" if path in {parameter.path for parameter in Parameter} else ""
+            unless = " unless it is swept" if path in {parameter.path for parameter in DRIVING} else ""
             instead = "; without it, the file is for 'vireport run'" if path == "map" else ""
             gone = "empty" if path in self.document.written else "missing"
             return f"required{unless}, but {gone} ({limits}{instead})"
@@ -88,7 +87,12 @@ class _Wording:
         key = self.keys[_pattern(path)]
         if key.get("unit") == UNIT_OF_SWEPT and "array" not in _kinds(key):
             parameter = swept(self.document)
-            return key if parameter is None else self.keys[parameter.path]
+            if parameter is None:
+                return key
+            # A device may have a restitution of 1, which no sweep comes to.
+            least, most = parameter.limits
+            own = self.keys[parameter.path]
+            return own | {"minimum": least, "maximum": most} if parameter.bounces else own
         steps = path.split(".")
         place = tuple(steps[:2])
         if place in (AXES, VARIED) and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):
@@ -144,8 +148,7 @@ def _wrong_choice(path: str, value: str, choices: list[str]) -> str:
         return ""
     if not path.startswith("sweep"):
         return ", which cannot be varied"
-    elsewhere = "; over it there are maps, charts (vireport chart --over) and variants (vireport compare --vary)"
-    return f", which cannot be swept{elsewhere if value.rpartition('.')[2] in ('restitution', *RESTITUTIONS) else ''}"
+    return ", which cannot be swept"
 
 
 def _wrong_number(path: str, value: float, key: Schema) -> str:

@@ -73,13 +73,57 @@ _FREQUENCY = "frequency_hz", "excitation.frequency_hz", "frequency", "f", "Hz"
 _INCLINATION = "inclination_deg", "inclination_deg", "inclination", "β", "°", (0.0, 90.0)
 
 
+_RESTITUTION = "restitution", "device.restitution", "restitution", "r", "", (0.0, LARGEST_RESTITUTION)
+_RESTITUTION_BOTTOM = (
+    "restitution_bottom",
+    "device.restitution_bottom",
+    "restitution at the bottom",
+    "r_bottom",
+    "",
+    (0.0, LARGEST_RESTITUTION),
+)
+_RESTITUTION_TOP = (
+    "restitution_top",
+    "device.restitution_top",
+    "restitution at the top",
+    "r_top",
+    "",
+    (0.0, LARGEST_RESTITUTION),
+)
+
+
 class Parameter(ScalarInput):
-    """An input that can be swept."""
+    """An input that can be swept: one of `DRIVING`, or a restitution.
+
+    `RESTITUTION` is that of both membranes, which move together; the other two are those of one alone.
+    """
 
     LENGTH = _LENGTH
     AMPLITUDE = _AMPLITUDE
     FREQUENCY = _FREQUENCY
     INCLINATION = _INCLINATION
+    RESTITUTION = _RESTITUTION
+    RESTITUTION_BOTTOM = _RESTITUTION_BOTTOM
+    RESTITUTION_TOP = _RESTITUTION_TOP
+
+    @property
+    def bounces(self) -> bool:
+        """Whether it is a restitution: what membranes do, while what drives the ball stays as it is."""
+        return self not in DRIVING
+
+    @property
+    def moves_d(self) -> bool:
+        """Whether the group d varies with it, by which motions are then ordered and drawn."""
+        return self in (Parameter.LENGTH, Parameter.AMPLITUDE, Parameter.FREQUENCY)
+
+    @property
+    def keeps_symmetry(self) -> bool:
+        """Whether a horizontal capsule that is its own mirror image stays so where it varies."""
+        return self not in (Parameter.INCLINATION, Parameter.RESTITUTION_BOTTOM, Parameter.RESTITUTION_TOP)
+
+
+DRIVING = Parameter.LENGTH, Parameter.AMPLITUDE, Parameter.FREQUENCY, Parameter.INCLINATION
+"""The inputs by which a sweep moves the groups d and gbar."""
 
 
 class DesignInput(ScalarInput):
@@ -93,23 +137,9 @@ class DesignInput(ScalarInput):
     CAPSULE_MASS = "capsule_mass_kg", "device.capsule_mass_kg", "capsule mass", "M", "kg"
     FREQUENCY = _FREQUENCY
     INCLINATION = _INCLINATION
-    RESTITUTION = "restitution", "device.restitution", "restitution", "r", "", (0.0, LARGEST_RESTITUTION)
-    RESTITUTION_BOTTOM = (
-        "restitution_bottom",
-        "device.restitution_bottom",
-        "restitution at the bottom",
-        "r_bottom",
-        "",
-        (0.0, LARGEST_RESTITUTION),
-    )
-    RESTITUTION_TOP = (
-        "restitution_top",
-        "device.restitution_top",
-        "restitution at the top",
-        "r_top",
-        "",
-        (0.0, LARGEST_RESTITUTION),
-    )
+    RESTITUTION = _RESTITUTION
+    RESTITUTION_BOTTOM = _RESTITUTION_BOTTOM
+    RESTITUTION_TOP = _RESTITUTION_TOP
 
     @property
     def sweepable(self) -> Parameter | None:

@@ -16,6 +16,7 @@ from vireport.scenario.blocks import (
     DEMANDS,
     EFFECTS,
     SIZED,
+    Approach,
     AxisPath,
     CapsuleMotion,
     DesignPath,
@@ -31,7 +32,7 @@ from vireport.scenario.blocks import (
     percent_key,
 )
 from vireport.scenario.document import Document, is_within
-from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.scenario.parameters import DRIVING, LARGEST_RESTITUTION, DesignInput, Parameter
 
 NARROWEST_SWEEP = 1e-9
 """Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
@@ -52,6 +53,9 @@ HARMONICS = "excitation.harmonics"
 
 SINE_ONLY = "accuracy", "tolerances", "design", "map"
 """Blocks that ask for what is not known of a force with harmonics."""
+
+RECORD, MANY_DEVICES = "excitation.record", ("design", "map")
+"""A record, and blocks that ask for other devices than the one that it is driven through."""
 
 PROVE = "disturbances.prove"
 """What is not proved of such a force."""
@@ -88,17 +92,20 @@ class Special(NamedTuple):
 
 
 SPECIAL = (
-    Special(FRICTION, "a ball without friction", ("motions", "disturbances", *SINE_ONLY)),
+    Special(FRICTION, "a ball without friction", ("motions", "disturbances", "measured", *SINE_ONLY)),
     Special(
         EXPONENT,
         "a restitution that does not fall with speed",
-        ("sweep", "motions", "disturbances", *SINE_ONLY),
+        ("sweep", "motions", "disturbances", "measured", *SINE_ONLY),
     ),
 )
 """What is not known of a ball everywhere."""
 
 PLAIN_REQUIREMENTS = "word", "words", "inclination_from_deg", "inclination_to_deg"
 """Requirements that are judged of a ball alone that is not special."""
+
+OF_WORDS = PLAIN_REQUIREMENTS[:2]
+"""Those of them that concern motions with other sequences of impacts."""
 
 MOST_STATED = 0.99
 """Restitution that one which falls with speed is below: that of slow impacts would be 1 and beyond."""
@@ -174,11 +181,12 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
     own = (
         (_required_in_map, _axes, _cells)
         if issubclass(model, MapFile)
-        else (_required, _sweep, _simulation, _tolerances, _effects, _design)
+        else (_required, _sweep, _simulation, _tolerances, _measured, _effects, _design)
     )
     rules = (
         *own,
         _harmonics,
+        _recorded,
         _special,
         _friction,
         _falling,
@@ -244,6 +252,11 @@ class _Tree:
         """Whether a key is not given, and not for a mistake in it or in a block around it."""
         return self.at(path) is None and not any(is_within(path, wrong) for wrong in self.wrong)
 
+    @property
+    def no_design(self) -> bool:
+        """Whether the parameter that is swept has no value beside the sweep; a restitution always has one."""
+        return self.swept is not None and not self.swept.bounces and self.absent(self.swept.path)
+
     def number(self, path: str) -> float | None:
         value = self.at(path)
         return None if path in self.wrong or type(value) not in (int, float) else float(value)
@@ -264,7 +277,7 @@ def _required_in_map(tree: _Tree) -> Iterator[Finding]:
 
 
 def _not_given(tree: _Tree, varied: Collection[str | None]) -> Iterator[Finding]:
-    for path in [parameter.path for parameter in Parameter if parameter.path not in varied]:
+    for path in [parameter.path for parameter in DRIVING if parameter.path not in varied]:
         block = path.rpartition(".")[0]
         if tree.at(path) is None and (not block or isinstance(tree.at(block), dict)):
             yield Finding(path, Kind.MISSING)
@@ -304,6 +317,19 @@ def _harmonics(tree: _Tree) -> Iterator[Finding]:
                 yield _rule(path, alone)
         if tree.at(PROVE) is True:
             yield _rule(PROVE, alone)
+
+
+def _recorded(tree: _Tree) -> Iterator[Finding]:
+    """A record is driven through one device, whose capsule it moves and whose ball slides."""
+    if tree.at(RECORD) is None:
+        return
+    for path in MANY_DEVICES:
+        if not tree.absent(path) or path in tree.bare:
+            yield _rule(path, f"{RECORD} is of one device (leave one of them out)")
+    if tree.at("device.capsule") == CapsuleMotion.FREE:
+        yield _rule(RECORD, "the acceleration of a free capsule is not that of its force (prescribed, or no record)")
+    if tree.number(FRICTION):
+        yield _rule(RECORD, f"a record is not driven through a device with friction (none, without {FRICTION})")
 
 
 def _special(tree: _Tree) -> Iterator[Finding]:
@@ -392,9 +418,34 @@ def _dielectric(tree: _Tree) -> Iterator[Finding]:
 
 def _sweep(tree: _Tree) -> Iterator[Finding]:
     yield from _out_of_range(tree, [("sweep.from", tree.at("sweep.from")), ("sweep.to", tree.at("sweep.to"))])
+    if tree.at("sweep") is not None and tree.swept is not None and tree.swept.bounces:
+        yield from _bouncing_sweep(tree)
     first, last = tree.number("sweep.from"), tree.number("sweep.to")
     if first is not None and last is not None and abs(last - first) <= NARROWEST_SWEEP * max(abs(first), abs(last)):
         yield _rule("sweep.to", f"got {last:.12g}, the same as sweep.from to nine digits (a different value)")
+
+
+def _bouncing_sweep(tree: _Tree) -> Iterator[Finding]:
+    """A sweep over a restitution is one of 1:1 motions; that of both membranes keeps their difference."""
+    only = "along a sweep of a restitution only 1:1 motions are known"
+    for path, known in (("motions", only), ("accuracy", "it knows membranes that stay as they are")):
+        if not tree.absent(path) or path in tree.bare:
+            yield _rule(path, f"{known} (leave this out, or sweep something else)")
+    for key in OF_WORDS:
+        if tree.at(f"requirements.{key}") not in (None, False):
+            yield _rule(f"requirements.{key}", f"{only} (leave this out, or sweep something else)")
+    ends = [(path, value) for path in ("sweep.from", "sweep.to") if (value := tree.number(path)) is not None]
+    if (tree.number(FRICTION) or 0.0) > 0:
+        for path, value in ends:
+            if value == 0:
+                yield _rule(path, f"got 0: a ball that does not bounce is known without friction only (no {FRICTION})")
+    bottom, top = (tree.number(f"device.{name}") for name in RESTITUTIONS)
+    if tree.swept is Parameter.RESTITUTION and bottom is not None and top is not None:
+        half = abs(bottom - top) / 2
+        for path, value in ends:
+            if 0 <= value <= 1 and not half <= value <= LARGEST_RESTITUTION - half:
+                allowed = f"from {half:.12g} to {LARGEST_RESTITUTION - half:.12g}"
+                yield _rule(path, f"got {value:.12g}, a mean at which that of one membrane is out of range ({allowed})")
 
 
 def _simulation(tree: _Tree) -> Iterator[Finding]:
@@ -441,6 +492,25 @@ def _tolerances(tree: _Tree) -> Iterator[Finding]:
     if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
         yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
     yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
+
+
+def _measured(tree: _Tree) -> Iterator[Finding]:
+    """A record is of a value within the sweep, if there is one; and what is not known has no error."""
+    rows = tree.at("measured")
+    given = tree.number("sweep.from"), tree.number("sweep.to")
+    ends = sorted(end for end in given if end is not None)
+    for k, row in enumerate(rows if isinstance(rows, list) else []):
+        here = f"measured.{k}"
+        if not isinstance(row, dict):
+            continue
+        for key in ("value", "direction"):
+            if row.get(key) not in (None, Approach.NONE) and tree.absent("sweep"):
+                yield _rule(f"{here}.{key}", "there is no sweep that it is of (add one, or leave this out)")
+        value = row.get("value") if f"{here}.value" not in tree.wrong else None
+        if value is not None and is_number(value) and len(ends) == 2 and not ends[0] <= value <= ends[1]:
+            yield _rule(f"{here}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
+        if row.get("force_maximum_error_s") is not None and row.get("force_maximum_s") is None:
+            yield _rule(f"{here}.force_maximum_error_s", "the time itself is not given (force_maximum_s, or no error)")
 
 
 def _power_of_two(path: str, samples: object) -> Iterator[Finding]:
@@ -491,7 +561,7 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
                 yield _rule(f"{here}.percent", f"per cent of {effect}: 0 are nothing (leave it out)")
             if value is not None and value * (1 + size / 100) >= 1:
                 yield _rule(f"{here}.percent", f"makes {effect} {value * (1 + size / 100):.12g} (below 1)")
-    if rows is not None and tree.swept is not None and tree.at("sweep") is not None and tree.absent(tree.swept.path):
+    if rows is not None and tree.swept is not None and tree.at("sweep") is not None and tree.no_design:
         yield _rule("effects", f"the design point is not given (give {tree.swept.path}, or delete them)")
 
 
@@ -520,7 +590,7 @@ def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
     if tree.swept is None or tree.at("sweep") is None:
         return
     for key in judged_at_design(tree.swept):
-        if key in given and tree.absent(tree.swept.path):
+        if key in given and tree.no_design:
             yield _rule(
                 given[key],
                 f"the design point that it is judged at is not given (give {tree.swept.path}, or leave this out)",
@@ -545,7 +615,7 @@ def _design(tree: _Tree) -> Iterator[Finding]:
         if is_number(row.get("from")) and row["from"] == row.get("to"):
             yield _rule(f"{here}.to", f"got {row['to']:.12g}, the same as from (a different value)")
     yield from _design_sizes(tree, {path: (f"design.vary.{k}", rows[k]) for k, path in enumerate(paths)})
-    if rows and tree.swept is not None and tree.absent(tree.swept.path):
+    if rows and tree.swept is not None and tree.no_design:
         yield _rule("design", f"the design point is not given (give {tree.swept.path}, or delete this block)")
     objective, needed = tree.at("design.maximise"), None
     if objective in (Objective.POWER, Objective.EFFICIENCY):

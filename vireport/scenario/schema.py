@@ -10,13 +10,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vireport.scenario.blocks import CapsuleMotion, LeftOut, Need, Scenario, percent_key
-from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.scenario.blocks import Approach, CapsuleMotion, LeftOut, Need, Scenario, percent_key
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.scenario.rules import (
     DIELECTRIC,
     EXPONENT,
     FRICTION,
     MOST_STATED,
+    OF_WORDS,
     PLAIN_REQUIREMENTS,
     RANGES,
     RESTITUTIONS,
@@ -164,6 +165,25 @@ _STATED_ALONE = {
 }
 
 
+def _of_records(item: dict[str, Any]) -> dict[str, Any]:
+    return {"properties": {"measured": {"items": item}}}
+
+
+# A value is of a sweep, and an error of a time that is given.
+_RECORDS = (
+    {
+        "if": {"not": {"required": ["sweep"], "properties": {"sweep": {"type": "object"}}}},
+        "then": _of_records({"properties": {"value": {"type": "null"}, "direction": {"const": Approach.NONE.value}}}),
+    },
+    _of_records(
+        {
+            "if": {"required": ["force_maximum_error_s"], "properties": {"force_maximum_error_s": {"type": "number"}}},
+            "then": {"required": ["force_maximum_s"], "properties": {"force_maximum_s": {"type": "number"}}},
+        }
+    ),
+)
+
+
 _SOME_TOLERANCE = {
     "properties": {
         "tolerances": {
@@ -180,6 +200,35 @@ _SOME_TOLERANCE = {
 }
 
 
+def _sweeps(parameter: Parameter) -> dict[str, Any]:
+    named = {"type": "object", "required": ["parameter"], "properties": {"parameter": {"const": parameter.value}}}
+    return {"required": ["sweep"], "properties": {"sweep": named}}
+
+
+# Along a sweep over a restitution only 1:1 motions are known, and of a ball with friction only those that bounce.
+_BOUNCING = {
+    "if": {"anyOf": [_sweeps(parameter) for parameter in Parameter if parameter.bounces]},
+    "then": {
+        "properties": {
+            "motions": {"type": "null"},
+            "accuracy": {"type": "null"},
+            "requirements": {"properties": {key: {"enum": [None, False]} for key in OF_WORDS}},
+        },
+        "if": {
+            "required": ["device"],
+            "properties": {
+                "device": {
+                    "type": "object",
+                    "required": [_own_key(FRICTION)],
+                    "properties": {_own_key(FRICTION): {"exclusiveMinimum": 0}},
+                }
+            },
+        },
+        "then": {"properties": {"sweep": {"properties": {end: {"not": {"const": 0}} for end in ("from", "to")}}}},
+    },
+}
+
+
 def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, range and example of every key.
 
@@ -188,15 +237,17 @@ def schema() -> dict[str, Any]:
     another, and that no harmonic is given twice.
     """
     rules = [
-        *map(_required_unless_swept, Parameter),
+        *map(_required_unless_swept, DRIVING),
         *map(_limits_of_sweep, Parameter),
         _RESTITUTIONS,
         _SINE_ONLY,
         *(_of_special(special, **_MORE_OF_SPECIAL[special.key]) for special in SPECIAL),
         _STATED_ALONE,
+        _BOUNCING,
         *_NEED_BALL,
         _all_or_none("device.membrane", DIELECTRIC),
         _SOME_TOLERANCE,
+        *_RECORDS,
         *_requirements(),
     ]
     return {"$schema": DIALECT, **_declared(Scenario), "allOf": rules}
@@ -257,11 +308,6 @@ def _flat(node: dict[str, Any], blocks: dict[str, Any], path: str = "") -> Itera
         yield from _flat(whole, blocks, here)
 
 
-def _sweeps(parameter: Parameter) -> dict[str, Any]:
-    named = {"type": "object", "required": ["parameter"], "properties": {"parameter": {"const": parameter.value}}}
-    return {"required": ["sweep"], "properties": {"sweep": named}}
-
-
 def _required_unless_swept(parameter: Parameter) -> dict[str, Any]:
     block, _, key = parameter.path.rpartition(".")
     wanted = {"required": [key], "properties": {key: {"type": "number"}}}
@@ -281,7 +327,7 @@ def _requirements() -> Iterator[dict[str, Any]]:
         given = [_given(path) for path in need.paths]
         missing = {"not": {"anyOf": given} if len(given) > 1 else given[0]}
         yield {"if": missing, "then": _of_requirements(dict.fromkeys(needing(need), null))}
-    for parameter in Parameter:
+    for parameter in DRIVING:
         unknown = {"allOf": [_sweeps(parameter), {"not": _given(parameter.path)}]}
         yield {"if": unknown, "then": _of_requirements(dict.fromkeys(judged_at_design(parameter), null))}
     for ends in RANGES:

@@ -139,8 +139,8 @@ CATALOGUE = (
             "{depth:.3g} of the length unit x_c, some with eigenvalues that would call them stable. They are listed "
             "in the results as not admissible, and neither drawn nor counted.",
             "turns": "In {count} of the stretches of the algebraic solution the ball would turn back between two "
-            "impacts, against which friction would be the other way: so they are no motions. What the ball does there, "
-            "with stops on its way, a block 'simulation:' shows.",
+            "impacts, and friction with it: these are no motions. A block 'simulation:' shows what the ball does "
+            "there, with its stops.",
         },
     ),
     Explanation(
@@ -155,15 +155,15 @@ CATALOGUE = (
             "none": "At {place}, there is no solution.",
             "one": "At {place}, the one solution is not admissible and stable.",
             "several": "At {place}, none of the {count} solutions is admissible and stable.",
-            "by_law": "The restitution falls with speed: looked for was what comes from the motions of a constant one. "
-            "There may be others.",
-            "lost": "The restitution falls with speed: looked for was what comes from the motions of a constant one. "
-            "Of these {count} could not be followed so far, and there may be others.",
+            "by_law": "The restitution falls with speed: only motions that continue those of a constant one were "
+            "sought. There may be others.",
+            "lost": "The restitution falls with speed: only motions that continue those of a constant one were sought. "
+            "{count} of these could not be followed so far, and there may be others.",
             "instead": "Stable there: {others}.",
             "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
             "{motion}. A block '{block}:' shows it.",
-            "stops": "In that motion friction stops the ball between two impacts: the equations of 1:1 motions, whose "
-            "ball moves on, do not have it.",
+            "stops": "In that motion friction stops the ball between two impacts; the equations of 1:1 motions are "
+            "those of a ball that moves on.",
             "followed": "By its equations it is a {type} from {symbol} = {low} ({below}) to {high} ({above}).",
             "by_starts": "Some starts in flight come to {motion}: by its equations a {type} from {symbol} = {low} "
             "({below}) to {high} ({above}).",
@@ -175,7 +175,7 @@ CATALOGUE = (
         "Several stable motions coexist at the design point",
         "More than one stable 1:1 motion exists there, with different velocities and voltages; which one the device "
         "settles on depends on how it is started.",
-        "Check the start, or move to where there is one.",
+        "Check how the device is started, or choose a design point with only one stable motion.",
         {
             "count": "{count} stable 1:1 motions exist there; which one is reached depends on the start.",
         },
@@ -282,7 +282,7 @@ CATALOGUE = (
         "The voltage is sensitive to the ball's mass",
         "U_ave changes by more than half the share by which the mass of the ball does. The paper does not give that "
         "mass; published values for this device differ by a factor of six.",
-        "Weigh the ball. Velocities, stability and critical points depend on it in a free capsule alone.",
+        "Weigh the ball. Velocities, stability and critical points depend on its mass only in a free capsule.",
         {
             "changes": "1 % of ball mass changes U_ave by up to {percent:.2g} %.",
         },
@@ -319,10 +319,10 @@ CATALOGUE = (
         AlertCode.IMPLAUSIBLE_INPUT,
         Severity.WARNING,
         "A value may be in another unit",
-        "A value of the scenario is allowed, but is hardly meant: a capsule or membrane of more than 20 m, a ball of "
+        "A value of the scenario is allowed, but unlikely: a capsule or membrane of more than 20 m, a ball of "
         "more than half the capsule's mass, which the capsule would feel, an inclination that is a common angle in "
         "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
-        "Compare the value with its unit, which stands in its key; if it is meant, nothing is to be done.",
+        "Compare the value with its unit, which stands in its key; if it is intended, nothing needs to be done.",
         {
             "length": "{path} = {value:.6g}: metres, or is it {value:.6g} mm, which is {meant:.6g} m?",
             "mass": "{path} = {value:.6g}: {times:.3g} times the capsule's {capsule:.6g} kg, or is it {value:.6g} g?",
@@ -379,7 +379,7 @@ CATALOGUE = (
         Severity.NOTE,
         "Other motions coexist with the stable 1:1 motion",
         "Where a stable 1:1 motion exists, some simulated starts end on something else.",
-        "See that the device is started within reach of the 1:1 motion.",
+        "Start the device within reach of the 1:1 motion.",
         {
             "elsewhere": "{count} of {trials} starts where a stable 1:1 motion exists end elsewhere ({others:, }).",
             "motion": "{count} in {name}",
@@ -415,8 +415,9 @@ def explanation(code: str | None = None) -> str:
     known = next((known for known in CATALOGUE if known.code == code.strip().upper()), None)
     if known is not None:
         return _explained(known)
-    term = " ".join(code.lower().replace("-", " ").replace("_", " ").split())
-    if term not in TERMS:
+    asked = " ".join(code.lower().replace("-", " ").replace("_", " ").split())
+    term = next((term for term in TERMS if term.lower().replace("_", " ") == asked), None)
+    if term is None:
         allowed = ", ".join([*AlertCode, *TERMS])
         raise UsageError(f"there is no alert and no term {code!r} (allowed: {allowed})")
     return f"{term}\n{fill(TERMS[term], EXPLANATION_WIDTH, initial_indent='  ', subsequent_indent='  ')}\n"
