@@ -1,15 +1,8 @@
 """Settings of the site: Sphinx makes it of README.md, these pages, and those that `tools/make_site.py` writes."""
 
-import ast
-import importlib
-import pkgutil
-import sys
-from pathlib import Path
 from typing import Any
 
 import vireport
-
-ROOT = Path(vireport.__file__).parent.parent
 
 project = "vireport"
 html_title = f"vireport {vireport.__version__}"
@@ -25,6 +18,7 @@ myst_heading_anchors = 4
 numpydoc_show_class_members = False
 autodoc_default_options = {"members": True, "no-value": True}
 autodoc_typehints = "none"  # the docstrings have them, with units and shapes
+autodoc_class_signature = "separated"  # none: records are made by functions, and their docstrings have the fields
 pygments_style, pygments_dark_style = "friendly", "github-dark"
 
 root_doc = "README"
@@ -68,17 +62,6 @@ CHANGELOG
 """What only a site has: on GitHub, README.md itself leads to the pages."""
 
 
-def _import_what_annotations_name() -> None:
-    """Import what modules import for type checkers alone: the signature of a record evaluates its annotations."""
-    for found in pkgutil.walk_packages(vireport.__path__, "vireport."):
-        if not found.name.endswith("__main__"):
-            importlib.import_module(found.name)
-    for module in [module for name, module in sys.modules.items() if name.startswith("vireport.")]:
-        for node in ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-                exec(compile(ast.Module(node.body, []), str(module.__file__), "exec"), module.__dict__)
-
-
 def _with_contents(app: Any, name: str, source: list[str]) -> None:
     if name == root_doc:
         source[0] += CONTENTS
@@ -86,5 +69,4 @@ def _with_contents(app: Any, name: str, source: list[str]) -> None:
 
 def setup(app: Any) -> None:
     """Called by Sphinx."""
-    _import_what_annotations_name()
     app.connect("source-read", _with_contents)
