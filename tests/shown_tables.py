@@ -1545,8 +1545,8 @@ def _proved(x: Results) -> Iterator[Said]:
         yield Said(f"Not proved: that the motion is reached from rest. {reason}.")
     if (bound := found["shock"]["proved_m_s"]) is not None:
         assert bound < min(of["largest"] for of in shocks) * x.device.velocity_unit
-        said = "roved: every jump of the relative velocity up to {}, at any moment and either way, dies out, "
-        said += "by enclosures of {} cells"
+        said = "roved: every jump of the relative velocity up to {}, at any moment and of either sign, dies out "
+        said += "({} cells of moments"
         cells = sum(of["halved"].count(-1) for of in shocks)
         yield Said(said, Amount(bound, "m/s", 4), number(cells))
     else:
