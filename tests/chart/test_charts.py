@@ -126,7 +126,8 @@ def test_a_curve_of_grazing_over_one_restitution_tells_where_stable_motion_ends(
     pairs = [(locus, row) for locus in grazing for row in range(len(locus.x) - 1)]
     stable = {abs(locus.trace[row]) < 1 + (0.5 * locus.inputs[row, 0]) ** 2 for locus, row in pairs}
     for locus, row in pairs:
-        both = [abs(locus.trace[k]) < 1 + (0.5 * locus.inputs[k, 0]) ** 2 for k in (row, row + 1)]
+        # One piece ends at a period doubling, where the trace is the limit but for rounding.
+        both = [abs(locus.trace[k]) < 1 + (0.5 * locus.inputs[k, 0]) ** 2 + 1e-6 for k in (row, row + 1)]
         assert locus.bounds_stability[row] == all(both)
     assert stable == {True, False}
 
@@ -396,7 +397,7 @@ def test_regions_are_labelled_by_what_is_stable_there():
             continue
         r, length = text.get_position()
         device = replace(charted.plane.device, restitution=r, length_m=length)
-        d, gbar = (np.array([float(group)]) for group in device.groups("length_m", length)[:2])
+        d, gbar = (np.array([float(group)]) for group in device.groups(Parameter.LENGTH, length)[:2])
         motions = find_motions(Groups(d, gbar, np.array([r])), 1)
         stable = (np.abs(motions.trace) < 1 + r**4) & motions.admissible
         assert bool(stable.any()) == ("BT" in text.get_text().split(", ")), (r, length, text.get_text())

@@ -33,6 +33,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.path import Path as MplPath
 from msgspec.structs import replace
 from PIL import Image
+from scipy.spatial import KDTree
 
 from vireport.disturbances import Destination, Disturbances, FromRest, OutcomeRange
 from vireport.figures import (
@@ -121,7 +122,8 @@ def test_only_admissible_motions_are_drawn(name: str) -> None:
     study = study_of(name)
     velocity, _, flight = figure_of(name, "figure-2").axes
     (voltage,) = figure_of(name, "figure-7").axes
-    drawn = [vertices(curves(panel)) for panel in (velocity, flight, voltage)]
+    # Where bottom and top are alike one curve stands for both, which differ by rounding.
+    drawn = [KDTree(sorted(vertices(curves(panel)))) for panel in (velocity, flight, voltage)]
     unit = 1e3  # kV
     for admissible in (True, False):
         for index, row in rows(study, admissible):
@@ -133,7 +135,7 @@ def test_only_admissible_motions_are_drawn(name: str) -> None:
                 tuple((x, float(v[row] / unit)) for v in (volts.average_v, volts.bottom_v, volts.top_v)),
             )
             for actual, wanted in zip(drawn, expected, strict=True):
-                assert all((point in actual) == admissible for point in wanted)
+                assert ((actual.query(wanted)[0] < 1e-12) == admissible).all()
 
 
 @pytest.mark.slow
