@@ -194,6 +194,13 @@
     }
   });
 
+  // What is unstable can be taken out of a figure that is crowded with it.
+  for (const svg of document.querySelectorAll("svg.figure:has(.unstable)")) {
+    const box = make("input", { type: "checkbox", checked: "" });
+    svg.parentNode.after(make("label", { class: "live-control" }, box, "Show unstable motions"));
+    box.addEventListener("change", () => svg.classList.toggle("stable-only", !box.checked));
+  }
+
   if (!figures.length) return;
   show(branch, row, figures[0]);
   // On a narrow screen a figure is wider than its frame: there the design point is brought into view.

@@ -31,6 +31,7 @@ from vireport.figures.style import (
     sheet,
     style,
 )
+from vireport.figures.vector import UNSTABLE_PARTS
 from vireport.motions import (
     Atlas,
     Family,
@@ -65,11 +66,17 @@ VISIBLE = 0.002
 """Share of the axis from which stable motions are seen: half the width of their curve."""
 
 STABLE: Look = {"linewidth": 1.8, "zorder": 2.6}
-UNSTABLE: Look = {"linewidth": 0.7, "linestyle": DASHED, "zorder": 2.4}
+UNSTABLE: Look = {"linewidth": 0.7, "linestyle": DASHED, "zorder": 2.4, "gid": UNSTABLE_PARTS}
 ON_STABLE: Look = {"linestyle": "none", "markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
-ON_UNSTABLE: Look = {"linestyle": "none", "markersize": 3.0, "markerfacecolor": "white", "markeredgewidth": 0.6}
+ON_UNSTABLE: Look = {
+    "linestyle": "none",
+    "markersize": 3.0,
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.6,
+    "gid": UNSTABLE_PARTS,
+}
 VERTEX: Look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": Color.BLACK, "zorder": 3.0}
-MINOR: Look = {"markersize": 1.6, "zorder": 2.5}
+MINOR: Look = {"markersize": 1.6, "zorder": 2.5, "gid": UNSTABLE_PARTS}
 SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color": Color.LIGHT, "zorder": 2.0}
 
 

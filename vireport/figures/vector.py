@@ -19,7 +19,12 @@ PER_INCH = 72
 _HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</defs>\s*', re.DOTALL)
 """What Matplotlib writes before the drawing."""
 
-_NEEDLESS = re.compile(r"""(?<=<g) id="[^"]*"| font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\"""")
+UNSTABLE_PARTS = "unstable"
+"""Group of what a page can hide: set as the identifier of an artist, it is a class in the drawing."""
+
+_NEEDLESS = re.compile(
+    r"""(?<=<g) id="(?!unstable")[^"]*"| font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\""""
+)
 """Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
 
 
@@ -69,4 +74,5 @@ def drawing(figure: Figure) -> tuple[str, str]:
     if head is None:
         raise ValueError("Matplotlib wrote an SVG file without a head that is known")
     elements = _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n"))
+    elements = elements.replace(f'<g id="{UNSTABLE_PARTS}"', f'<g class="{UNSTABLE_PARTS}"')
     return f"0 0 {head['width']} {head['height']}", re.sub(r"\n\s*", "\n", elements)
