@@ -83,7 +83,7 @@ def pages_of_names() -> Iterator[tuple[str, str]]:
     """A page for the names that `import vireport` gives, and one for each package whose records they lead to."""
     toc = "\n".join(f"python-{package}" for package in PACKAGES)
     yield "python.md", f"# Python\n\n{_documented('vireport')}\n```{{toctree}}\n:maxdepth: 1\n{toc}\n```\n"
-    elsewhere = f"   :exclude-members: {', '.join(vireport.__all__)}\n"
+    elsewhere = f"   :exclude-members: {', '.join(['__init__', '__new__', *vireport.__all__])}\n"
     for package in PACKAGES:
         yield f"python-{package}.md", f"# vireport.{package}\n\n{_documented(f'vireport.{package}', elsewhere)}"
 

@@ -126,7 +126,7 @@ def load(source: str | Path, overrides: Overrides = ()) -> Loaded:
         The file.
     overrides : sequence of str, or mapping of str to object
         Values set over those of the file: ``"device.length_m=0.7"``, or ``{"device.length_m": 0.7}``. A later
-        one wins; an empty value takes an optional key away.
+        one wins; an empty value removes an optional key.
 
     Raises
     ------
