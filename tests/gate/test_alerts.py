@@ -490,6 +490,27 @@ def test_a_cause_has_its_numbers(code: str, results: dict[str, object], parts: l
     assert not cause_of(row, Evidence(known(device=given(groups=lambda *_: (0.5, 0.5)))))
 
 
+@pytest.mark.parametrize(("end", "block"), [(come_to("BBT"), "atlas"), (come_to("B~T", sticks=True), "crosscheck")])
+def test_a_block_that_a_scenario_has_is_not_recommended(end: object, block: str) -> None:
+    there = SimpleNamespace(stable_at=lambda _: [])
+    for row, results in (
+        (CAUSES[AlertCode.DESIGN_NOT_STABLE], {"solution": known(design=design(1)), "from_rest": end}),
+        (
+            CAUSES[AlertCode.NO_STABLE_MOTION],
+            {
+                "solution": known(diagram=object(), parameter=Parameter.LENGTH),
+                "disturbances": sampled(end),
+                "from_rest_along": (end,),
+            },
+        ),
+    ):
+        without, having = (
+            [sentence.name for sentence in row(evidence_of(results | own))] for own in ({}, {block: there})
+        )
+        assert "shown_by" in without
+        assert having == [name for name in without if name != "shown_by"]
+
+
 def test_every_sentence_on_a_cause_is_said_by_some_results() -> None:
     said = {
         (code, sentence.name)

@@ -133,7 +133,7 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
                 _draw(axes, axis, family, y[:, None], looks)
             axes.set_ylabel(label)
             fit_vertically([axes])
-        letter_panels(panels[:, 0], 0)
+        letter_panels(panels[:, 0], 0, axis.scales_on_top)
         axis.dress(panels[:, 0])
         figure.align_ylabels(panels[:, 0])
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT

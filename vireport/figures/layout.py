@@ -170,10 +170,10 @@ def title(axes: Axes, text: str, columns: int = 1) -> None:
     axes.set_title(fill(text, sheet().letters(sheet().across / columns)), loc="left")
 
 
-def letter_panels(panels: Sequence[Axes], first: int) -> None:
-    """Letter panels above one another from the letter numbered `first`, that beside the label of the axis on top."""
+def letter_panels(panels: Sequence[Axes], first: int, below_axis: bool = True) -> None:
+    """Letter panels above one another from the letter numbered `first`, beside the label of an axis on top if any."""
     for k, axes in enumerate(panels):
-        rise = LETTER_RISE if k else LETTER_RISE + TOP_LABEL
+        rise = LETTER_RISE if k or not below_axis else LETTER_RISE + TOP_LABEL
         offset = ScaledTranslation(0, rise / 72, axes.figure.dpi_scale_trans)
         axes.text(0, 1, f"({letter_of(first + k)})", transform=axes.transAxes + offset, size=sheet().small)
 
@@ -285,6 +285,11 @@ class SweepAxis(Struct, frozen=True):
         """Where a value of the swept parameter stands."""
         return value if self.by_value else float(self.sweep.coordinate_of(value))
 
+    @property
+    def scales_on_top(self) -> bool:
+        """Whether it has a second scale above; along a restitution neither d nor gbar varies."""
+        return not self.sweep.parameter.bounces
+
     def dress(self, panels: Sequence[Axes], columns: int = 1, above: str = "") -> None:
         """Give a column of panels its limits, ticks and labels: d below it and the swept parameter above.
 
@@ -311,7 +316,7 @@ class SweepAxis(Struct, frozen=True):
         panels[-1].set_xticks(*round_ticks(self.low, self.high, width))
         panels[-1].set_xlabel(below)
         top = panels[0].secondary_xaxis("top")
-        if swept.bounces:  # no group varies with it
+        if not self.scales_on_top:
             top.set_xticks([])
             top.set_xlabel(above)
             return

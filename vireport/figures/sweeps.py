@@ -283,7 +283,7 @@ def sweep_figure(
             if titles:
                 panels[0, k].set_title(fill(titles[k], int(letters / BOLD)), weight="bold")
             if panels.size > 1:
-                letter_panels(panels[:, k], k * len(rows))
+                letter_panels(panels[:, k], k * len(rows), drawing.axis.scales_on_top)
             drawing.axis.dress(panels[:, k], len(drawings), fill(remarks[k], letters) if remarks else "")
         page.align_ylabels(panels[:, 0])
         crowded = max(len(drawing.events) for drawing in drawings) / ROOM_FOR

@@ -104,8 +104,10 @@ def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
                 Sentence("each", {"symbol": swept.symbol, "value": swept.show(x.start), "motion": x.outcome.name})
                 for x in found.sampled
             ]
+            yield Sentence("from_rest", {"each": each})
             blocks = dict.fromkeys(_shown_by(end, results) for end in results.from_rest_along)
-            yield Sentence("from_rest", {"each": each, "blocks": [Sentence("block", {"block": x}) for x in blocks]})
+            if missing := [Sentence("block", {"block": block}) for block in blocks if block is not None]:
+                yield Sentence("shown_by", {"blocks": missing})
 
 
 def _inadmissible(results: Evidence) -> Iterator[Sentence]:
@@ -138,7 +140,9 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("instead", {"others": ", ".join(dict.fromkeys(family.name for family, _ in stable))})
     if results.from_rest is not None:
         end = results.from_rest
-        yield Sentence("from_rest", {"motion": end.name, "block": _shown_by(end, results)})
+        yield Sentence("from_rest", {"motion": end.name})
+        if block := _shown_by(end, results):
+            yield Sentence("shown_by", {"block": block})
         if end.reached and results.solution.device.rubs:
             yield Sentence("stops", {})
     if results.reached is not None:
@@ -154,8 +158,8 @@ def _followed(found: FollowedMotion) -> dict[str, str]:
     return {"type": found.stability, "symbol": found.varied.symbol, "low": low, "high": high} | ends
 
 
-def _shown_by(end: FromRest, results: Evidence) -> str:
-    """The block of a scenario that shows what a ball comes to.
+def _shown_by(end: FromRest, results: Evidence) -> str | None:
+    """The block that a scenario lacks and that would show what a ball comes to.
 
     Families are followed of motions without rests, and found of few impacts, where nothing rubs; all else is found by
     simulation alone.
@@ -164,7 +168,9 @@ def _shown_by(end: FromRest, results: Evidence) -> str:
 
     cycle = end.cycle
     short = cycle is not None and not cycle.sticks and len(end.word) <= LOOKED_FOR
-    return "motions" if short and not results.solution.device.rubs else "simulation"
+    if short and not results.solution.device.rubs:
+        return "motions" if results.atlas is None else None
+    return "simulation" if results.crosscheck is None else None
 
 
 def _several_stable(results: Evidence) -> Iterator[Sentence]:

@@ -113,7 +113,8 @@ CATALOGUE = (
         {
             "nowhere": "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
             "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
-            "{each:; }. A block {blocks: or } shows it.",
+            "{each:; }.",
+            "shown_by": "A block {blocks: or } shows it.",
             "each": "{symbol} = {value}: {motion}",
             "block": "'{block}:'",
         },
@@ -161,7 +162,8 @@ CATALOGUE = (
             "{count} of these could not be followed so far, and there may be others.",
             "instead": "Stable there: {others}.",
             "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
-            "{motion}. A block '{block}:' shows it.",
+            "{motion}.",
+            "shown_by": "A block '{block}:' shows it.",
             "stops": "In that motion friction stops the ball between two impacts; the equations of 1:1 motions are "
             "those of a ball that moves on.",
             "followed": "By its equations it is a {type} from {symbol} = {low} ({below}) to {high} ({above}).",
