@@ -114,6 +114,9 @@ DEFERRED = {
     "vireport.disturbances.windows",
     "vireport.gate.requirements",
     "vireport.gate.verdict",
+    "vireport.scenario.hints",
+    "vireport.scenario.json_schema",
+    "vireport.scenario.messages",
     "vireport.simulation.following",
     "vireport.text.tables",
 }

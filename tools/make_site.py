@@ -16,8 +16,8 @@ from pathlib import Path
 
 import vireport
 from vireport.scenario.blocks import MapFile, Scenario
+from vireport.scenario.json_schema import keys
 from vireport.scenario.messages import allowed
-from vireport.scenario.schema import keys
 from vireport.text import CATALOGUE
 from vireport.text.terms import TERMS
 

@@ -2,10 +2,10 @@
 
     python tools/plant_faults.py [--jobs 2] [--only PART] [--whole] [--check] [--record]
 
-First the tests that read pages and terminals back run; of a fault that survives them, the other quick tests of its
-package; with --whole, all quick tests of what is left. With --check no test runs: it tells only which faults have no
-place, or several, in their file. Nothing in the working tree is changed, but for `benchmarks/results/faults.json` with
---record: the counts for docs/accuracy.md.
+Of a fault in a template the tests that read pages and terminals back run first, of one in code the quick tests of its
+package; of what survives them, the others; with --whole, all quick tests of what is left. With --check no test runs: it
+tells only which faults have no place, or several, in their file. Nothing in the working tree is changed, but for
+`benchmarks/results/faults.json` with --record: the counts for docs/accuracy.md.
 
 A template is read anew by each report, so that a fault in one needs no new process: the tests run in a fork of one that
 has solved their scenarios. That takes a second instead of a minute.
@@ -77,7 +77,8 @@ def prepare(folder: str) -> None:
     ignored = shutil.ignore_patterns(".git", ".venv", "__pycache__")
     shutil.copytree(ROOT, copy, ignore=ignored, dirs_exist_ok=True)
     os.chdir(copy)
-    os.environ |= {"PYTHONPATH": copy, "PYTHONDONTWRITEBYTECODE": "1"}
+    os.environ |= {"PYTHONPATH": copy}
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # to compile all modules for each fault takes longer than its tests
     sys.path[:0] = [copy, f"{copy}/tests"]
     from test_shown import SCENARIOS, study_of
 
@@ -113,20 +114,28 @@ def places_of(file: str, old: str) -> int:
     return path.read_text(encoding="utf-8").count(old) if path.is_file() else 0
 
 
+def rewrite(path: Path, text: str) -> None:
+    """Write a file anew, and drop what it was compiled to: within a second, and of one length, both would be alike."""
+    path.write_text(text, encoding="utf-8")
+    for compiled in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
+        compiled.unlink()
+
+
 def plant(fault: tuple[str, str, str, bool]) -> Told:
     """What becomes of a fault in the copy of this process."""
     file, old, new, whole = fault
     path, told = Path(file), SURVIVED
     text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace(old, new), encoding="utf-8")
-    quick = caught if path.suffix == ".py" else caught_in_a_fork
+    rewrite(path, text.replace(old, new))
+    code = path.suffix == ".py"
+    quick = caught if code else caught_in_a_fork
+    reading, others = ("read back", READ_BACK), ("other tests", tests_of(file))
     try:
-        if quick(READ_BACK):
-            told = "read back"
-        elif quick(tests_of(file)) or (whole and caught(("-n", "2", "tests"))):
+        told = next((kind for kind, tests in ((others, reading) if code else (reading, others)) if quick(tests)), told)
+        if told == SURVIVED and whole and caught(("-n", "2", "tests")):
             told = "other tests"
     finally:
-        path.write_text(text, encoding="utf-8")
+        rewrite(path, text)
     print(f"{told:12} {file}: {old[:70]} -> {new[:70]}".replace("\n", " "), flush=True)
     return Told(file, old, new, told)
 

@@ -13,12 +13,11 @@ import time
 from pathlib import Path
 
 import pytest
-import typer
 from bad_scenarios import SEVERAL
 from conftest import EXAMPLES
 
 from vireport.cli import main
-from vireport.cli.app import app
+from vireport.cli.app import program
 
 
 def accept_ctrl_c() -> None:
@@ -250,12 +249,12 @@ def test_schema_prints_what_the_examples_come_with() -> None:
 def test_every_command_is_listed_once_with_what_it_is_for() -> None:
     text = vireport("--help").stdout.decode()
     listed = re.findall(r"^  (\w+)  +[A-Z]", text, re.MULTILINE)
-    assert sorted(listed) == sorted(typer.main.get_command(app).commands)
+    assert sorted(listed) == sorted(program().commands)
     assert "..." not in text.partition("\n\nOne device:")[2]
 
 
 def test_the_help_of_every_option_and_argument_is_a_sentence() -> None:
-    for name, command in typer.main.get_command(app).commands.items():
+    for name, command in program().commands.items():
         for parameter in command.params:
             told = parameter.help
             assert re.fullmatch(r"[A-Z][a-z]*s\b.*\.", told, re.DOTALL), f"{name} {parameter.name}: {told}"

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import typer
 from markdown_it import MarkdownIt
 
 from vireport import (
@@ -23,7 +22,7 @@ from vireport import (
     results,
 )
 from vireport.base import EXTRAS
-from vireport.cli.app import app
+from vireport.cli.app import program
 from vireport.scenario import loads_map, schema
 from vireport.study import provenance_of
 from vireport.text import AlertCode
@@ -33,7 +32,7 @@ README = ROOT / "README.md"
 DOCS = sorted((ROOT / "docs").glob("*.md"))
 PAGES = [README, *DOCS, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-COMMANDS = typer.main.get_command(app)
+COMMANDS = program()
 
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 

@@ -13,7 +13,7 @@ from vireport.measurement.decimals import decimal_rows
 NUMBERS = st.from_regex(r"[+-]?([0-9]{1,9}(\.[0-9]{0,6})?|\.[0-9]{1,9})", fullmatch=True)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.integers(1, 4).flatmap(lambda k: st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=1, max_size=9)))
 def test_numbers_are_those_of_a_general_reader(rows: list[list[str]]) -> None:
     text = "\n".join(map(",".join, rows)).encode()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,19 @@ from vireport.motions.pointwise import differentiated_motions, forms
 from vireport.motions.stability import flight_jacobians
 from vireport.physics import Device, Groups, Restitutions, Word
 from vireport.scenario import DesignInput, Parameter
-from vireport.simulation import BOTTOM, PHASE, VELOCITY, Impact, check_model, find_attractor, follow_one
+from vireport.simulation import (
+    BOTTOM,
+    FLIGHT,
+    PHASE,
+    RIDING,
+    SETTLING,
+    VELOCITY,
+    WALL,
+    Impact,
+    check_model,
+    find_attractor,
+    follow_one,
+)
 
 restitutions = st.floats(0, 0.95)
 shares, phases, ratios = st.floats(-0.49, 0.49), st.floats(0, 6.28), st.integers(1, 3)
@@ -295,6 +308,20 @@ def test_a_membrane_that_is_struck_twice_counts_twice_in_the_determinant() -> No
     decay = groups.decay(cycle.wall.tolist())
     assert decay == pytest.approx(0.6 * 0.6 * 0.4)
     assert np.linalg.det(slopes) == pytest.approx(decay**2, rel=1e-5)
+
+
+def test_after_each_impact_the_ball_has_the_share_of_its_speed_that_the_membrane_leaves_it() -> None:
+    """Of simulated flights, whose raw equations give the velocity that each must have begun with."""
+    groups = Groups(0.4, 0.3, Restitutions(0.6, 0.4))
+    rows, _ = follow_one(check_model(groups)[0], (1.0, 0.0, 0.3, 1.0), 12, compiled=False)
+    flights = [(before, after) for before, after in pairwise(rows) if not before[SETTLING] + before[RIDING]]
+    assert {before[WALL] for before, _ in flights} == {1.0, -1.0}
+    for before, after in flights:
+        speed, _, _ = flown(0, mpf(before[PHASE]), mpf(after[FLIGHT]), mpf(groups.gbar))
+        left = float(after[VELOCITY] - speed)
+        wall = int(before[WALL])
+        assert left == pytest.approx(-groups.restitution_at(wall) * before[VELOCITY], rel=1e-9)
+        assert left == pytest.approx(groups.after(wall, before[VELOCITY]), rel=1e-9)
 
 
 def test_inputs_of_restitution_move_what_they_say() -> None:

@@ -19,7 +19,7 @@ from vireport.scenario import (
 )
 from vireport.scenario.blocks import MapFile
 from vireport.scenario.document import read
-from vireport.scenario.schema import keys
+from vireport.scenario.json_schema import keys
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCHEMA = schema()

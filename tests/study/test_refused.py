@@ -9,7 +9,7 @@ import pytest
 
 from vireport import load
 from vireport.base import ScenarioError, UsageError
-from vireport.cli.app import app
+from vireport.cli.app import program
 from vireport.scenario import load_any
 
 
@@ -71,4 +71,4 @@ def test_commands_refuse_it(command: list[str], given: Refused, tmp_path) -> Non
     more = "inclination_deg: 30\n" + design * (command[0] == "optimise")
     path = written(given, tmp_path / "s.yaml", ", length_m: 0.7", more)
     with pytest.raises((UsageError, ScenarioError), match=given.key):
-        app([command[0], str(path), *command[1:]], standalone_mode=False)
+        program()([command[0], str(path), *command[1:]], standalone_mode=False)

@@ -12,13 +12,14 @@ import json as plain_json
 import os
 import re
 import sys
+from collections.abc import Callable, Collection
 from contextlib import nullcontext
 from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
 from shlex import join
 from traceback import format_exc
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, cast
 
 import typer
 from msgspec.structs import replace
@@ -140,6 +141,27 @@ class Panel(StrEnum):
     HELP = "Scenarios and terms"
 
 
+class Command(NamedTuple):
+    """A command: the function whose arguments are its options, and where it is listed."""
+
+    function: Callable[..., None]
+    panel: Panel
+
+
+COMMANDS: dict[str, Command] = {}
+"""Every command by its name, in the order in which they stand here."""
+
+
+def _command_of(panel: Panel) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make a function the command of its name."""
+
+    def declare(function: Callable[..., None]) -> Callable[..., None]:
+        COMMANDS[function.__name__] = Command(function, panel)
+        return function
+
+    return declare
+
+
 class DefaultGroup(TyperGroup):
     """Commands, with `run` understood where the first word is none of them."""
 
@@ -147,7 +169,7 @@ class DefaultGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before anything that is neither a command nor an option of the group."""
-        if args and args[0] not in self.commands and args[0] not in self.group_only:
+        if args and args[0] not in COMMANDS and args[0] not in self.group_only:
             if not ctx.resilient_parsing:  # as it is while a shell completes a line
                 self._refuse_misspelt_command(args[0])
             args = ["run", *args]
@@ -166,19 +188,8 @@ class DefaultGroup(TyperGroup):
             return
         if word in MEANT:
             raise UsageError(f"there is no command '{word}'; did you mean '{MEANT[word]}'?")
-        if close := get_close_matches(word, self.commands, 1):
+        if close := get_close_matches(word, COMMANDS, 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
-
-
-app = typer.Typer(
-    cls=DefaultGroup,
-    invoke_without_command=True,
-    subcommand_metavar="SCENARIO | COMMAND ...",
-    epilog=EPILOG,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
 
 
 def _version(shown: bool) -> None:
@@ -187,7 +198,6 @@ def _version(shown: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _group(
     context: typer.Context,
     version: Annotated[
@@ -200,7 +210,7 @@ def _group(
         raise typer.Exit(UsageError.exit_code)
 
 
-@app.command(rich_help_panel=Panel.ONE)
+@_command_of(Panel.ONE)
 def run(
     scenario: Annotated[
         str,
@@ -269,7 +279,7 @@ def run(
     deliver(outcome, folder, quiet)
 
 
-@app.command(rich_help_panel=Panel.HELP)
+@_command_of(Panel.HELP)
 def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = False) -> None:
     """Check a scenario or a map file. Lists every mistake; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
@@ -283,7 +293,7 @@ def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = Fals
     deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
 
 
-@app.command(rich_help_panel=Panel.HELP)
+@_command_of(Panel.HELP)
 def schema() -> None:
     """Print the JSON Schema of scenarios, for editors."""
     from vireport.scenario import schema as schema_of_scenarios
@@ -291,7 +301,7 @@ def schema() -> None:
     deliver(CommandOutcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
 
 
-@app.command(rich_help_panel=Panel.HELP)
+@_command_of(Panel.HELP)
 def init(
     path: Annotated[
         str, typer.Argument(metavar="FILE", help="Writes the scenario to this file; - prints it.")
@@ -311,7 +321,7 @@ def init(
     deliver(CommandOutcome(summary=f"wrote {path}; next: vireport {path}"))
 
 
-@app.command(rich_help_panel=Panel.ONE)
+@_command_of(Panel.ONE)
 def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
     """Print what a run would compute and leave out, with the reasons. Computes nothing."""
     from vireport.study import plan as plan_of
@@ -322,7 +332,7 @@ def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None
     deliver(CommandOutcome("" if quiet else "".join(rows)))
 
 
-@app.command(rich_help_panel=Panel.MEASURED)
+@_command_of(Panel.MEASURED)
 def accuracy(
     scenario: ScenarioFile,
     output: Annotated[Path | None, _folder_option("Writes figures and accuracy.json to this folder.")] = None,
@@ -346,7 +356,7 @@ def accuracy(
     deliver(CommandOutcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 
-@app.command(rich_help_panel=Panel.SEVERAL)
+@_command_of(Panel.SEVERAL)
 def compare(
     scenarios: Annotated[
         list[str], typer.Argument(metavar="SCENARIO", help="Compares these files, or with --vary the variants of one.")
@@ -386,7 +396,7 @@ def compare(
     deliver(outcome, output or folder_of(comparison, command), quiet)
 
 
-@app.command(rich_help_panel=Panel.SEVERAL)
+@_command_of(Panel.SEVERAL)
 def diff(
     baseline: Annotated[
         str,
@@ -419,7 +429,7 @@ def diff(
     deliver(CommandOutcome("" if quiet else printed, exit_code=1 if changes else 0))
 
 
-@app.command(rich_help_panel=Panel.HELP)
+@_command_of(Panel.HELP)
 def explain(
     code: Annotated[
         str | None,
@@ -432,7 +442,7 @@ def explain(
     deliver(CommandOutcome(explanation(code)))
 
 
-@app.command(rich_help_panel=Panel.MEASURED)
+@_command_of(Panel.MEASURED)
 def extremes(
     scenario: Annotated[
         str | None,
@@ -468,7 +478,7 @@ def extremes(
     deliver(CommandOutcome(printed, failure=failure, exit_code=code))
 
 
-@app.command(rich_help_panel=Panel.SEVERAL)
+@_command_of(Panel.SEVERAL)
 def optimise(
     scenario: ScenarioFile,
     output: Folder = None,
@@ -508,7 +518,7 @@ def optimise(
     )
 
 
-@app.command(rich_help_panel=Panel.ONE)
+@_command_of(Panel.ONE)
 def portrait(
     results: Annotated[
         str, typer.Argument(metavar="RESULTS.json", help="Reads the results.json of a run; - is standard input.")
@@ -543,7 +553,7 @@ class ClockReference(StrEnum):
     FORCE = "force"
 
 
-@app.command(rich_help_panel=Panel.MEASURED)
+@_command_of(Panel.MEASURED)
 def identify(
     scenario: ScenarioFile,
     impacts: Annotated[
@@ -599,7 +609,7 @@ def identify(
     deliver(outcome, folder, quiet)
 
 
-@app.command(rich_help_panel=Panel.SEVERAL)
+@_command_of(Panel.SEVERAL)
 def chart(
     scenario: ScenarioFile,
     over: Annotated[
@@ -631,7 +641,7 @@ def chart(
     deliver(CommandOutcome(printed, files, stale=charts.NAMES), folder, quiet)
 
 
-@app.command(rich_help_panel=Panel.SEVERAL)
+@_command_of(Panel.SEVERAL)
 def sweep(
     map_file: Annotated[
         str, typer.Argument(metavar="MAP", help="Reads the map from this YAML file, which has a map block.")
@@ -754,10 +764,30 @@ def _paper(paper: PaperSize) -> tuple[str, list[str] | None]:
     return "--paper", None if paper is PaperSize.A4 else [paper]
 
 
+def program(names: Collection[str] = COMMANDS) -> DefaultGroup:
+    """The program with some of its commands, by default all.
+
+    A line is of one command: what Typer makes of the options of all is a fortieth of a run with --json.
+    """
+    app = typer.Typer(
+        cls=DefaultGroup,
+        invoke_without_command=True,
+        subcommand_metavar="SCENARIO | COMMAND ...",
+        epilog=EPILOG,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    app.callback()(_group)
+    for name in names:
+        app.command(rich_help_panel=COMMANDS[name].panel)(COMMANDS[name].function)
+    return cast(DefaultGroup, get_command(app))
+
+
 def main(arguments: list[str]) -> int:
     """Run the command line on `arguments` and return the exit code."""
     if COMPLETION in os.environ:
-        app(prog_name=PROGRAM)  # says how the words go on, and ends the process
+        program()(prog_name=PROGRAM)  # says how the words go on, and ends the process
     try:
         code = _run(arguments)
     except KeyboardInterrupt as error:
@@ -779,16 +809,17 @@ def main(arguments: list[str]) -> int:
 
 def _run(arguments: list[str]) -> int:
     """Run a command and return its exit code; what the command raises is raised."""
-    program = cast(DefaultGroup, get_command(app))
-    # The two steps of a call of `app`, which has exit codes of its own for an interrupt and for a broken pipe.
+    first = arguments[0] if arguments else ""
+    asked = first if first in COMMANDS else "run"
+    group = program(COMMANDS if not arguments or first in DefaultGroup.group_only else (asked,))
+    # The two steps of a call of the group, which has exit codes of its own for an interrupt and for a broken pipe.
     try:
-        with program.make_context(PROGRAM, [*arguments]) as context:
-            program.invoke(context)
+        with group.make_context(PROGRAM, [*arguments]) as context:
+            group.invoke(context)
     except typer.Exit as stop:
         return stop.exit_code
     except typer.TyperException as refused:
         interrupts.check()  # one that came while the arguments were read: nothing was done
-        asked = arguments[0] if arguments[0] in program.commands else "run"
         tell([f"{PROGRAM}: error: {refused.format_message()}", f"{PROGRAM} {asked} --help lists the options"], RED)
         return refused.exit_code
     return 0

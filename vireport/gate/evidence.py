@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -185,7 +185,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable
     motions at the design point stand, and how far random kicks spread them, `proved` what of it is proved, `effects`
     how far what the model leaves out moves the nearest end.
-    `criteria` are the requirements that were judged already, `required` those that are being judged.
+    `criteria` are the requirements that were judged already, `required` those that are being judged, if any are.
     """
 
     solution: Solution
@@ -195,7 +195,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     atlas: Atlas | None = None
     own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()
-    required: RequirementsBlock = field(default_factory=RequirementsBlock)
+    required: RequirementsBlock | None = None
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
     attracting: AttractingMotions | None = None
@@ -222,7 +222,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     def only_one_to_one(self) -> bool:
         """Whether no motion but 1:1 is to be judged: no other is allowed, or stable at the design point."""
         one_to_one = "BT", self.solution.device.period_ratio
-        return not self.required.allowed or all(
+        return not self.allowed or all(
             (family.word.letters, family.word.periods) == one_to_one for family, _ in self.stable
         )
 
@@ -257,14 +257,15 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     def is_reached(self) -> bool:
         """Whether the device comes from rest to the 1:1 motion or, where words are required, to one of these."""
         end = self.from_rest
-        if end is None or not self.required.allowed:
+        if end is None or not self.allowed:
             return end is not None and end.reached
         return end.is_motion and self.allows(end.word)
 
     @cached_property
     def allowed(self) -> set[str]:
         """The words that are required, each as the one that stands for its rotations and mirror image."""
-        return {Word.of(word).canonical(self.solution.horizontal).letters for word in self.required.allowed}
+        words = self.required.allowed if self.required is not None else ()
+        return {Word.of(word).canonical(self.solution.horizontal).letters for word in words}
 
     def allows(self, word: str) -> bool:
         """Whether a motion without rest has one of the words that are required."""

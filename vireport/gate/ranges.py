@@ -133,9 +133,9 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
     return held_against(most - least, limit, (f"U_ave from {least:.6g} to {most:.6g} V",), 2 * bound)
 
 
-def _range(required: RequirementsBlock) -> tuple[float, float] | None:
+def _range(required: RequirementsBlock | None) -> tuple[float, float] | None:
     """The range of the swept parameter over which there must be stable motion, ascending."""
-    if required.stable_from is None or required.stable_to is None:
+    if required is None or required.stable_from is None or required.stable_to is None:
         return None
     return min(required.stable_from, required.stable_to), max(required.stable_from, required.stable_to)
 

@@ -406,7 +406,7 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
 def _shock(results: Evidence, limit: Limit) -> Judgement:
     """The least shock found or, where none leads out, the largest that was tried; of the words that are required."""
     found, known = results.withstood, results.attracting
-    if results.required.allowed and known is not None:
+    if results.allowed and known is not None:
         found = known.withstood(_allowed(results, known))
         if found is None:
             raise NumericalError("no stable motion of a word that is required is known at the design point")

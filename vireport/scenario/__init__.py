@@ -1,5 +1,8 @@
 """From a YAML file to a validated, frozen scenario or map, or to every mistake in it."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.scenario.blocks import (
     DEMANDS,
     LARGEST_HARMONIC,
@@ -39,7 +42,11 @@ from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_ma
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.scenario.rules import SPECIAL, Special
-from vireport.scenario.schema import init_text, schema
+
+if TYPE_CHECKING:
+    from vireport.scenario.json_schema import init_text, schema
+else:
+    __getattr__ = deferred(__name__, "json_schema")
 
 __all__ = [
     "DEMANDS",

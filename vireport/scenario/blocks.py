@@ -7,11 +7,22 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 
 from collections.abc import Iterator
 from enum import Enum, StrEnum
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self, TypeVar
 
 from msgspec import Struct
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
 
 from vireport.scenario.parameters import (
     LARGEST,
@@ -66,6 +77,26 @@ class Block(BaseModel):
         defer_build=True,
         model_title_generator=lambda block: block.__name__.removesuffix("Block"),  # editors show the title
     )
+
+
+class _WhenGiven:
+    """Has a block validated by its own validator, which pydantic builds when it is first used.
+
+    To build those of all blocks takes a hundredth of a run with --json, and most scenarios have few of them.
+    """
+
+    def __get_pydantic_core_schema__(self, block: type[Block], _: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(block.model_validate, metadata={"block": block})
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        # Within a schema of definitions the block becomes a reference; by itself it would be written out here.
+        return handler(core_schema.definitions_schema(TypeAdapter(schema["metadata"]["block"]).core_schema, []))
+
+
+_AnyBlock = TypeVar("_AnyBlock", bound=Block)
+
+WhenGiven = Annotated[_AnyBlock, _WhenGiven()]
+"""A block that most scenarios are without."""
 
 
 def is_printable(text: str) -> bool:
@@ -271,7 +302,7 @@ class ExcitationBlock(Block):
     frequency_hz: float | None = _swept(
         Parameter.FREQUENCY, "Frequency", "Hz", "Frequency omega/(2 pi) of the force.", 2.0
     )
-    harmonics: tuple[HarmonicBlock, ...] = _key(
+    harmonics: tuple[WhenGiven[HarmonicBlock], ...] = _key(
         (),
         "Harmonics",
         "",
@@ -1075,32 +1106,32 @@ class Scenario(Block):
     sweep: SweepBlock | None = _key(
         None, "Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."
     )
-    simulation: SimulationBlock | None = _key(
+    simulation: WhenGiven[SimulationBlock] | None = _key(
         None,
         "Simulation",
         "",
         "The simulation beside the solution. Left out, only the report's own motion is simulated.",
     )
-    motions: MotionsBlock | None = _key(
+    motions: WhenGiven[MotionsBlock] | None = _key(
         None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
     )
-    accuracy: AccuracyBlock | None = _key(
+    accuracy: WhenGiven[AccuracyBlock] | None = _key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
     )
-    disturbances: DisturbancesBlock | None = _key(
+    disturbances: WhenGiven[DisturbancesBlock] | None = _key(
         None,
         "Disturbances",
         "",
         "What the device does when it is switched on. Left out, only the outcome from rest at once, and how fast small "
         "disturbances die out.",
     )
-    tolerances: TolerancesBlock | None = _key(
+    tolerances: WhenGiven[TolerancesBlock] | None = _key(
         None,
         "Tolerances",
         "",
         "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
     )
-    measured: tuple[RecordBlock, ...] | None = _key(
+    measured: tuple[WhenGiven[RecordBlock], ...] | None = _key(
         None,
         "Measured",
         "",
@@ -1110,10 +1141,10 @@ class Scenario(Block):
         min_length=1,
         max_length=MOST_RECORDS,
     )
-    requirements: RequirementsBlock | None = _key(
+    requirements: WhenGiven[RequirementsBlock] | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
     )
-    effects: tuple[EffectBlock, ...] | None = _key(
+    effects: tuple[WhenGiven[EffectBlock], ...] | None = _key(
         None,
         "Effects",
         "",
@@ -1125,7 +1156,7 @@ class Scenario(Block):
         min_length=1,
         max_length=MOST_EFFECTS,
     )
-    design: DesignBlock | None = _key(
+    design: WhenGiven[DesignBlock] | None = _key(
         None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
     )
 

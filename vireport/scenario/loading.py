@@ -33,8 +33,6 @@ from vireport.scenario.document import (
     join,
     read,
 )
-from vireport.scenario.hints import closest
-from vireport.scenario.messages import worded
 from vireport.scenario.overrides import apply, as_texts
 from vireport.scenario.rules import (
     AXES,
@@ -226,6 +224,8 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     findings += inconsistencies(document, {finding.path for finding in findings} | document.unread, model)
     if file is not None and not findings and not document.mistakes:
         return file
+    from vireport.scenario.messages import worded
+
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
     raise ScenarioError(document.name, [*document.mistakes, *worded(findings, document, model)])
 
@@ -274,6 +274,8 @@ def _unreadable(path: Path, error: Exception) -> str:
     if str(path) == "-":
         return f"standard input cannot be read ({getattr(error, 'strerror', None) or error})"
     if isinstance(error, FileNotFoundError):
+        from vireport.scenario.hints import closest
+
         try:
             close = closest(path.name, [entry.name for entry in islice(path.parent.iterdir(), MOST_NAMES)])
         except OSError:

@@ -13,6 +13,7 @@ from vireport.base import Mistake
 from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario, is_printable
 from vireport.scenario.document import Document, is_within
+from vireport.scenario.json_schema import keys
 from vireport.scenario.parameters import DRIVING
 from vireport.scenario.rules import (
     AXES,
@@ -23,7 +24,6 @@ from vireport.scenario.rules import (
     rows_of,
     swept,
 )
-from vireport.scenario.schema import keys
 from vireport.text import visible
 
 _LONGEST_VALUE = 60  # characters of a value that are shown
