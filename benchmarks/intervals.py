@@ -72,6 +72,8 @@ def truth(regime: str, device: Device, rng: np.random.Generator, impacts: int):
         own = np.concatenate([[0.0], np.cumsum(rows[1:, FLIGHT])])
         if np.abs(np.exp(1j * (rows[0, PHASE] + np.pi * own - rows[:, PHASE])) - 1).max() > 1e-6:
             continue  # the ball rests in between, which no flight is
+        if own[-1] < impacts / 10:
+            continue  # it chatters all the time, at the largest restitution that falls with speed
         own /= 2 * device.frequency_hz
         return own + 0.1 / device.frequency_hz, rows[:, WALL], float(rows[0, PHASE] - 2 * np.pi * 0.1)
 
