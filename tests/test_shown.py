@@ -498,6 +498,7 @@ def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
         not_followed=2,
         meetings=meetings,
         loci=[SimpleNamespace(event=Event.FOLD)] * 5,
+        regions=None,
     )
     text = chart_text(chart)
     assert "Over inclination from 3 to 90° and length from 0.3 to 1 m: 5 curves and 2 points" in plain(text)

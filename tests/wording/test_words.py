@@ -16,13 +16,14 @@ from jinja2.meta import find_undeclared_variables
 from msgspec.structs import replace
 
 from vireport import analyse, load
+from vireport.chart.words import Naming
 from vireport.design import MeasuredShare, Solution, Unmoved
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, OutcomeRange, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
 from vireport.gate import Evidence, verdict_of
 from vireport.measurement import BetterFit, NoFit, Open, Unfit, Unknown
 from vireport.membranes import Grade
-from vireport.motions import Event
+from vireport.motions import Event, Limits
 from vireport.physics import ElectricalCycle, Word
 from vireport.report.templates import FILTERS
 from vireport.scenario import DesignInput, LeftOut, Parameter
@@ -1054,7 +1055,85 @@ def record(**of: object) -> SimpleNamespace:
     return thing(**known | of)
 
 
+PLANE = thing(inputs=(DesignInput.INCLINATION, DesignInput.LENGTH), low=(0.0, 0.3), high=(90.0, 1.0), swept=True)
+UNSWEPT = thing(inputs=PLANE.inputs, low=PLANE.low, high=PLANE.high, swept=False)
+BT, BTBT = (2, "BT", 1, False), (4, "BTBT", 2, False)
+ENDS = {
+    0: thing(value=51.6, distance=6.6, relative=0.147, event=Event.PERIOD_DOUBLING, taken_over=False),
+    1: thing(value=0.629, distance=-0.0639, relative=-0.0922, event=Event.PITCHFORK, taken_over=True),
+}
+
+
+def charted(
+    motions: object = (BT,), ends: dict[int, object] = ENDS, near: bool = False, **of: object
+) -> dict[str, object]:
+    """What the words of a chart are told by, of motions that are stable at its design point."""
+    stable = None if motions is None else [thing(kind=kind, one_to_one=kind[1] == "BT") for kind in motions]
+    design = thing(inputs=(45.0, 0.6934), motions=stable, nearest=ends.get)
+    known = {
+        "plane": PLANE,
+        "limits": Limits(4, 2),
+        "loci": [0, 0],
+        "meetings": [0],
+        "design": design,
+        "not_followed": 0,
+    }
+    sets = [thing(kinds=(BT,), share=0.5), thing(kinds=(BT, BTBT), share=0.2), thing(kinds=(), share=0.3)]
+    named = Naming(frozenset({("BBT", False)}), Words("chart"))
+    return {"chart": thing(**known | of), "sets": sets, "named": named, "near": near}
+
+
+BAND = {"word": "BBT", "varied": 0, "least": 1e-5, "most": 0.08, "settable": True}
+CHARTED = [
+    ("motion", ("BT", 1, True), "asymmetric BT (T)"),
+    ("motion", ("BBT", 2, False), "BBT (2T)"),
+    ("motion", ("BBT", 0, False), "BBT"),
+    ("stable", (None,), "not resolved"),
+    ("stable", ([],), "none"),
+    ("stable", (["BT", "BBT"],), "BT, BBT"),
+    ("stable_meaning", (None, Limits(4, 2)), "not resolved by rounding"),
+    ("stable_meaning", ([], Limits(4, 1)), "no stable motion of up to 4 impacts in one forcing period"),
+    ("stable_meaning", ([], Limits(4, 2)), "no stable motion of up to 4 impacts in 2 forcing periods"),
+    ("stable_meaning", ([("BT", "BT", 1)], Limits(4, 2)), "BT (1:1)"),
+    ("stable_meaning", ([("BT", "BT", 1), ("BBT", "BBT", 1)], Limits(4, 2)), "BT and BBT"),
+    ("narrow_note", ([], [], PLANE.inputs), ""),
+    ("narrow_note", ([thing(**BAND)], [], PLANE.inputs), "to 0.08° wide in inclination."),
+    ("narrow_note", ([thing(**BAND), thing(**BAND | {"least": 0.08})], ["BB"], PLANE.inputs), "; BBT, 0.08° wide in"),
+    ("narrow_note", ([thing(**BAND | {"settable": False})], ["BB", "B"], PLANE.inputs), "set; BB, B, of widths not"),
+    ("caption", (charted(),), "Chart of length against inclination: the words of the motions that are stable in each"),
+    ("caption", (charted(plane=UNSWEPT, loci=[0], meetings=[0, 0]),), ", of 1:1 motions alone: the words of"),
+    ("caption", (charted() | {"named": Naming(frozenset(), Words("chart"))},), "one at the top), of up to"),
+    ("found", (charted()["chart"],), "Over inclination from 0 to 90° and length from 0.3 to 1 m: 2 curves and 1 point"),
+    ("found", (charted(plane=UNSWEPT, not_followed=1)["chart"],), "neither cross a line that was followed"),
+    ("found", (charted(not_followed=2)["chart"],), "2 ends of curves could not be followed further."),
+    ("alt", (charted(),), "BT (1:1) in 50 % of it; BT and BTBT in 20 % of it; no stable motion of up to 4 impacts"),
+    ("alt", (charted(design=None),), "in 2 forcing periods in 30 % of it."),
+    ("word", (charted(design=None),), "No design point in the chart"),
+    ("word", (charted(None),), "Not resolved"),
+    ("word", (charted(()),), "Not stable"),
+    ("word", (charted((BTBT,)),), "Stable, but not 1:1"),
+    ("word", (charted(near=True),), "Stable, margin small"),
+    ("word", (charted(),), "Stable"),
+    ("headline", (charted(design=None),), "no design point in the chart. BT (1:1) is stable in 50 % of it; BT and"),
+    ("headline", (charted(design=None) | {"sets": charted()["sets"][2:]},), "No stable motion of up to 4 impacts in 2"),
+    ("headline", (charted(None),), "rounding does not resolve the motions."),
+    ("headline", (charted(()),), "no motion of up to 4 impacts in 2 forcing periods is stable."),
+    ("headline", (charted(),), "In inclination BT ends at 51.6° (period doubling), a margin of +6.6° or +15 %."),
+    (
+        "headline",
+        (charted(),),
+        "In length BT hands its stability over at 0.629 m (pitchfork), a margin of −0.0639 m or",
+    ),
+    ("headline", (charted((BT, BTBT), {}),), "BT, BTBT are stable. In inclination no end of BT was found."),
+    ("headline", (charted(ends={0: thing(**vars(ENDS[0]) | {"relative": None})}),), "a margin of +6.6°. In length"),
+    ("end", (Event.SWEEP_END,), "edge of the chart"),
+    ("end", (Event.CLOSED,), "closed"),
+    ("end", (Event.CUSP,), "cusp"),
+]
+"""What is said of charts, by macro."""
+
 SAID: list[tuple[str, str, tuple[object, ...], str]] = [
+    *(("chart", *row) for row in CHARTED),
     ("accuracy", "task", ("orbit", None), "the motion"),
     ("verdict", "from_rest", (FromRest(Destination.OTHER_MOTION, "BBT", 1),), "; from rest the ball comes to BBT"),
     ("verdict", "comes_to", (FromRest(Destination.CHAOTIC),), "moves in a way that is chaotic, or not periodic"),

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from vireport.atlas import FINE, atlas
 from vireport.base import NumericalError, Progress
+from vireport.chart.design import ChartedDesign, charted_design
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import (
     AT_EDGE,
@@ -17,10 +18,11 @@ from vireport.chart.network import (
     LocusStart,
     Network,
 )
-from vireport.chart.plane import Plane, StraightSweep, straight_sweeps
+from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, straight_sweeps
+from vireport.chart.regions import NarrowBand, Regions, narrow_bands, pieces, regions_of
 from vireport.design import along, line_of, motions_at
 from vireport.motions import Atlas, Curve, Event, Limits, PathPoint, completed, follow, motion_at, solve, touching
-from vireport.physics import FLOATS, Word
+from vireport.physics import FLOATS, Device, Word
 from vireport.scenario import Parameter
 
 CUTS, SOLVED_CUTS = 3, 16
@@ -30,25 +32,48 @@ in closed form."""
 LINES, STATIONS = 8, 3
 """Lines across a plane of two restitutions, along each, and devices on each line whose 1:1 motions are followed."""
 
-Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
-"""Stretches of a line: their ends, and the words of the motions that are stable between them."""
-
-
-class Cut(Struct, frozen=True, eq=False):
-    """A sweep across the plane, and what is stable along it."""
-
-    line: StraightSweep
-    stable: Stable
-
 
 class Chart(Struct, frozen=True, eq=False):
-    """Loci in a plane, the points where they meet, and what is stable along some sweeps across it."""
+    """Loci in a plane, the points where they meet, and what is stable along some sweeps across it.
+
+    Attributes
+    ----------
+    plane : Plane
+    limits : Limits
+        Of the motions.
+    loci : tuple of FollowedLocus
+    meetings : tuple of Meeting
+    cuts : tuple of Cut
+    regions : Regions or None
+        What is stable between the loci; None where that was not asked for, see `with_regions`.
+    design : ChartedDesign or None
+        None where the scenario has no design point in the plane.
+    """
 
     plane: Plane
     limits: Limits
     loci: tuple[FollowedLocus, ...]
     meetings: tuple[Meeting, ...]
     cuts: tuple[Cut, ...]
+    regions: Regions | None = None
+    design: ChartedDesign | None = None
+
+    @property
+    def narrow(self) -> tuple[NarrowBand, ...]:
+        """Words that are stable in bands which the regions do not show."""
+        return () if self.regions is None else narrow_bands(self.regions, self.cuts)
+
+    @property
+    def unmeasured(self) -> tuple[str, ...]:
+        """Words of motions that end on loci, and are stable neither in a region nor in a band that a sweep crosses."""
+        if self.regions is None:
+            return ()
+        known = {band.word for band in self.narrow}
+        known |= {letters for region in self.regions.every for _, letters, *_ in region.kinds or ()}
+        bounds = (pieces(locus)[1] for locus in self.loci)
+        pairs = zip(self.loci, bounds, self.regions.edges, strict=True)
+        hidden = {locus.word for locus, own, edges in pairs if (own & ~edges).any()}
+        return tuple(sorted(hidden - known, key=lambda word: (len(word), word)))
 
     @property
     def not_followed(self) -> int:
@@ -87,6 +112,22 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
                 progress(f"loci of {start.motion.word.letters}")
                 network.explore(start)
     return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
+
+
+def with_regions(drawn: Chart, device: Device, progress: Progress = lambda what: None) -> Chart:
+    """A chart with what is stable in each of its regions, and with a device as its design point.
+
+    Parameters
+    ----------
+    drawn : Chart
+    device : Device
+        Of the scenario: a value that it does not have is that of no design point.
+    progress : callable
+        Called with what is done next.
+    """
+    regions = regions_of(drawn.plane, drawn.limits, drawn.loci, progress)
+    progress("margins of the design point")
+    return replace(drawn, regions=regions, design=charted_design(device, drawn.plane, drawn.limits))
 
 
 def _between_restitutions(plane: Plane, word: Word, progress: Progress) -> Chart:

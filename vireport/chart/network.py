@@ -86,6 +86,14 @@ class FollowedLocus(Struct, frozen=True, eq=False):
         return self.path.touched.canonical().letters
 
     @property
+    def symmetric(self) -> bool | None:
+        """Whether its motions are their own mirror images; None where motions have none, as gravity parts them."""
+        if not self.path.plane.horizontal:
+            return None
+        motion = self.path.motion(self.x[len(self.x) // 2])
+        return motion.distance(motion.mirrored()) < IMAGE
+
+    @property
     def inputs(self) -> Floats:
         """The two inputs along it, (n, 2)."""
         return self.x[:, -2:]

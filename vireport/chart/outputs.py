@@ -2,135 +2,116 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vireport.chart.chart import Chart
+from vireport.chart.design import ChartedDesign
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import FollowedLocus
-from vireport.motions import Event
-from vireport.scenario import DesignInput
-from vireport.study import Provenance, json_bytes
+from vireport.chart.plane import Plane
+from vireport.chart.regions import Region, StableMotion
+from vireport.chart.tables import exact_points, shown_points
+from vireport.motions import Event, Motion
+from vireport.scenario import Loaded
+from vireport.study import FIGURE_FORMATS, Provenance, Task, json_bytes, provenance_of, with_pages
 from vireport.text import (
     Table,
-    bounded,
-    error_bound,
-    exact,
     markdown_of,
     markdown_text,
-    numbers,
     plain_text,
-    texts,
 )
 
-NAMES = "figure-chart.png", "figure-chart.svg", "chart.json", "chart.md"
-"""Files that a chart is written to."""
+CHART_FILES = {
+    Task.HTML: ("report.html",),
+    Task.PDF: ("report.pdf",),
+    Task.PNG: ("figure-chart.png",),
+    Task.SVG: ("figure-chart.svg",),
+    Task.FIGURE_PDF: ("figure-chart.pdf",),
+    Task.JSON: ("chart.json",),
+    Task.MARKDOWN: ("chart.md",),
+}
+"""Files that a chart may be written to, by their formats."""
 
-SHOWN = 1e-8
-"""Relative error below which no digit of a point is printed on a terminal."""
-
-NOTE = (
-    "Two grazings: two touches in one motion. Degenerate grazing: period doublings and folds of the motion with the "
-    "further impact begin. Cusp: two curves of folds end together. Degenerate period doubling: it changes from soft "
-    "to hard, and a curve of folds begins."
-)
-
-
-def files(chart: Chart, provenance: Provenance) -> dict[str, bytes]:
-    """The files of a chart by their names."""
-    from vireport.chart.figure import picture
-
-    drawn = picture(chart, caption_of(chart))
-    contents = drawn.png, drawn.svg, chart_json(chart, provenance), markdown(chart).encode()
-    return dict(zip(NAMES, contents, strict=True))
+FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.SVG, Task.JSON, Task.MARKDOWN)
+"""What is written by default."""
 
 
-def caption_of(chart: Chart) -> str:
-    """What the figure of a chart shows."""
-    x, y = (varied.quantity for varied in chart.plane.inputs)
-    kinds = ", ".join(dict.fromkeys(locus.event.words for locus in chart.loci))
-    alone = "" if chart.plane.swept else ", of 1:1 motions alone"
-    return f"Chart of {y} against {x}{alone}: {counted(chart)}{kinds and f'; the curves are of {kinds}'}."
+def files(
+    chart: Chart,
+    loaded: Loaded,
+    formats: Collection[Task],
+    command: str,
+    templates: Path | None = None,
+    paper: str = "a4",
+    width_mm: float | None = None,
+) -> dict[str, bytes]:
+    """The files of a chart by their names; only what they need is imported.
+
+    Parameters
+    ----------
+    chart : Chart
+        With its regions.
+    loaded : Loaded
+        The scenario.
+    formats : collection of Task
+        Among `CHART_FILES`.
+    command : str
+        For the record.
+    templates : Path, optional
+        A folder whose templates come before ours.
+    paper : str
+        Of the PDF: a4 or letter.
+    width_mm : float, optional
+        Of the figure, for a column of a paper.
+    """
+    provenance, found, asked = provenance_of(loaded, command), dict[str, bytes](), set(formats)
+    if asked & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
+        from vireport.chart.figure import picture
+        from vireport.chart.report import ChartReport
+        from vireport.figures import Sheet, drawn_for
+        from vireport.report import render_files
+
+        with drawn_for(Sheet.of(width_mm)):
+            drawn = picture(chart, templates)
+        origin = with_pages(provenance, drawn=True) if asked & {Task.HTML, Task.PDF} else provenance
+        report = ChartReport(chart, loaded, {drawn.name: drawn}, origin, templates)
+        found |= render_files(report, asked, templates, paper)
+    if Task.JSON in asked:
+        found["chart.json"] = chart_json(chart, provenance)
+    if Task.MARKDOWN in asked:
+        found["chart.md"] = markdown(chart, templates).encode()
+    return found
 
 
-def text(chart: Chart) -> str:
+def text(chart: Chart, templates: Path | None = None) -> str:
     """What a chart comes to, for a terminal."""
-    return plain_text(_parts(chart, _points)) + "\n"
+    return plain_text(_parts(chart, shown_points, templates)) + "\n"
 
 
-def markdown(chart: Chart) -> str:
+def markdown(chart: Chart, templates: Path | None = None) -> str:
     """The same in Markdown, with all digits and the error bounds."""
-    parts = _parts(chart, _exact_points)
+    parts = _parts(chart, exact_points, templates)
     said = "\n\n".join(markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in parts)
     return f"{said.rstrip()}\n"
 
 
-def _parts(chart: Chart, table: Callable[[Chart], Table]) -> Iterator[str | Table]:
-    plane, limits, lost = chart.plane, chart.limits, chart.not_followed
-    ranges = " and ".join(
-        f"{varied.quantity} from {low:g} to {varied.show(high)}"
-        for varied, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
-    )
-    crossed = "sweep" if plane.swept else "line"
-    said = f" {lost} end{'s' * (lost != 1)} of curves could not be followed further." if lost else ""
-    yield (
-        f"Over {ranges}: {counted(chart)}, of motions with at most {limits.impacts} impacts in {limits.periods} "
-        f"forcing periods. Curves that neither cross a {crossed} that was followed nor meet another are missed.{said}"
-    )
+def _parts(chart: Chart, table: Callable[[Chart], Table], templates: Path | None) -> Iterator[str | Table]:
+    """The verdict, what was found and what was not, and the points of codimension two."""
+    from vireport.chart.words import naming, words_given
+    from vireport.wording import Words
+
+    said = Words("chart", templates)
+    if chart.regions is not None:
+        yield said("headline", words_given(chart, naming(chart, templates)))
+    yield said("found", chart)
     if chart.meetings:
         yield table(chart)
-
-
-def _points(chart: Chart) -> Table:
-    """The points of codimension two, to the digits that are justified, and to eight at the most."""
-    rows = (
-        [bounded(x, max(bound, SHOWN * abs(x)) if isfinite(bound) else SHOWN * abs(x)) for x, bound in _inputs(point)]
-        for point in chart.meetings
-    )
-    heads = [_head(varied) for varied in chart.plane.inputs]
-    return _table(chart, heads, rows, f"{NOTE} chart.json has all digits and the error bounds.")
-
-
-def _exact_points(chart: Chart) -> Table:
-    """The same to the last digit, with error bounds."""
-    rows = (
-        [x for value, bound in _inputs(point) for x in (exact(value), error_bound(bound) if isfinite(bound) else "")]
-        for point in chart.meetings
-    )
-    return _table(chart, [column for varied in chart.plane.inputs for column in (_head(varied), "±")], rows, NOTE)
-
-
-def _table(chart: Chart, heads: Sequence[str], rows: Iterable[Sequence[str]], note: str) -> Table:
-    named = tuple(
-        (str(number), name_of(point), point.word, *cells)
-        for number, (point, cells) in enumerate(zip(chart.meetings, rows, strict=True), 1)
-    )
-    return Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*heads)), named, note)
-
-
-def _head(varied: DesignInput) -> str:
-    return f"{varied.quantity} [{varied.unit}]" if varied.unit else varied.quantity
-
-
-def _inputs(point: Meeting) -> list[tuple[float, float]]:
-    return list(zip(map(float, point.inputs), map(float, point.error_bound), strict=True))
-
-
-def counted(chart: Chart) -> str:
-    """How many curves and points a chart has."""
-    curves, points = len(chart.loci), len(chart.meetings)
-    return f"{curves} curve{'s' * (curves != 1)} and {points} point{'s' * (points != 1)} where they meet, end or turn"
-
-
-def name_of(point: Meeting) -> str:
-    """What happens at a point."""
-    own, other = point.events
-    if other is not Event.GRAZING:
-        return other.words
-    if own is Event.GRAZING:
-        return "two grazings"
-    return own.words if own is Event.DEGENERATE_GRAZING else f"{own.words} with grazing"
 
 
 def chart_json(chart: Chart, provenance: Provenance) -> bytes:
@@ -143,8 +124,23 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
                 for varied, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
             ],
             "limits": {"impacts": chart.limits.impacts, "periods": chart.limits.periods},
-            "loci": [_locus(locus) for locus in chart.loci],
+            "loci": [
+                _locus(locus, chart.regions.edges[n] if chart.regions is not None else None)
+                for n, locus in enumerate(chart.loci)
+            ],
             "points": [_point(point) for point in chart.meetings],
+            "regions": [_region(region) for region in chart.regions.every] if chart.regions is not None else [],
+            "narrow_bands": [
+                {
+                    "word": band.word,
+                    "along": plane.inputs[band.varied].value,
+                    "least": band.least,
+                    "most": band.most,
+                    "settable": band.settable,
+                }
+                for band in chart.narrow
+            ],
+            "design_point": None if chart.design is None else _design(chart.design, plane),
             "sweeps": [
                 {
                     "along": plane.inputs[cut.line.varied].value,
@@ -158,7 +154,7 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
     )
 
 
-def _locus(locus: FollowedLocus) -> dict[str, Any]:
+def _locus(locus: FollowedLocus, edges: NDArray[np.bool_] | None) -> dict[str, Any]:
     return {
         "kind": locus.event.value,
         "word": locus.word,
@@ -167,6 +163,80 @@ def _locus(locus: FollowedLocus) -> dict[str, Any]:
         "ends_with": locus.events[-1][1].value,
         "values": locus.inputs.tolist(),
         "bounds_stability": locus.bounds_stability.tolist(),
+        "parts_regions": None if edges is None else edges.reshape(len(locus.x) - 1, -1).any(axis=1).tolist(),
+        "symmetric": locus.symmetric,
+        "condition": _condition(locus),
+        "start": _start(locus),
+    }
+
+
+def _condition(locus: FollowedLocus) -> dict[str, Any]:
+    """What holds on a locus besides the equations of motion: a trace over the determinant's root, and the touches."""
+    condition, event = locus.path.condition, locus.event
+    walls = [locus.path.word.walls[i] for i in condition.rests]
+    levels = {Event.PERIOD_DOUBLING: "-(1 + D)", Event.FOLD: "1 + D", Event.PITCHFORK: "1 + D"}
+    levels[Event.NODE_FOCUS] = "2 sqrt(D)" if condition.sign > 0 else "-2 sqrt(D)"
+    return {
+        "trace": levels.get(event),
+        "touches": list(condition.rests),
+        "membranes": ["bottom" if wall > 0 else "top" for wall in walls],
+    }
+
+
+def _start(locus: FollowedLocus) -> dict[str, Any]:
+    """The motion in the middle of a locus, with its touches as impacts without velocity."""
+    x = locus.x[len(locus.x) // 2]
+    motion = locus.path.motion(x)
+    return {"values": x[-2:].tolist(), "d": motion.coordinate, **_impacts(motion)}
+
+
+def _impacts(motion: Motion) -> dict[str, Any]:
+    """A motion by its impacts, in dimensionless velocities and times."""
+    return {
+        "impacts": motion.word.letters,
+        "periods": motion.word.periods,
+        "velocity": motion.velocity.tolist(),
+        "time": motion.time.tolist(),
+        "phase_rad": motion.phase.tolist(),
+    }
+
+
+def _region(region: Region) -> dict[str, Any]:
+    return {
+        "values": list(region.inputs),
+        "share": region.share,
+        "stable": None if region.motions is None else [_stable(each) for each in region.motions],
+    }
+
+
+def _stable(each: StableMotion) -> dict[str, Any]:
+    return {
+        "word": each.word.letters,
+        "asymmetric": each.asymmetric,
+        **_impacts(each.motion),
+        "trace": each.trace,
+        "determinant": each.decay**2,
+    }
+
+
+def _design(design: ChartedDesign, plane: Plane) -> dict[str, Any]:
+    return {
+        "values": list(design.inputs),
+        "stable": None if design.motions is None else [_stable(each) for each in design.motions],
+        "margins": [
+            {
+                "along": plane.inputs[end.varied].value,
+                "kind": end.event.value,
+                "value": end.value,
+                "distance": end.distance,
+                "relative": end.relative,
+                "error_bound": end.error_bound if end.error_bound is not None and isfinite(end.error_bound) else None,
+                "taken_over": end.taken_over,
+                "stable_beyond": None if end.beyond is None else [_stable(each) for each in end.beyond],
+            }
+            for k in (0, 1)
+            for end in design.along(k)
+        ],
     }
 
 

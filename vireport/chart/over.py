@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 
 from vireport.base import Progress, UsageError
-from vireport.chart.chart import Chart, chart
+from vireport.chart.chart import Chart, chart, with_regions
 from vireport.chart.plane import Plane, is_swept
 from vireport.design import HIGHEST_RESTITUTION, reach
 from vireport.motions import Limits
@@ -33,7 +33,8 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
     """
     asked = loaded.scenario.motions
     limits = LIMITS if asked is None else Limits(asked.impacts, asked.periods)
-    return chart(plane_of(loaded.scenario, over), limits, progress)
+    drawn = chart(plane_of(loaded.scenario, over), limits, progress)
+    return with_regions(drawn, Device.of(loaded.scenario), progress)
 
 
 def plane_of(scenario: Scenario, over: str) -> Plane:

@@ -144,8 +144,24 @@ class StraightSweep(Struct, frozen=True, eq=False):
             swept = _mass(self.sweep.device, swept)
         return self._inputs(swept)
 
+    def swept(self, value: float) -> float:
+        """The value of the sweep at a value of the input."""
+        # Mass and amplitude are exchanged by one formula, either way.
+        return _mass(self.sweep.device, value) if self.plane.inputs[self.varied] is DesignInput.CAPSULE_MASS else value
+
     def _inputs(self, value: float) -> Floats:
         return np.insert([self.other], self.varied, value)
+
+
+Stable = tuple[tuple[float, float, tuple[str, ...]], ...]
+"""Stretches of a line: their ends, and the words of the motions that are stable between them."""
+
+
+class Cut(Struct, frozen=True, eq=False):
+    """A sweep across the plane, and what is stable along it."""
+
+    line: StraightSweep
+    stable: Stable
 
 
 def straight_sweeps(plane: Plane, count: int) -> Iterator[StraightSweep]:

@@ -116,6 +116,13 @@ class PaperSize(StrEnum):
 
 
 Paper = Annotated[PaperSize, typer.Option(help="Sets the paper size of the PDF.")]
+FigureWidth = Annotated[
+    str | None,
+    typer.Option(
+        metavar="86mm",
+        help="Draws figures this wide, for a column of a paper; needs --format png, svg or figure-pdf.",
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Prints errors only.")]
 QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Prints nothing; the exit code tells the outcome.")]
 Json = Annotated[bool, typer.Option("--json", help="Prints the results as JSON and writes no file.")]
@@ -237,13 +244,7 @@ def run(
     ] = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
-    figure_width: Annotated[
-        str | None,
-        typer.Option(
-            metavar="86mm",
-            help="Draws figures this wide, for a column of a paper; needs --format png, svg or figure-pdf.",
-        ),
-    ] = None,
+    figure_width: FigureWidth = None,
     quiet: Quiet = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
@@ -622,23 +623,46 @@ def chart(
     output: Folder = None,
     json: Json = False,
     set_: SetOption = None,
+    format_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="Writes only these formats, separated by commas: html, pdf, png, svg, figure-pdf, json, markdown.",
+        ),
+    ] = None,
+    templates: Templates = None,
+    paper: Paper = PaperSize.A4,
+    figure_width: FigureWidth = None,
     quiet: Quiet = False,
 ) -> None:
     """Draw the stable motions over two inputs, bounded by the exact curves along which motions change."""
-    _refuse_files_beside_json(json, "chart", output, None)
+    _refuse_files_beside_json(json, "chart", output, format_)
+    if json and figure_width is not None:
+        raise UsageError("--json prints the chart and draws no figure: leave out --figure-width")
     loaded = _loaded(scenario, set_)
     from vireport.chart import chart_of
     from vireport.chart import outputs as charts
+    from vireport.cli.outputs import file_names
     from vireport.study import provenance_of
 
-    options = (("--over", [over]), ("--json", json), ("--set", set_))
-    provenance = provenance_of(loaded, _command("chart", [scenario], *options))
-    folder = _writable_folder(output, scenario, "-chart", json, charts.NAMES)
+    wide = ("--figure-width", None if figure_width is None else [figure_width])
+    options = (("--over", [over]), ("--json", json), ("--set", set_), ("--format", format_), wide, _paper(paper))
+    command, formats = _command("chart", [scenario], *options), _formats(format_, charts.CHART_FILES, charts.FORMATS)
+    width_mm = None if figure_width is None else _figure_width(figure_width, formats)
+    names = file_names(formats, charts.CHART_FILES)
+    folder = _writable_folder(output, scenario, "-chart", json, names)
     with progress(quiet) as say:
         result = chart_of(loaded, over, say)
-        files = {} if json else charts.files(result, provenance)
-    printed: str | bytes = charts.chart_json(result, provenance) if json else "" if quiet else charts.text(result)
-    deliver(CommandOutcome(printed, files, stale=charts.NAMES), folder, quiet)
+        if not json:
+            say("setting the report")
+            files = charts.files(result, loaded, formats, command, templates, paper, width_mm)
+    if json:
+        deliver(CommandOutcome(charts.chart_json(result, provenance_of(loaded, command))), quiet=quiet)
+        return
+    beside = file_names([task for task in charts.CHART_FILES if task not in formats], charts.CHART_FILES)
+    printed = "" if quiet else charts.text(result, templates)
+    deliver(CommandOutcome(printed, files, stale=names, beside=beside), folder, quiet)
 
 
 @_command_of(Panel.SEVERAL)
@@ -701,15 +725,18 @@ def _carried(path: str) -> Carried | None:
     return carried
 
 
-def _formats(asked: list[str] | None) -> tuple[Task, ...]:
-    """The outputs asked for, the usual ones where none are."""
+def _formats(
+    asked: list[str] | None, allowed: Collection[Task] | None = None, usual: tuple[Task, ...] | None = None
+) -> tuple[Task, ...]:
+    """The outputs asked for among those of a command, the usual ones where none are; by default those of a run."""
     from vireport.study import ALL_FORMATS, FORMATS
 
+    every = ALL_FORMATS if allowed is None else tuple(allowed)
     words = [word.strip() for part in asked or [] for word in part.split(",") if word.strip()]
-    unknown = [word for word in words if word not in ALL_FORMATS]
+    unknown = [word for word in words if word not in every]
     if unknown:
-        raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(ALL_FORMATS)})")
-    return tuple(task for task in ALL_FORMATS if task in words) or FORMATS
+        raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(every)})")
+    return tuple(task for task in every if task in words) or usual or FORMATS
 
 
 def _figure_width(text: str, formats: tuple[Task, ...]) -> float:

@@ -11,7 +11,22 @@ from vireport.figures.live import live_data
 from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.portraits import portraits_picture
-from vireport.figures.style import DOTTED, HALO, LOCI, Color, Look, Picture, Sheet, figure_css, literal, png_of, style
+from vireport.figures.style import (
+    FILLS,
+    HALO,
+    LOCI,
+    PER_LETTER,
+    Color,
+    Look,
+    Picture,
+    Sheet,
+    drawn_for,
+    figure_css,
+    literal,
+    png_of,
+    sheet,
+    style,
+)
 from vireport.figures.sweeps import OUTCOMES, Drawing, drawing_of, figure_2, figure_4, figure_7, sweep_figure
 
 if TYPE_CHECKING:
@@ -20,11 +35,12 @@ else:
     __getattr__ = deferred(__name__, "record")
 
 __all__ = [
-    "DOTTED",
+    "FILLS",
     "HALO",
     "LOCI",
     "OUTCOMES",
     "OUTSIDE",
+    "PER_LETTER",
     "SCENARIO_COLORS",
     "Color",
     "Drawing",
@@ -38,6 +54,7 @@ __all__ = [
     "alt_text",
     "blank",
     "drawing_of",
+    "drawn_for",
     "figure_2",
     "figure_4",
     "figure_7",
@@ -57,6 +74,7 @@ __all__ = [
     "prefix",
     "record_picture",
     "round_ticks",
+    "sheet",
     "shown_along",
     "simulated_points",
     "style",

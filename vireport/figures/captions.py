@@ -24,7 +24,7 @@ from vireport.figures.curves import (
 from vireport.figures.style import Picture
 from vireport.motions import eigenvalues
 from vireport.physics import RESTITUTIONS, Device
-from vireport.scenario import DRIVING, Approach, Parameter
+from vireport.scenario import DRIVING, Approach, DesignInput, Parameter
 from vireport.study import Study, Task
 from vireport.text import AlertCode, exact, scaled
 from vireport.wording import Words
@@ -115,7 +115,8 @@ def held_by(device: Device, varied: Collection[str]) -> list[str]:
         for name in DRIVING
         if name not in varied and (value := getattr(device, name)) is not None
     ]
-    parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
+    if DesignInput.CAPSULE_MASS not in varied:
+        parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
     if device.recoils and "ball_mass_kg" not in varied:
         parameters.append(f"m = {scaled(device.ball_mass_kg, 3)} g, capsule free")
     parameters += _restitutions(device, varied)

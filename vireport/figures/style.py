@@ -38,6 +38,9 @@ class Color:
     WARNING = "#A33A00"
     """Vermilion, dark enough for text."""
     WHITE = "#FFFFFF"
+    FILL_A, FILL_B, FILL_C, FILL_D = "#D3E8F7", "#FAD58A", "#A9DCC3", "#E8B9D2"
+    FILL_E, FILL_F, FILL_G = "#8FC1E3", "#E39A63", "#B0A78F"
+    """Of areas under texts, from light to dark, so that they are apart in grey as well."""
 
 
 class Pixel:
@@ -51,6 +54,8 @@ ON_DARK = {
     Color.BLACK: "#e7e9eb", Color.ORANGE: "#f0b429", Color.SKY: "#7cc7f2", Color.GREEN: "#2fc79b",
     Color.BLUE: "#4da6e8", Color.VERMILION: "#ff8a3d", Color.PURPLE: "#e39ac2", Color.GREY: "#a0a6ad",
     Color.LIGHT: "#3d434a", Color.WARNING: "#ffa06b", Color.WHITE: "#14171b",
+    Color.FILL_A: "#1d3b52", Color.FILL_B: "#5a4410", Color.FILL_C: "#14503c", Color.FILL_D: "#5b3049",
+    Color.FILL_E: "#2b648d", Color.FILL_F: "#7a3f14", Color.FILL_G: "#4f4a38",
 }  # fmt: skip
 """What each colour becomes on a dark page."""
 
@@ -67,6 +72,9 @@ LOCI: dict[str, tuple[str, Look]] = {
     "node_focus": ("node to focus (A)", {"color": Color.GREY, "linestyle": "-", "linewidth": 0.7}),
 }
 """Name and look of the curves in a plane of two inputs along which motions change, by what happens there."""
+
+FILLS = Color.FILL_A, Color.FILL_B, Color.FILL_C, Color.FILL_D, Color.FILL_E, Color.FILL_F, Color.FILL_G
+"""Colours of areas, the first ones first."""
 
 HALO = 2.8
 """Width of the white under such a curve [pt]."""

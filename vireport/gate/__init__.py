@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from vireport.base import deferred
-from vireport.gate.alerts import LONG_CONTACT, Alert, alerts, cause_of
+from vireport.gate.alerts import LONG_CONTACT, NEAR_CRITICAL, Alert, alerts, cause_of
 from vireport.gate.evidence import Criterion, Evidence, Limit, Question, unmet
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ else:
 __all__ = [
     "DISPLACED",
     "LONG_CONTACT",
+    "NEAR_CRITICAL",
     "REQUIREMENTS",
     "RINGS",
     "Alert",

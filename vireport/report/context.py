@@ -42,6 +42,7 @@ from vireport.scenario import (
     SMALLEST,
     UNIT_OF_SWEPT,
     DesignInput,
+    Loaded,
     Parameter,
     ScalarInput,
     inputs,
@@ -172,6 +173,11 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     def title(self) -> str:
         """Title of the scenario; free text, "" where it has none."""
         return self.study.scenario.title or ""
+
+    @property
+    def loaded(self) -> Loaded:
+        """The scenario as it was read."""
+        return self.study.loaded
 
     @property
     def solution(self) -> Solution:

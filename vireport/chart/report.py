@@ -1,0 +1,100 @@
+"""What the templates of the report of a chart know: the verdict of the design point, regions, loci, their meetings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+
+from vireport.chart.chart import Chart
+from vireport.chart.regions import PIXELS, ROOM
+from vireport.chart.tables import shown_points
+from vireport.chart.words import Naming, naming, words_given
+from vireport.gate import Status, WordedVerdict
+from vireport.scenario import Loaded
+from vireport.study import Provenance
+from vireport.text import Table
+from vireport.wording import Words
+
+if TYPE_CHECKING:
+    from vireport.chart.network import FollowedLocus
+    from vireport.figures import Picture
+
+
+class ChartReport(Struct, frozen=True, eq=False, dict=True):
+    """The object `report` of the templates of `vireport chart`.
+
+    Attributes
+    ----------
+    chart : Chart
+        With its regions.
+    loaded : Loaded
+        The scenario.
+    pictures : mapping of str to Picture
+    provenance : Provenance
+    templates : Path, optional
+        A folder whose templates come before ours.
+    """
+
+    chart: Chart
+    loaded: Loaded
+    pictures: Mapping[str, Picture]
+    provenance: Provenance
+    templates: Path | None = None
+    template: str = "chart.typ.j2"
+    live: str = ""
+
+    @property
+    def title(self) -> str:
+        """That of the scenario, "" where it has none."""
+        return self.loaded.scenario.title or ""
+
+    @cached_property
+    def named(self) -> Naming:
+        """How motions are named."""
+        return naming(self.chart, self.templates)
+
+    @cached_property
+    def given(self) -> dict[str, Any]:
+        """What the words of the chart are told by."""
+        return words_given(self.chart, self.named)
+
+    def say(self, macro: str, *given: Any) -> str:
+        """What a macro of the words of charts says."""
+        return Words("chart", self.templates)(macro, *given)
+
+    @property
+    def verdict(self) -> WordedVerdict:
+        """Whether the design point is stable, and how far from its nearest ends.
+
+        It is never a good one: a chart does not know whether the device comes to the motion from rest.
+        """
+        design = self.chart.design
+        if design is None:
+            status = Status.NEUTRAL
+        elif not design.motions:
+            status = Status.CAUTION if design.motions is None else Status.BAD
+        else:
+            status = Status.NEUTRAL if design.motions[0].one_to_one and not self.given["near"] else Status.CAUTION
+        return WordedVerdict(status, self.say("word", self.given), self.say("headline", self.given))
+
+    def bounding(self) -> Iterator[tuple[int, FollowedLocus]]:
+        """The loci on which stable motions end, by their numbers in chart.json."""
+        yield from ((n, locus) for n, locus in enumerate(self.chart.loci, 1) if locus.bounds_stability.any())
+
+    @property
+    def narrowest(self) -> float:
+        """Share of a range that a region is wide at least."""
+        return 2 * ROOM / PIXELS
+
+    def points(self) -> Table:
+        """The points of codimension two, to eight digits."""
+        return shown_points(self.chart)
+
+    @property
+    def listing(self) -> str:
+        """The scenario as given."""
+        return self.loaded.document.text
