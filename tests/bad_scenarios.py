@@ -798,12 +798,12 @@ HARMONICS = (
         "harmonics that are none", "2, 5", (_HARMONIC, "got 2 (a block of keys"), (f"{_HARMONIC[:-1]}1", "got 5")
     ),
     bad(
-        "a harmonic and tolerances",
+        "a harmonic and a best design",
         good_but(12, "  frequency_hz: 2.0\n  harmonics: [{order: 2, percent: 1, phase_deg: 0}]")
-        + "tolerances: {length_m: 0.01}\naccuracy: {}\n",
+        + "design: {maximise: margin_percent, vary: [{path: device.length_m, from: 0.3, to: 0.9}]}\naccuracy: {}\n",
         (
             21,
-            "tolerances",
+            "design",
             "it knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)",
         ),
         (22, "accuracy", "it knows a force that is a sine alone"),
@@ -826,11 +826,13 @@ FRICTION = (
     friction(
         "friction and what does not know it",
         "0.1",
-        "motions: {}\nrequirements: {word: BT, inclination_from_deg: 20, inclination_to_deg: 30}\n",
+        "motions: {}\nrequirements: {word: BT, inclination_from_deg: 20, inclination_to_deg: 30}\n"
+        "tolerances: {length_m: 0.01}\n",
         (21, "motions", _RUBS),
         (22, "requirements.word", _RUBS),
         (22, "requirements.inclination_from_deg", _RUBS),
         (22, "requirements.inclination_to_deg", _RUBS),
+        (23, "tolerances", _RUBS),
     ),
 )
 

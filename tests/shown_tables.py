@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import ceil, floor, inf, log, log10, pi, sqrt
+from math import ceil, floor, hypot, inf, log, log10, pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SWEPT, SYMBOLS, Device, contact_time, device_of, mean
@@ -1208,7 +1208,7 @@ def sentences(x: Results) -> Iterator[Said]:
     if x.data["disturbances"] is not None and x.data["disturbances"]["proof"] is not None:
         yield from _proved(x)
     if x.data["tolerances"] is not None:
-        yield from _of_tolerances(x)
+        yield from of_tolerances(x)
     if x.data["families"]:
         yield from _of_families(x)
     if x.data["simulation"] is not None:
@@ -1452,7 +1452,7 @@ def _alerts(x: Results) -> Iterator[Said]:
             yield Said("The digits are those that contacts of {} of a period leave.", Amount(share, "%", 2))
 
 
-def _of_tolerances(x: Results) -> Iterator[Said]:
+def of_tolerances(x: Results) -> Iterator[Said]:
     of = x.data["tolerances"]
     yields = of["yield"]
     share = yields["stable"] / yields["samples"]
@@ -1469,6 +1469,18 @@ def _of_tolerances(x: Results) -> Iterator[Said]:
             f"{yields['stable']} of {yields['samples']} random devices have stable motion (95 % interval {{}} to {{}})",
             *interval,
         )
+    if of["proof_not_known_of"] is not None:
+        end = next(row for row in x.design["margins"] if row["ends_stability"] or row["taken_over"])
+        slopes = end["derivatives_by_harmonic"]
+        moved = [hypot(*slopes[str(own["order"])].values()) for own in x.scenario["excitation"]["harmonics"]]
+        unit = end["unit"]
+        yield Said(
+            f"moves the nearest end of stable motion, {end['kind'].replace('_', ' ')} at {{}}, by "
+            + " and ".join(f"{{}} for order {own['order']}" for own in x.scenario["excitation"]["harmonics"])
+            + ". That end is {} away.",
+            Amount(end["sweep_value"], unit), *(Amount(own, unit, 2) for own in moved),
+            Amount(abs(end["distance"]), unit, 3),
+        )  # fmt: skip
 
 
 def _of_families(x: Results) -> Iterator[Said]:

@@ -44,6 +44,7 @@ TESTS = {
     "vireport/shocks": ("tests/shocks/test_withstood.py",),
     "vireport/physics/cubics": ("tests/simulation/test_recorded_force.py",),
     "vireport/physics/groups": ("tests/motions/test_two_restitutions.py", "tests/physics/test_friction_group.py"),
+    "vireport/motions/plane": ("tests/motions/test_motion_plane.py", "tests/motions/test_friction.py"),
     "vireport/optimise": ("tests/optimise/test_best_design.py",),
     "vireport/text": ("tests/text", "tests/gate"),
 }

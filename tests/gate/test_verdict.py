@@ -139,7 +139,7 @@ def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
     assert "departs from 1 of 9" in fact(failed, Question.SIMULATED).detail
     assert fact(failed, Question.SIMULATED).detail.endswith("0.003")
     open_ones = SimpleNamespace(
-        proved=False, worst=None, sampled=SimpleNamespace(stable=64, samples=64, low=0.9, high=1.0)
+        proved=False, worst=None, provable=True, sampled=SimpleNamespace(stable=64, samples=64, low=0.9, high=1.0)
     )
     assert said(solution, tolerances=open_ones).word == "Stable, but tolerances not decided"
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat, wavfile
@@ -197,10 +199,99 @@ def test_variables_that_do_not_fit_are_refused(tmp_path: Path, content: dict[str
         read_recording(str(tmp_path / "x.mat"))
 
 
-def test_matlab_files_that_are_none_or_too_new_are_refused(tmp_path: Path) -> None:
-    for data in (b"", b"MATLAB", bytes(300)):
+def test_matlab_files_that_are_none_are_refused(tmp_path: Path) -> None:
+    newer = NEWER + b"\x89HDF\r\n\x1a\n" + bytes(100)
+    for data in (b"", b"MATLAB", bytes(300), newer):
         with pytest.raises(UsageError, match=r"cannot be read as a MATLAB file|no variables"):
             read(tmp_path, data, "x.mat")
-    newer = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\x89HDF\r\n\x1a\n" + bytes(100)
-    with pytest.raises(UsageError, match=r"version 7\.3 \(allowed: save\(.*'-v7'\)\)"):
-        read(tmp_path, newer, "x.mat")
+
+
+NEWER = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM" + bytes(384)
+"""What a file of version 7.3 begins with, before the HDF5."""
+
+
+def write_newer(path: Path, content: dict[str, Any]) -> None:
+    """A file as MATLAB writes it: arrays transposed, their class beside them, text as numbers of its characters."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file.create_group("#refs#")
+        for title, own in content.items():
+            if isinstance(own, str):
+                stored = file.create_dataset(title, data=np.array([[ord(c)] for c in own], dtype=np.uint16))
+                stored.attrs["MATLAB_class"] = np.bytes_("char")
+                stored.attrs["MATLAB_int_decode"] = np.int32(2)
+            elif isinstance(own, dict):
+                stored = file.create_group(title)
+                stored.attrs["MATLAB_class"] = np.bytes_("struct")
+            elif not np.size(own):
+                stored = file.create_dataset(title, data=np.array([0, 0], dtype=np.uint64))
+                stored.attrs["MATLAB_class"] = np.bytes_("double")
+                stored.attrs["MATLAB_empty"] = np.uint8(1)
+            elif isinstance(own, h5py.ExternalLink):
+                file[title] = own
+            else:
+                values = np.atleast_2d(np.asarray(own))
+                if np.iscomplexobj(values):
+                    pairs = np.empty(values.shape, dtype=[("real", "<f8"), ("imag", "<f8")])
+                    pairs["real"], pairs["imag"] = values.real, values.imag
+                    values = pairs
+                stored = file.create_dataset(title, data=values.T)
+                names = {"float64": "double", "float32": "single", "bool": "logical"}
+                kind = "double" if np.iscomplexobj(own) else names.get(str(values.dtype), str(values.dtype))
+                if kind != "uint64":  # that is taken for a file of HDF5 that is not MATLAB's
+                    stored.attrs["MATLAB_class"] = np.bytes_(kind)
+    with path.open("r+b") as file:
+        file.write(NEWER)
+
+
+@pytest.mark.parametrize("kind", ["float64", "float32", "int16"])
+def test_a_matlab_file_of_version_7_3_is_read_as_an_older_one_is(tmp_path: Path, kind: str) -> None:
+    heard = np.round(1000 * np.sin(np.arange(100))).astype(kind)
+    for clock in ({"time_s": TIMES}, {"sampling_rate_hz": 1000.0}):
+        content = {"bottom_voltage_mv": heard, "top_voltage_v": -TIMES[:, None]} | clock | {"unused_notes": "text"}
+        savemat(tmp_path / "old.mat", content)
+        write_newer(tmp_path / "new.mat", content)
+        old, new = (read_recording(str(tmp_path / f"{name}.mat")) for name in ("old", "new"))
+        assert new.step_s == old.step_s == pytest.approx(1e-3)
+        assert {own.name for own in new.channels} == {"bottom_voltage_mv", "top_voltage_v"}
+        of_old = {own.name: own for own in old.channels}
+        for own in new.channels:
+            np.testing.assert_array_equal(own.values, of_old[own.name].values)
+            assert own.place is of_old[own.name].place
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (VECTORS, "either the vector time_s or the number sampling_rate_hz is needed"),
+        (VECTORS | {"sampling_rate_hz": -1.0}, "sampling_rate_hz: is no positive number"),
+        (VECTORS | {"sampling_rate_hz": "fast"}, "sampling_rate_hz: is no positive number"),
+        (VECTORS | {"time_s": TIMES[1:]}, "vectors of 99 to 100 samples (allowed: all of one length)"),
+        ({"voltage_v": np.ones((10, 10)), "sampling_rate_hz": 1.0}, "voltage_v: is no vector of real numbers"),
+        ({"voltage_v": TIMES * 1j, "sampling_rate_hz": 1.0}, "voltage_v: is no vector of real numbers"),
+        ({"voltage_v": "x" * 100, "sampling_rate_hz": 1.0}, "voltage_v: is no vector of real numbers"),
+        ({"voltage_v": TIMES > 0, "sampling_rate_hz": 1.0}, "voltage_v: is no vector of real numbers"),
+        ({"voltage_v": {}, "sampling_rate_hz": 1.0}, "voltage_v: is no vector of real numbers"),
+        ({"voltage_v": [], "sampling_rate_hz": 1.0}, "voltage_v: is no vector of real numbers"),
+        ({"voltage_v": np.ones(100, "uint64"), "sampling_rate_hz": 1.0}, "voltage_v: is no vector of real numbers"),
+        (
+            {"voltage_v": h5py.ExternalLink("other.mat", "voltage_v"), "sampling_rate_hz": 1.0},
+            "voltage_v: is no vector of real numbers",
+        ),
+        ({"voltage_v": np.where(TIMES > 0.05, np.nan, 1.0), "sampling_rate_hz": 1.0}, "voltage_v: sample 52 is not a"),
+        ({"voltage": TIMES, "sampling_rate_hz": 1.0}, "voltage: the name has no unit"),
+        ({}, "the file has no variables"),
+    ],
+)
+def test_variables_of_version_7_3_that_do_not_fit_are_refused(
+    tmp_path: Path, content: dict[str, Any], message: str
+) -> None:
+    write_newer(tmp_path / "x.mat", content)
+    with pytest.raises(VireportError, match=re.escape(message)):
+        read_recording(str(tmp_path / "x.mat"))
+
+
+def test_without_the_package_a_file_of_version_7_3_names_the_command(tmp_path: Path, monkeypatch) -> None:
+    write_newer(tmp_path / "x.mat", VECTORS | {"sampling_rate_hz": 1000.0})
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(UsageError, match=r"needs h5py: pip install 'vireport\[recordings\]'"):
+        read_recording(str(tmp_path / "x.mat"))

@@ -17,8 +17,10 @@ from synthetic import device_of, truth
 
 from vireport import load
 from vireport.cli import main
+from vireport.design import design_point, devices_off
+from vireport.design.devices import stable_motions
 from vireport.measurement import read_record
-from vireport.physics import Harmonic
+from vireport.physics import Device, Harmonic, with_harmonic
 from vireport.scenario import DesignInput
 
 SCENARIO, IMPACTS = str(EXAMPLES / "measured.yaml"), str(EXAMPLES / "measured-impacts.csv")
@@ -108,9 +110,47 @@ def test_a_distorted_shaker_is_in_the_identified_scenario(capsys, tmp_path: Path
     assert excitation.harmonics[0].phase_deg == pytest.approx(60.0, abs=0.3)
     for row in results["identified"]:
         assert abs(row["value"] - TRUTH[row["name"]]) < 4 * row["standard_error"]
-    assert results["devices"] is None
-    assert main(["run", str(tmp_path / "identified.yaml"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["design_point"]["stability"]
+    assert results["devices"]["stable"] == results["devices"]["samples"]
+    # How far the nearest end moves with one standard error more of the cosine, and of the sine.
+    held = results["held_harmonics"]
+    (own,) = [own for own in results["record"]["excitation"]["harmonics"] if own["significant"]]
+    device = Device.of(load(tmp_path / "identified.yaml").scenario)
+    size, end = own["percent_error"] / 100, held["nearest_end"]
+    at = []
+    for parts in ((0.0, 0.0), (size, 0.0), (0.0, size)):
+        off = replace(device, harmonics=with_harmonic(device.harmonics, Harmonic(2, *parts)))
+        ends = (x.sweep_value for x in design_point(off, None).limits() if x.parameter == end["parameter"])
+        at.append(min(ends, key=lambda x: abs(x - end["value"])))
+    assert at[0] == pytest.approx(end["value"], rel=1e-3)
+    assert held["standard_error"] == pytest.approx(np.hypot(at[1] - at[0], at[2] - at[0]), rel=1e-2)
+
+
+DISTORTED = [((2, 4.0, 60.0),), ((2, 2.0, 225.0), (3, 1.0, 40.0)), ((3, 5.0, 200.0),)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("harmonics", DISTORTED)
+def test_the_yield_of_a_distorted_shaker_is_that_of_the_device_behind_the_record(
+    capsys, tmp_path: Path, harmonics: tuple[tuple[int, float, float], ...]
+) -> None:
+    """From raw signals to the yield of such devices, of which the length may be off beyond the end of stable motion."""
+    record, folder = recorded(tmp_path, harmonics), tmp_path / "out"
+    assert main(["identify", SCENARIO, "--record", record, "-o", str(folder)]) == 0
+    assert "The harmonics of the force are held at their values." in " ".join(capsys.readouterr().out.split())
+    device = device_of("measured").with_values({DesignInput(key): value for key, value in TRUTH.items()})
+    device = replace(device, harmonics=tuple(Harmonic.of(*own) for own in harmonics))
+    limits = design_point(device, None).limits()
+    off = 1.5 * min(abs(end.distance) for end in limits if end.parameter is DesignInput.LENGTH)
+    given = ["run", str(folder / "identified.yaml"), "--json", "--set", f"tolerances.length_m={off}"]
+    assert main(given) == 0
+    found = json.loads(capsys.readouterr().out)["tolerances"]
+    assert (found["answer"], found["proof"]) == ("refuted", None)
+    widths = {DesignInput(row["parameter"]): (row["to"] - row["from"]) / 2 for row in found["inputs"]}
+    assert widths.keys() > {DesignInput.AMPLITUDE, DesignInput.FREQUENCY, DesignInput.RESTITUTION_TOP}
+    steps = np.random.default_rng(3).uniform(-1, 1, (len(widths), 4096))
+    true = len(set(stable_motions(devices_off(device, widths, steps))[0])) / 4096
+    assert 0.5 < true < 0.9
+    assert found["yield"]["share"] == pytest.approx(true, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,10 @@ from vireport.design.point import motions_at
 from vireport.motions import Event, Motions, Sweep, find_motions, orbits, solve, turns
 from vireport.motions.contour import Surface, contours, places
 from vireport.motions.points import motion_at
+from vireport.motions.pointwise import PointwiseMotions
 from vireport.motions.sweep import Held, Level
-from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall
+from vireport.motions.turning import wall_gap
+from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall, unaccelerated
 from vireport.scenario import DRIVING, Parameter
 from vireport.simulation import BOTTOM, Impact, find_attractor
 
@@ -130,6 +132,23 @@ def test_the_gap_to_a_membrane_is_that_of_many_times(parts) -> None:
             assert min([float(groups.d), *found]) == pytest.approx(motions.wall_gap[row], abs=1e-9)
             seen += motions.wall_gap[row] < groups.d
     assert seen
+
+
+def test_the_gaps_of_many_motions_are_those_of_each_by_itself() -> None:
+    """Of two forcing periods: some have accelerations that vanish at two phases, others at four."""
+    rng = np.random.default_rng(1)
+    force = Harmonic.of(2, 50.0, 20.0), Harmonic.of(3, 30.0, 100.0)
+    orbit = orbits(rng.uniform(-0.45, 0.45, 400), rng.uniform(0, 2 * pi, 400), 0.5, 2, harmonics=force)
+    orbit = orbit.select((orbit.velocity_bottom > 0) & (orbit.velocity_top < 0) & (orbit.d > 0.01))
+    assert {len(unaccelerated(float(gbar), force)) for gbar in orbit.gbar} == {2, 4}
+    gaps, seen = wall_gap(orbit, 0.5), set()
+    motions = PointwiseMotions(np.arange(len(gaps)), orbit, gaps, gaps)
+    for k, gap in enumerate(gaps):
+        groups = Groups(float(orbit.d[k]), float(orbit.gbar[k]), 0.5, force)
+        least = min([groups.d, *(turn.gap for turn in turns(motions.motion(k, 2), groups))])
+        assert gap == pytest.approx(least, abs=1e-9) or max(gap, least) < 0  # beyond a membrane either is
+        seen.add(bool(gap > 0))
+    assert seen == {False, True}
 
 
 def missed_by(

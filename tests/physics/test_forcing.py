@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from vireport.physics import DIGITS, DecimalOps, Harmonic, peaks, unaccelerated, wave, with_harmonic
+from vireport.physics import DIGITS, DecimalOps, Harmonic, peaks, unaccelerated, unaccelerated_by, wave, with_harmonic
 
 FORCES = [
     ((2, 0.02, 225.0),),
@@ -88,3 +88,12 @@ def test_in_decimals_a_harmonic_has_all_digits_of_what_is_given() -> None:
             ):
                 assert abs(mpf(str(part)) - true) < mpf(10) ** -37
                 assert abs(double - float(true)) <= 4 * np.spacing(percent / 100)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-9, 1e-11, 1e-13, 1e-300])
+def test_a_harmonic_next_to_nothing_hides_no_phase(size: float) -> None:
+    for order in (2, 5, 8):
+        found = unaccelerated(0.3, (Harmonic(order, size, -size),))
+        assert found == pytest.approx((np.arccos(-0.3), 2 * np.pi - np.arccos(-0.3)), abs=3 * size + 1e-6)
+        many = unaccelerated_by(np.array([0.3, 2.0]), (Harmonic(order, size, -size),))
+        assert [row[~np.isnan(row)].tolist() for row in many] == [list(found), []]

@@ -15,10 +15,11 @@ from vireport.checks import measure
 from vireport.checks.certificates import certify
 from vireport.comparison.quantities import ComparedScenario
 from vireport.design import region_of
+from vireport.design.proof import prove_region
 from vireport.membranes import compliance
 from vireport.physics import Device, Harmonic
 from vireport.scenario import DesignInput, Parameter, load
-from vireport.study import Task, analyse, plan
+from vireport.study import Task, analyse, plan, recheck
 
 SECOND = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
 NOTHING = {"excitation.harmonics": [{"order": 2, "percent": 0.0, "phase_deg": 225.0}]}
@@ -78,7 +79,7 @@ def test_an_even_harmonic_leaves_out_the_symmetric_family(example) -> None:
 
 @pytest.mark.parametrize(
     "block",
-    [{"accuracy": {}}, {"disturbances": {"prove": True}}, {"tolerances": {"length_percent": 1}}],
+    [{"accuracy": {}}, {"disturbances": {"prove": True}}],
     ids=lambda block: next(iter(block)),
 )
 def test_blocks_that_know_a_sine_alone_are_refused_with_the_key(block, example) -> None:
@@ -93,7 +94,7 @@ def test_what_is_called_from_python_refuses_as_well(distorted, example) -> None:
     with pytest.raises(UsageError, match=refused):
         certify(solution.diagram)
     with pytest.raises(UsageError, match=refused):
-        region_of(device, {DesignInput.LENGTH: 0.01})
+        prove_region(region_of(device, {DesignInput.LENGTH: 0.01}))
     with pytest.raises(UsageError, match=refused):
         compliance(solution, (1.0,))
     with pytest.raises(UsageError, match=refused):
@@ -116,3 +117,23 @@ def test_results_with_harmonics_are_compared_and_read_again(distorted) -> None:
     assert compared.d(Parameter.LENGTH, 0.7) == pytest.approx(distorted.solution.device.groups(Parameter.LENGTH, 0.7).d)
     del data["scenario"]["excitation"]["harmonics"]
     assert ComparedScenario(data, False).device.harmonics == ()
+
+
+def test_tolerances_are_sampled_and_nothing_is_said_to_be_proved(example) -> None:
+    over = SECOND | {"tolerances": {"length_percent": 1, "restitution_percent": 1, "samples": 256}}
+    study = analyse(load(example("inclined"), over), (Task.JSON, Task.MARKDOWN))
+    found = json.loads(json.dumps(study.to_dict(), allow_nan=False))["tolerances"]
+    assert (found["answer"], found["proof"], found["boxes"], found["open_share"]) == ("undecided", None, 0, None)
+    assert found["proof_not_known_of"] == NAMED
+    assert (found["yield"]["stable"], found["worst"]) == (256, None)
+    assert study.verdict.conclusion.name == "TOLERANCES_OPEN"
+    with pytest.raises(UsageError, match="no proof over tolerances"):
+        recheck(study.to_dict())
+    parted = {"device.restitution": None, "device.restitution_bottom": 0.5, "device.restitution_top": 0.52}
+    failing = analyse(load(example("inclined"), over | parted | {"tolerances": {"restitution": 0.2}}), (Task.JSON,))
+    values = failing.tolerances.worst.values
+    mean = (values[DesignInput.RESTITUTION_BOTTOM] + values[DesignInput.RESTITUTION_TOP]) / 2
+    assert failing.tolerances.of_worst(DesignInput.RESTITUTION) == mean
+    assert failing.tolerances.of_worst(DesignInput.LENGTH) == values[DesignInput.LENGTH]
+    plain = analyse(load(example("inclined"), over | NOTHING), (Task.JSON,)).to_dict()["tolerances"]
+    assert (plain["answer"], plain["proof_not_known_of"]) == ("proved", None)

@@ -13,6 +13,7 @@ from msgspec import Struct
 EXTRAS = {
     "dask.distributed": "cluster",
     "filelock": "sweep",
+    "h5py": "recordings",
     "numba": "simulation",
     "pyarrow": "sweep",
     "python-flint": "certify",

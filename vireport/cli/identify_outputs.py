@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import reduce
+from math import hypot, sqrt
 from typing import Any
 
 import numpy as np
 import yaml
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
 from scipy.special import stdtrit  # type: ignore[import-untyped]
 
 from vireport.base import NumericalError, Progress, UsageError
 from vireport.cli.outcome import CommandOutcome
-from vireport.design import MeasuredShare, measured_share
+from vireport.design import Margin, MeasuredShare, design_point, measured_share
 from vireport.measurement import (
     OF_SHAKER,
     Fitted,
@@ -55,6 +56,22 @@ DISTORTION = "harmonics"
 """What a record may not show of `excitation`."""
 
 WORDS = Words("identify")
+
+
+class HeldHarmonics(Struct, frozen=True, eq=False):
+    """What it comes to that harmonics of the force are held at their values where devices are tried.
+
+    Attributes
+    ----------
+    end : Margin or None
+        To the nearest end of stable motion; None where none is known.
+    error : float or None
+        Standard error of where it is by those of the harmonics, in the unit of its input; None where these were not
+        measured, or the derivatives are not known.
+    """
+
+    end: Margin | None
+    error: float | None
 
 
 def outcome(
@@ -106,9 +123,10 @@ def outcome(
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
     say("trying devices as the errors allow")
-    share = _share_of(answer)
+    share, held = _share_of(answer), _held_harmonics(answer, shaker)
     data = _data(answer, scenario)
     data["devices"] = None if share is None else to_builtins(share)
+    data["held_harmonics"] = None if held is None else _held_data(held)
     if signals is not None:
         data["record"] = _signals_data(signals, float(inquiry.model.device.capsule_mass_kg))
     written = json_bytes(data, provenance_of(loaded, command))
@@ -119,10 +137,8 @@ def outcome(
             files[RECORD] = record_contents(impacts)
     failure = "" if answer.misfit.accepted else f"the data contradict the model: {WORDS('reason', answer.misfit)}"
     parts = [*(() if signals is None else _signals_parts(signals)), *_parts(answer, record.unused)]
-    if share is not None:
-        parts.append(WORDS("devices", share))
-    elif shaker is not None and answer.inquiry.model.device.harmonics and answer.misfit.accepted:
-        parts.append(WORDS("distorted"))
+    parts += [WORDS("devices", share)] if share is not None else []
+    parts += [WORDS("held", held)] if held is not None else []
     result: str | bytes = written if json else plain_text(parts) + "\n"
     return CommandOutcome(result, files, failure=failure, exit_code=bool(failure), stale=stale)
 
@@ -148,7 +164,7 @@ def _share_of(answer: Identification) -> MeasuredShare | None:
     inputs = [x.design_input for x in own.unknowns if x.design_input is not None]
     device = own.model.device
     # Beyond what inputs can be, a restitution of 0 or 1 for one, devices have no meaning.
-    if device.harmonics or not inputs or not np.isfinite(own.covariance).all():
+    if not inputs or not np.isfinite(own.covariance).all():
         return None
     for row, varied in zip(rows, inputs, strict=True):
         low, high = varied.limits
@@ -157,6 +173,36 @@ def _share_of(answer: Identification) -> MeasuredShare | None:
         if not (low <= device.value_of(varied) - reach and device.value_of(varied) + reach <= high):
             return None
     return measured_share(device, inputs, own.covariance[np.ix_(rows, rows)])
+
+
+def _held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldHarmonics | None:
+    """What holding the harmonics of the force comes to; None of a sine, and where nothing is identified."""
+    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
+        return None
+    device = answer.found.adjusted.model.device
+    if not device.harmonics:
+        return None
+    end = next(iter(design_point(device, None).limits()), None)
+    if end is None or shaker is None:
+        return HeldHarmonics(end, None)
+    # The parts of one harmonic, of cosine and sine, are off independently and alike.
+    known = [(own, end.by_harmonics.get(own.order)) for own in shaker.harmonics if own.significant]
+    moved = [own.percent_error / 100 * hypot(*slopes) for own, slopes in known if slopes is not None]
+    return HeldHarmonics(end, sqrt(sum(x * x for x in moved)) if len(moved) == len(known) else None)
+
+
+def _held_data(held: HeldHarmonics) -> dict[str, Any]:
+    end = held.end
+    known = None
+    if end is not None:
+        known = {
+            "parameter": end.parameter,
+            "unit": end.parameter.unit,
+            "kind": end.event,
+            "value": end.sweep_value,
+            "distance": end.distance,
+        }
+    return {"nearest_end": known, "standard_error": held.error}
 
 
 def _impacts_csv(signals: Signals) -> bytes:
@@ -331,8 +377,7 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
             for own in shaker.harmonics
             if own.significant
         ]
-    # What is proved over tolerances is of a force that is a sine.
-    data["tolerances"] = None if data["excitation"]["harmonics"] else tolerances
+    data["tolerances"] = tolerances
     data["measured"] = None  # what was there is of another record
     text = str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
     loads(text, "identified.yaml")

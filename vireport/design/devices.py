@@ -186,7 +186,7 @@ def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Regio
         if varied is DesignInput.INCLINATION:
             low, high = max(low, 0.0), min(high, 90.0)
         start[varied], end[varied] = (high, low) if varied is DesignInput.AMPLITUDE else (low, high)
-    return Region(device.of_sine("a proof over tolerances"), start, end)
+    return Region(device.plain_ball("what tolerances come to"), start, end)
 
 
 def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:

@@ -63,7 +63,7 @@ def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Fl
     Parameters
     ----------
     device : Device
-        As it was identified; its force a sine.
+        As it was identified; harmonics of its force are held at what they are.
     inputs : sequence of DesignInput
         Those that are uncertain.
     covariance : ndarray, shape (k, k)

@@ -89,8 +89,13 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
     proved : ndarray of bool, shape (k,)
     moved : ndarray, shape (factors, k)
         By how much each factor moves the motion, from the middle of a box to its end.
+
+    Raises
+    ------
+    UsageError
+        If the force has harmonics, of which no proof is known.
     """
-    n = region.design.period_ratio
+    n = region.design.of_sine("a proof over tolerances").period_ratio
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
         d, gbar, r = region.groups(low, high)
         mapped, orbit, moved = _tube(d, gbar, r, n, guess)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ from vireport.design.proof import (
     Proof,
     prove_region,
 )
-from vireport.physics import Device, Membrane, voltages
+from vireport.physics import RESTITUTIONS, Device, Membrane, voltages
 from vireport.scenario import DesignInput, Distribution, Parameter
 
 SEED = 0
@@ -50,7 +51,7 @@ class Answer(Enum):
 
 
 class Failure(Struct, frozen=True):
-    """A device within the tolerances that has no stable 1:1 motion.
+    """A device within the tolerances that has no stable 1:1 motion: a corner of them, or a random one.
 
     Attributes
     ----------
@@ -83,7 +84,7 @@ class Tolerances(Struct, frozen=True, eq=False):
         The devices within them.
     answer : Answer
     proof : Proof or None
-        None where the design or a corner fails, so that none was sought.
+        None where the design or a corner fails, so that none was sought, and where none is known.
     worst : Failure or None
         Of the devices found to fail, the one towards which stable motion ends first.
     sampled : Yield
@@ -98,6 +99,19 @@ class Tolerances(Struct, frozen=True, eq=False):
     worst: Failure | None
     sampled: Yield
     ranges: dict[str, dict[str, float]]
+
+    def of_worst(self, varied: DesignInput) -> float | None:
+        """The value of an input in the worst device, where there is one; of both restitutions together their mean."""
+        if self.worst is None:
+            return None
+        values = self.worst.values
+        bottom, top = (values.get(own, 0.0) for own in RESTITUTIONS[1:])
+        return values.get(varied, (bottom + top) / 2)
+
+    @property
+    def provable(self) -> bool:
+        """Whether a proof is known: of a force that is a sine. Of another the answer is never `PROVED`."""
+        return not self.region.design.harmonics
 
     @property
     def proved(self) -> bool:
@@ -126,39 +140,51 @@ def assess_tolerances(
     samples : int
         Devices for the yield, a power of two.
     """
-    region = region_of(device, half_widths)
+    region, proof = region_of(device, half_widths), None
     # The design and the corners are tried first: where one fails there is nothing to prove.
-    worst, proof = _worst(region, np.hstack([region.design_shares, region.corners])), None
-    if worst is None:
+    worst = _worst(region.devices, region.design_shares, np.hstack([region.design_shares, region.corners]))
+    if worst is None and not device.harmonics:
         proof = prove_region(region)
         # A failing device that the proof came upon is no corner; on the way to it from the design, stable motion ends
         # somewhere.
-        worst = _worst(region, proof.failing[:, None]) if proof.failing is not None else None
+        if proof.failing is not None:
+            worst = _worst(region.devices, region.design_shares, proof.failing[:, None])
+    steps = sample_steps(len(half_widths), distribution, samples)
+    drawn = partial(devices_off, device, half_widths)
+    sampled, ranges, failing = _sampled(drawn(steps), membrane, distribution)
+    if worst is None and failing.any():
+        worst = _worst(drawn, np.zeros((len(steps), 1)), steps[:, failing])
     proved = proof is not None and Leaf.OPEN not in proof.halved
     answer = Answer.REFUTED if worst is not None else Answer.PROVED if proved else Answer.UNDECIDED
-    return Tolerances(region, answer, proof, worst, *_sampled(device, half_widths, membrane, distribution, samples))
+    return Tolerances(region, answer, proof, worst, sampled, ranges)
 
 
-def _works(region: Region, shares: Floats) -> Mask:
+Devices = Callable[[Floats], Device]
+"""Devices by their places within the tolerances, shape (factors or inputs, k)."""
+
+
+def _works(devices: Devices, places: Floats) -> Mask:
     """Which devices have a stable motion, or one on the border."""
-    cell, _ = stable_motions(region.devices(shares), BORDER)
-    return np.isin(np.arange(shares.shape[1]), cell)
+    cell, _ = stable_motions(devices(places), BORDER)
+    return np.isin(np.arange(places.shape[1]), cell)
 
 
-def _worst(region: Region, shares: Floats) -> Failure | None:
+def _worst(devices: Devices, design: Floats, places: Floats) -> Failure | None:
     """Of the devices that fail, the one towards which stable motion ends first; None where none does."""
-    shares = shares[:, ~_works(region, shares)]
-    if not shares.size:
+    places = places[:, ~_works(devices, places)]
+    if not places.size:
         return None
-    low, high = np.zeros(shares.shape[1]), np.ones(shares.shape[1])
+    low, high = np.zeros(places.shape[1]), np.ones(places.shape[1])
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         # Along the straight line from the design, which works, to each device that fails: which ends first is the
         # worst, in shares of the tolerances and so without units.
-        works = _works(region, region.design_shares + middle * (shares - region.design_shares))
+        works = _works(devices, design + middle * (places - design))
         low, high = np.where(works, middle, low), np.where(works, high, middle)
+        first = low <= high.min()
+        low, high, places = low[first], high[first], places[:, first]
     nearest = int(high.argmin())
-    device = region.devices(shares[:, [nearest]])
+    device = devices(places[:, [nearest]])
     values = {varied: float(device.value_of(varied)[0]) for varied in device.inputs}
     return Failure(values, float(low[nearest]))
 
@@ -182,20 +208,17 @@ def sample_steps(inputs: int, distribution: Distribution, samples: int) -> Float
 
 
 def _sampled(
-    device: Device,
-    half_widths: Mapping[DesignInput, float],
-    membrane: Membrane | None,
-    distribution: Distribution,
-    samples: int,
-) -> tuple[Yield, dict[str, dict[str, float]]]:
-    """The share of random devices that have a stable motion, and what such motions come to."""
-    devices = devices_off(device, half_widths, sample_steps(len(half_widths), distribution, samples))
+    devices: Device, membrane: Membrane | None, distribution: Distribution
+) -> tuple[Yield, dict[str, dict[str, float]], Mask]:
+    """The share of random devices that have a stable motion, what such motions come to, and which devices have none."""
     cell, orbit = stable_motions(devices)
-    stable = len(np.unique(cell))
+    failing = np.ones(np.size(devices.length_m), dtype=bool)
+    failing[cell] = False
+    stable, samples = int(np.count_nonzero(~failing)), len(failing)
     _, low, high = share_interval(stable, samples)
     sampled = Yield(distribution, stable, samples, low, high)
     if not stable:
-        return sampled, {}
+        return sampled, {}, failing
     unit = devices.velocity_unit(Parameter.LENGTH, devices.length_m)[cell]
     bottom, top = unit * orbit.velocity_bottom, unit * orbit.velocity_top
     values = {"velocity_bottom_m_s": bottom, "velocity_top_m_s": top}
@@ -204,7 +227,8 @@ def _sampled(
             of_cell: Any = devices.capsule_mass_kg
             membrane = replace(membrane, free_capsule_kg=of_cell[cell])
         values["u_ave_v"] = voltages(bottom, top, membrane).average_v
-    return sampled, {
+    ranges = {
         name: {key: float(np.percentile(each, percent)) for key, percent in PERCENTILES.items()}
         for name, each in values.items()
     }
+    return sampled, ranges, failing

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Mistake, ScenarioError, UsageError, VireportError
+from vireport.base import Mistake, ScenarioError, UsageError, VireportError, install_command
 from vireport.measurement.decimals import decimal_rows
 from vireport.measurement.flights import Array
 from vireport.measurement.records import contents
@@ -51,6 +51,12 @@ MOST_GAPS = 0.001
 
 UNEVEN = 0.5
 """Steps by which a time may be off an even clock, as those are that were rounded."""
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+"""With which a file of that format begins."""
+
+NUMERIC = "double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+"""What MATLAB calls arrays of real numbers, which complex ones are as well: these are told by their type."""
 
 EXAMPLE = "time_s,bottom_voltage_v,top_voltage_v,acceleration_m_s2"
 
@@ -133,7 +139,7 @@ class Recording(Struct, frozen=True, eq=False):
 
 
 def read_recording(path: str) -> Recording:
-    """Read a recording: a CSV file with times, a WAV file with its notes beside it, or a MATLAB file of version 7.
+    """Read a recording: a CSV file with times, a WAV file with its notes beside it, or a MATLAB file.
 
     Raises
     ------
@@ -419,16 +425,9 @@ def _notes(path: str, name: str) -> dict[str, float]:
 
 
 def _of_mat(name: str, data: bytes) -> Recording:
-    from scipy.io import loadmat, whosmat
-
     try:
-        names = [title for title, *_ in whosmat(io.BytesIO(data)) if title != RATE]
-        if names:
-            _require_known(name, names, timed=False)
-        own = loadmat(io.BytesIO(data), variable_names=[x for x in (*names, RATE) if not x.startswith(UNUSED)])
-    except NotImplementedError as error:
-        raise UsageError(f"{name} is a MATLAB file of version 7.3 (allowed: save('{name}', ..., '-v7'))") from error
-    except ScenarioError:
+        names, own = (_variables_of_hdf5 if _is_hdf5(data) else _variables)(name, data)
+    except VireportError:
         raise
     except Exception as error:  # of bytes that are no MATLAB file, it may raise anything
         raise UsageError(f"{name} cannot be read as a MATLAB file: {visible(str(error), 200)}") from error
@@ -449,7 +448,51 @@ def _of_mat(name: str, data: bytes) -> Recording:
     if timed:
         size = UNITS["time"][used[timed[0]].removeprefix("time_")]
         return _recorded(name, used, columns, columns[timed[0]] * size, 0.0)
-    rate = np.asarray(own[RATE])
+    rate = own[RATE]
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not isfinite(hertz := float(rate.ravel()[0])) or hertz <= 0:
         raise _refused(name, RATE, "is no positive number (allowed: samples in a second)")
     return _recorded(name, used, columns, None, hertz)
+
+
+def _variables(name: str, data: bytes) -> tuple[list[str], Mapping[str, Any]]:
+    """The names in a MATLAB file up to version 7, but for the rate, and what is used of them."""
+    from scipy.io import loadmat, whosmat
+
+    names = [title for title, *_ in whosmat(io.BytesIO(data)) if title != RATE]
+    if names:
+        _require_known(name, names, timed=False)
+    return names, loadmat(io.BytesIO(data), variable_names=[x for x in (*names, RATE) if not x.startswith(UNUSED)])
+
+
+def _is_hdf5(data: bytes) -> bool:
+    """Whether a MATLAB file is one of version 7.3: HDF5 behind a block of text."""
+    return HDF5 in (data[:8], data[512:520])
+
+
+def _variables_of_hdf5(name: str, data: bytes) -> tuple[list[str], Mapping[str, Any]]:
+    """The same of version 7.3, in which arrays are transposed and an attribute says what they are."""
+    try:
+        import h5py  # type: ignore[import-untyped]
+    except ImportError as error:
+        needed = f"is a MATLAB file of version 7.3, which needs h5py: {install_command('h5py')}"
+        raise UsageError(f"{name} {needed}") from error
+
+    with h5py.File(io.BytesIO(data), "r") as file:
+        # Beside variables there are groups of MATLAB's own, such as #refs#. A link may lead out of the file.
+        titles = [title for title in file if not title.startswith("#")]
+        names = [title for title in titles if title != RATE]
+        if names:
+            _require_known(name, names, timed=False)
+        used = [title for title in titles if not title.startswith(UNUSED)]
+        inside = [title for title in used if isinstance(file.get(title, getlink=True), h5py.HardLink)]
+        read = {title: _array_of(file[title]) if title in inside else np.empty(0, dtype=object) for title in used}
+    return names, read
+
+
+def _array_of(stored: Any) -> Any:
+    """The numbers of a variable of version 7.3; nothing where they are characters, structures or empty."""
+    kind = stored.attrs.get("MATLAB_class", b"")
+    kind = kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)
+    if kind not in NUMERIC or "MATLAB_empty" in stored.attrs or not hasattr(stored, "dtype"):
+        return np.empty(0, dtype=object)
+    return np.asarray(stored[()]).T

@@ -9,11 +9,11 @@ points. A change of sign between two samples is a zero; two or three zeros betwe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import lru_cache
 from math import pi
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -21,17 +21,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
-from vireport.motions.level_curve import TINIEST_FEATURE, Strand, evaluate, find_strands, largest_groups
+from vireport.motions.level_curve import largest_groups
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
-from vireport.motions.roots import bracketed_root, cubic_root, golden_minimum, secant_root
+from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
-from vireport.motions.sweep import Held, Level
 from vireport.motions.turning import flight_turns, wall_gap
 from vireport.physics import Groups, Harmonic, Restitutions, Word, by_wall, each
-
-if TYPE_CHECKING:
-    from vireport.motions.contour import Contour
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -69,9 +65,6 @@ LAST_STEP = 2e-16
 
 FLAT = 1e-9
 """Step of the search for an extremum, as a share of u, at which it ends: half the digits of u give all of G there."""
-
-SECTIONS = 40
-"""Golden sections that find an extremum of the length along a level curve, to the root of rounding."""
 
 AT_SYMMETRY = 1e-13
 """|u| below which a zero that is left after the symmetric family was divided out is a pitchfork, a symmetric motion."""
@@ -133,7 +126,10 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
     harmonics = groups.same_harmonics
     if harmonics or groups.friction is not None:
-        return _evaluated(*_on_levels(groups, of_cells, n), d, gbar, of_cells, n, harmonics, groups.friction)
+        from vireport.motions.plane import motions_in_plane
+
+        found = motions_in_plane(groups, of_cells, n)
+        return _evaluated(*found, d, gbar, of_cells, n, harmonics, groups.friction)
     every = np.arange(len(d))
     kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]
     if isinstance(of_cells, Restitutions):
@@ -158,96 +154,6 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
                 parts.append((chosen[which], u, phi))
     cell, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
     return _evaluated(cell, u, phi, d, gbar, of_cells, n)
-
-
-def _on_levels(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats, Floats]:
-    """The motions of a force with harmonics or of a ball with friction: the design point of each, u and the phase.
-
-    Design points with one gbar, restitution and friction lie on one level curve, which is followed, see `contour`.
-    """
-    d, gbar, *_ = groups
-    harmonics = groups.same_harmonics
-    friction = 0.0 if groups.friction is None else groups.friction
-    rows = np.column_stack([gbar, *(np.broadcast_to(own, d.shape) for own in (*by_wall(r), friction))])
-    different, own = np.unique(rows, axis=0, return_inverse=True)
-    parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
-    for k, (held, bottom, top, rubbed) in enumerate(different.tolist()):
-        cells = np.flatnonzero(own.ravel() == k)
-        of_both = Restitutions(bottom, top) if isinstance(r, Restitutions) else bottom
-        level = Level(Held.GBAR, held, None if groups.friction is None else Friction(rubbed))
-        parts.append(_on_level(level, cells, d[cells], of_both, n, harmonics))
-    which, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return which, u, phi
-
-
-def _on_level(
-    level: Level, cells: Ints, d: Floats, r: Any, n: int, harmonics: tuple[Harmonic, ...]
-) -> tuple[Ints, Floats, Floats]:
-    strands = find_strands(level, r, n, harmonics)
-
-    def at(which: Ints, w: Floats) -> Orbits:
-        return evaluate(strands, which, w, level, r, n, harmonics)
-
-    parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
-    for k, strand in enumerate(strands):
-        w = _parameters(strand, n) if isinstance(strand, Strand) else np.linspace(*_span(strand))
-
-        def lengths(w: Floats, k: int = k) -> Floats:
-            return np.asarray(at(np.full(len(w), k), w).d)
-
-        w, values = _with_extrema(w, lengths, d)
-        above = values > d[:, None]
-        cell, i = np.nonzero(above[:, 1:] != above[:, :-1])
-
-        def above_d(x: Floats, own: Floats = d[cell], of: Callable[[Floats], Floats] = lengths) -> Floats:
-            return of(x) - own
-
-        root = bracketed_root(above_d, w[i], w[i + 1])
-        found = at(np.full(len(root), k), root)
-        # A pitchfork is on both families; its motion is taken from the symmetric one, of which u = 0 is exact.
-        kept = np.abs(found.u) > (-1.0 if strand.symmetric or not level.horizontal else AT_SYMMETRY)
-        parts.append((cells[cell[kept]], found.u[kept], found.phi[kept]))
-    which, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return which, u, phi
-
-
-def _span(strand: Contour) -> tuple[float, float, int]:
-    """Ends of the parameter of a contour, and how many samples there are."""
-    return strand.start, strand.end, 2 * strand.samples - 1
-
-
-def _parameters(strand: Strand, n: int) -> Floats:
-    """Parameters of a strand at which its length is sampled: on both sheets where u is on an even grid, and a fine one.
-
-    The nearly symmetric motions of a nearly horizontal capsule are at u ~ gbar: there the strand has a point in each
-    part of a decade.
-    """
-    even = np.linspace(strand.start, strand.end, 2 * strand.samples * n - 1)
-    if strand.symmetric:
-        return even
-    decades = 10.0 ** np.arange(TINIEST_FEATURE, -2, 1 / PER_DECADE)
-    u = np.concatenate([np.linspace(-0.5, 0.5, SAMPLES * n + 1), decades, -decades])
-    u = u[(u > strand.low) & (u < strand.high)]
-    once = 2 * np.arcsin(np.sqrt((u - strand.low) / (strand.high - strand.low)))
-    w = np.concatenate([even, once, -once, 2 * np.pi - once])
-    return np.unique(w[(w >= strand.start) & (w <= strand.end)])
-
-
-def _with_extrema(w: Floats, function: Callable[[Floats], Floats], asked: Floats) -> tuple[Floats, Floats]:
-    """Samples of a smooth function with those extrema between which and a sample it may have a value that is asked."""
-    values = function(w)
-    rise = np.diff(values)
-    middle = np.flatnonzero(rise[1:] * rise[:-1] < 0) + 1
-    # An extremum is no farther beyond the sample next to it than the larger step beside that is high.
-    sign, room = np.sign(rise[middle - 1]), np.maximum(np.abs(rise[middle - 1]), np.abs(rise[middle]))
-    beyond = sign[:, None] * (asked - values[middle, None])
-    near = ((beyond >= 0) & (beyond <= room[:, None])).any(axis=1)
-    middle, sign = middle[near], sign[near]
-    if not middle.size:
-        return w, values
-    extrema = golden_minimum(lambda x: -sign * function(x), w[middle - 1], w[middle + 1], SECTIONS)
-    order = np.argsort(np.concatenate([w, extrema]), kind="stable")
-    return np.concatenate([w, extrema])[order], np.concatenate([values, function(extrema)])[order]
 
 
 def _different(r: Any) -> list[Any]:

@@ -20,7 +20,19 @@ from numpy.typing import NDArray
 from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits
 from vireport.motions.roots import newton_root
-from vireport.physics import FLOATS, Flight, Groups, Harmonic, Word, by_wall, flight, force_rate, unaccelerated, wave
+from vireport.physics import (
+    FLOATS,
+    Flight,
+    Groups,
+    Harmonic,
+    Word,
+    by_wall,
+    flight,
+    force_rate,
+    unaccelerated,
+    unaccelerated_by,
+    wave,
+)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -167,7 +179,8 @@ def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harm
     extrema = np.mod(still - phase, 2 * np.pi) / np.pi
     laps = np.repeat(2 * np.arange(_laps(way)), len(still))
     each = np.tile(np.sort(extrema, axis=0), (_laps(way), 1)) + laps[:, None]
-    times = np.fmin(each, way.duration)
+    # Where there are fewer phases than of others, the end of the flight stands for the rest: it belongs after them all.
+    times = np.sort(np.fmin(each, way.duration), axis=0)
     times = np.concatenate([np.zeros((1, len(phase))), times, way.duration[None]])
     speeds = way.speed(times, _impulse(phase + np.pi * times, harmonics))
     if harmonics:
@@ -180,10 +193,7 @@ def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harm
 def _unaccelerated(gbar: Floats, harmonics: Sequence[Harmonic]) -> Floats:
     """The phases at which Z'' is zero, of each gbar a column; NaN where there are fewer than of others."""
     different, which = np.unique(gbar, return_inverse=True)
-    phases = [unaccelerated(float(one), tuple(harmonics)) for one in different]
-    most = max(map(len, phases), default=0)
-    filled = np.array([[*own, *[np.nan] * (most - len(own))] for own in phases]).reshape(len(phases), most)
-    return filled[which.ravel()].T
+    return unaccelerated_by(different, harmonics)[which.ravel()].T
 
 
 def _impulse(phase: Any, harmonics: Sequence[Harmonic]) -> Any:

@@ -37,7 +37,17 @@ from vireport.physics.energy import (
     voltages,
 )
 from vireport.physics.flight import Flight
-from vireport.physics.forcing import SINE, Harmonic, Wave, force_rate, peaks, unaccelerated, wave, with_harmonic
+from vireport.physics.forcing import (
+    SINE,
+    Harmonic,
+    Wave,
+    force_rate,
+    peaks,
+    unaccelerated,
+    unaccelerated_by,
+    wave,
+    with_harmonic,
+)
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
 from vireport.physics.numbers import (
     ARRAYS,
@@ -121,6 +131,7 @@ __all__ = [
     "peaks",
     "stated",
     "unaccelerated",
+    "unaccelerated_by",
     "value_in",
     "voltage_bounds",
     "voltages",

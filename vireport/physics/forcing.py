@@ -9,17 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from math import atan2, cos, degrees, hypot, pi, sin
+from math import atan2, cos, degrees, hypot, isnan, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from vireport.physics.numbers import DecimalOps
 
 NEAR_CIRCLE = 1e-3
 """Distance from the unit circle of a root that counts as a phase. Too many phases do no harm where they only part a
 flight into pieces; two roots that rounding moves off the circle together are where a force touches zero."""
+
+
+NO_HARMONIC = 1e-10
+"""Size of a harmonic, over that of the largest, below which it moves no phase that is looked for."""
 
 
 class Harmonic(Struct, frozen=True):
@@ -133,27 +138,40 @@ def unaccelerated(gbar: float, harmonics: tuple[Harmonic, ...]) -> tuple[float, 
     return tuple(_zeros(gbar, (SINE, *harmonics)))
 
 
+def unaccelerated_by(gbar: NDArray[np.float64], harmonics: Sequence[Harmonic]) -> NDArray[np.float64]:
+    """Those phases of each gbar, a row for each; NaN where there are fewer than in others."""
+    return _cancelled(gbar, (SINE, *harmonics))
+
+
 def _zeros(constant: float, parts: Sequence[Harmonic]) -> list[float]:
-    """The phases at which a constant and a trigonometric polynomial cancel, see `unaccelerated`.
+    """The phases at which a constant and a trigonometric polynomial cancel, see `unaccelerated`."""
+    return [phase for phase in _cancelled(np.array([constant]), parts)[0].tolist() if not isnan(phase)]
+
+
+def _cancelled(constant: NDArray[np.float64], parts: Sequence[Harmonic]) -> NDArray[np.float64]:
+    """The phases at which a trigonometric polynomial cancels each of some constants, a row for each.
 
     Notes
     -----
     With z = e^(ix) the sum is z^-H times a polynomial of degree 2H in z, H the highest order: at most 2H phases.
     """
-    # A harmonic of no size has no place in the highest order, whose coefficient the companion matrix is divided by.
-    highest = max((each.order for each in parts if each.cosine or each.sine), default=0)
-    polynomial = [0j] * (2 * highest + 1)
-    polynomial[highest] = complex(constant)
+    # The companion matrix is divided by the coefficient of the highest order: of one that is next to nothing rounding
+    # would leave no root on the circle, and phases at which turns are bracketed do not need it.
+    least = NO_HARMONIC * max((each.share for each in parts), default=0.0)
+    highest = max((each.order for each in parts if each.share > least), default=0)
+    polynomial = np.zeros((len(constant), 2 * highest + 1), dtype=complex)
+    polynomial[:, highest] = constant
     for each in parts:
         if each.order <= highest:
-            polynomial[highest - each.order] += complex(each.cosine, -each.sine) / 2
-            polynomial[highest + each.order] += complex(each.cosine, each.sine) / 2
+            polynomial[:, highest - each.order] += complex(each.cosine, -each.sine) / 2
+            polynomial[:, highest + each.order] += complex(each.cosine, each.sine) / 2
     # Of numpy.roots, which builds this matrix too, the rest took longer than the eigenvalues.
-    companion = np.eye(2 * highest, k=-1, dtype=complex)
-    coefficients = np.array(polynomial)
-    companion[:1] = -coefficients[1:] / coefficients[0]
-    roots = np.linalg.eigvals(companion).tolist()
-    return sorted(atan2(root.imag, root.real) % (2 * pi) for root in roots if abs(abs(root) - 1) < NEAR_CIRCLE)
+    companion = np.zeros((len(constant), 2 * highest, 2 * highest), dtype=complex)
+    companion[:] = np.eye(2 * highest, k=-1)
+    companion[:, :1] = -polynomial[:, None, 1:] / polynomial[:, None, :1]
+    roots = np.linalg.eigvals(companion)
+    phases = np.arctan2(roots.imag, roots.real) % (2 * pi)
+    return np.sort(np.where(np.abs(np.abs(roots) - 1) < NEAR_CIRCLE, phases, np.nan), axis=1)
 
 
 class Peaks(NamedTuple):

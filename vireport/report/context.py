@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from math import pi
+from math import hypot, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -258,6 +258,15 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     def nearest(self) -> Margin | None:
         """The nearest end of the design point's stable motions."""
         return next(iter(self.design.limits()), None) if self.design is not None else None
+
+    @property
+    def held_harmonics(self) -> list[tuple[int, float]]:
+        """Orders of the force's harmonics, and how far one per cent of the force more moves the nearest end at most."""
+        nearest = self.nearest
+        if nearest is None:
+            return []
+        slopes = ((own.order, nearest.by_harmonics.get(own.order)) for own in self.solution.device.harmonics)
+        return [(order, hypot(*slope) / 100) for order, slope in slopes if slope is not None]
 
     @property
     def contact_share(self) -> float | None:

@@ -51,7 +51,7 @@ RESTITUTION_ALLOWED = "either restitution, of both membranes, or restitution_bot
 
 HARMONICS = "excitation.harmonics"
 
-SINE_ONLY = "accuracy", "tolerances", "design", "map"
+SINE_ONLY = "accuracy", "design", "map"
 """Blocks that ask for what is not known of a force with harmonics."""
 
 RECORD, MANY_DEVICES = "excitation.record", ("design", "map")
@@ -92,11 +92,11 @@ class Special(NamedTuple):
 
 
 SPECIAL = (
-    Special(FRICTION, "a ball without friction", ("motions", "disturbances", "measured", *SINE_ONLY)),
+    Special(FRICTION, "a ball without friction", ("motions", "disturbances", "measured", "tolerances", *SINE_ONLY)),
     Special(
         EXPONENT,
         "a restitution that does not fall with speed",
-        ("sweep", "motions", "disturbances", "measured", *SINE_ONLY),
+        ("sweep", "motions", "disturbances", "measured", "tolerances", *SINE_ONLY),
     ),
 )
 """What is not known of a ball everywhere."""

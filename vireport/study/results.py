@@ -832,6 +832,7 @@ def tolerances_data(tolerances: Tolerances, scenario: Scenario) -> dict[str, Any
         "proof": None
         if proof is None
         else {"halved": proof.halved.tolist(), **dict(zip(PROVED_MOTION, proof.motions.tolist(), strict=True))},
+        "proof_not_known_of": None if tolerances.provable else "excitation.harmonics",
         "worst": None
         if worst is None
         else {"values": dict(worst.values), "share": worst.share, "scenario": worst_scenario(scenario, worst)},

@@ -1,0 +1,455 @@
+"""All 1:1 motions at many design points where the phase cannot be eliminated: in the plane of q and the phase.
+
+Through every place (u, phi) of the plane, u = q - 1/2, there is one motion, and it has one gbar and one d. Of a sine
+`pointwise` eliminates the phase; where the force has harmonics, or the ball friction, the motions of a design point are
+the places at which gbar and d both are its own. Times D = -(1 + r_t) K(q)/T^2 the two differences are entire functions
+of u, trigonometric polynomials in phi, linear in gbar, d and f, and linear in either restitution: on a cell of the
+plane a few numbers give them for every design point.
+
+So cells are halved until each has no zero, or one at most. With bounds of the second derivatives over a cell both are
+certain but for rounding: a function that is larger at the middle than it can change has no zero; nor have both where
+Newton's step leads farther out of the cell than they bend; and where the Jacobian changes by less than half of itself,
+there is one zero at most, to which Newton's method converges. Design points that are near one another share the first
+cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from operator import itemgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from vireport.motions.orbits import Friction, Orbits, coefficients, of_order, orbits, rubbing, turned
+from vireport.motions.sweep import EDGE
+from vireport.physics import SINE, Groups, Harmonic, Restitutions, by_wall, each
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+STEP = 1e-30
+"""Imaginary step that gives the derivative of an analytic function to the last digit."""
+
+PER_WAVE, SHARED = 8, 2
+"""First cells in the shortest wavelength of either direction, and halvings of them that design points share."""
+
+DEEPEST = 18
+"""Halvings after which what is left is a double zero, on a fold or a pitchfork but for rounding."""
+
+TOGETHER, PAIRS = 128, 200_000
+"""Design points that share cells, and pairs of a design point and a cell that are looked at at once."""
+
+NODES = 0.0, 0.5
+"""Restitutions at which the functions are evaluated, which are linear in each."""
+
+ALLOWANCE = 1.25
+"""Room for the second derivatives between the places at which they are taken."""
+
+BESIDE = 1e-6
+"""Share of a cell by which a zero may be beside it: on the border of two cells rounding must not lose one."""
+
+CHANGE = 0.5
+"""Change of the Jacobian within a cell, over itself, up to which there is one zero at most."""
+
+STEPS, LAST_STEP, SETTLED = 30, 1e-8, 0.1
+"""Newton steps, of which five are usual; the step, as a share of the cell, that ends them, as the next one would be of
+the size of its square; and that below which they have come to a zero."""
+
+NEAR_FOLD = 4.0
+"""PhaseCells by which a double zero is told from no zero, and from another one."""
+
+ON_SYMMETRY = 1e-9
+"""|u| below which a motion of a device with mirror images is its own: others are so near only next to a pitchfork."""
+
+
+class Places(NamedTuple):
+    """Places of the plane, each of a design point; of cells their middles, and how often these were halved."""
+
+    which: Ints
+    u: Floats
+    phi: Floats
+    depth: Ints
+
+    def select(self, index: Any) -> Places:
+        """Those picked by an index or mask."""
+        return Places(*(own[index] for own in self))
+
+    @staticmethod
+    def joined(parts: Iterable[Places]) -> Places:
+        """All of several."""
+        nothing = Places(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0), np.empty(0, dtype=np.intp))
+        return Places(*map(np.concatenate, zip(nothing, *parts, strict=True)))
+
+
+class PhaseCells(NamedTuple):
+    """PhaseCells of one size, by the numbers of their rows and columns."""
+
+    row: Ints
+    column: Ints
+
+    def select(self, index: Any) -> PhaseCells:
+        """Those picked by an index or mask."""
+        return PhaseCells(self.row[index], self.column[index])
+
+    def quarters(self) -> PhaseCells:
+        """The four parts of each, one after another."""
+        below, beside = np.divmod(np.arange(4), 2)
+        return PhaseCells((2 * self.row[:, None] + below).ravel(), (2 * self.column[:, None] + beside).ravel())
+
+
+class Rows(NamedTuple):
+    """The two functions above some u, with their derivatives as imaginary parts.
+
+    By what the restitutions of bottom and top have more than the middle ones, x and y, each is a + b x + c y + e x y:
+    four numbers.
+
+    Attributes
+    ----------
+    sine, cosine : ndarray, shape (2, orders, 4, len)
+        Coefficients of the sines and cosines of multiples of the phase.
+    flat : ndarray, shape (2, 4 or 8, len)
+        What does not depend on the phase, D itself and what friction does, by which gbar, d and f are multiplied.
+    """
+
+    sine: Any
+    cosine: Any
+    flat: Any
+
+
+class Bends(NamedTuple):
+    """Bounds of the second derivatives of `terms` by u, by both and by the phase, shape (2, k, rows)."""
+
+    by_u: Floats
+    by_both: Floats
+    by_phi: Floats
+
+    def over(self, row: Ints, half: tuple[float, float]) -> Floats:
+        """How far the terms may be from linear within cells of half an extent, shape (2, k, len)."""
+        u, phi = half
+        return np.asarray(
+            (self.by_u * (u * u / 2) + self.by_both * (u * phi) + self.by_phi * (phi * phi / 2))[:, :, row]
+        )
+
+    def of_pairs(self) -> Bends:
+        """Those of rows of twice the width."""
+        return Bends(*(np.maximum(own[:, :, ::2], own[:, :, 1::2]) for own in self))
+
+
+class Tested(NamedTuple):
+    """Whether there may be a zero in a cell, and whether there is one at most."""
+
+    may: Mask
+    single: Mask
+
+
+def motions_in_plane(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats, Floats]:
+    """Find the 1:1 motions of design points, admissible or not: of which, u and the phase.
+
+    Parameters
+    ----------
+    groups : Groups
+        Arrays of shape (points,), with harmonics that are the same for all.
+    r : ndarray or Restitutions
+        Of each design point.
+    n : int
+        Forcing periods per motion.
+    """
+    plane = MotionPlane.of(groups, r, n)
+    found = plane.zeros(plane.cells())
+    u, phi = found.u, found.phi
+    if groups.symmetric and n % 2:
+        u, phi = plane.symmetric(found)
+    return found.which, u, phi
+
+
+class MotionPlane(Struct, frozen=True, eq=False):
+    """Design points, and the two functions whose zeros are their motions.
+
+    Attributes
+    ----------
+    d, gbar : ndarray
+    r : ndarray or Restitutions
+    friction : ndarray or None
+    n : int
+    harmonics : tuple of Harmonic
+    middle : tuple of float
+        Restitutions at the bottom and at the top that those of the design points are counted from.
+    weights : ndarray, shape (2, k, points)
+        By which `terms` are multiplied for each design point.
+    """
+
+    d: Floats
+    gbar: Floats
+    r: Any
+    friction: Any
+    n: int
+    harmonics: tuple[Harmonic, ...]
+    middle: tuple[float, float]
+    weights: Floats
+
+    @staticmethod
+    def of(groups: Groups[Any], r: Any, n: int) -> MotionPlane:
+        """The plane of design points."""
+        d, gbar = groups.d, groups.gbar
+        friction = None if groups.friction is None else np.broadcast_to(groups.friction, d.shape)
+        bottom, top = by_wall(r)
+        middle = [float(own.min(initial=1.0) + own.max(initial=0.0)) / 2 for own in (bottom, top)]
+        x, y = bottom - middle[0], top - middle[1]
+        four = np.stack([np.ones_like(x), x, y, x * y])
+        rubbed = [] if friction is None else [friction * four]
+        weights = np.stack([np.concatenate([four, -own * four, *rubbed]) for own in (gbar, d)])
+        return MotionPlane(d, gbar, r, friction, n, groups.same_harmonics, (middle[0], middle[1]), weights)
+
+    @property
+    def orders(self) -> Floats:
+        """Of the sine and the harmonics."""
+        return np.array([float(own.order) for own in (SINE, *self.harmonics)])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the first cells."""
+        highest = PER_WAVE * int(self.orders.max())
+        return highest * self.n, highest
+
+    def half(self, depth: Any) -> tuple[Any, Any]:
+        """Half the extent of a cell in u and in the phase after so many halvings."""
+        rows, columns = self.shape
+        return EDGE / rows / 2.0**depth, np.pi / columns / 2.0**depth
+
+    def middles(self, cells: PhaseCells, depth: int) -> tuple[Floats, Floats]:
+        """The places at the middles of cells."""
+        u, phi = self.half(depth)
+        return (2 * cells.row + 1) * u - EDGE, (2 * cells.column + 1) * phi
+
+    def rows(self, u: Floats) -> Rows:
+        """The two functions above some u."""
+        bottom, top = np.tile(NODES, 2)[:, None], np.repeat(NODES, 2)[:, None]
+        r, at = Restitutions(bottom, top), u + 1j * STEP
+        own = coefficients(at, r, self.n)
+        cleared = -(1 + top) * own.determinant / (2 * self.n) ** 2
+        sine, cosine, flat = [], [], [[cleared, cleared]]
+        for part in (SINE, *self.harmonics):
+            k = of_order(coefficients(at, r, part.order * self.n), part.order)
+            both = [turned(*pair, part) for pair in ((k.gbar_sine, k.gbar_cosine), (k.d_sine, k.d_cosine))]
+            sine.append([cleared * of_sine for of_sine, _ in both])
+            cosine.append([cleared * of_cosine for _, of_cosine in both])
+        if self.friction is not None:
+            unit = rubbing(own, at, r, self.n)
+            flat.append([cleared * unit.gbar, cleared * unit.d])
+        # From values at two nodes to that at the middle and the slope, of the top and of the bottom.
+        of_bottom, of_top = (np.array([[1 - 2 * c, 2 * c], [-2.0, 2.0]]) for c in self.middle)
+        turn = np.kron(of_top, of_bottom)
+        parts = [np.einsum("mk,jqku->qjmu", turn, np.array(x)) for x in (sine, cosine, flat)]
+        return Rows(parts[0], parts[1], parts[2].reshape(2, -1, len(u)))
+
+    def bends(self, depth: int) -> Bends:
+        """Bounds of the second derivatives in the rows of cells."""
+        rows = self.shape[0] << depth
+        at, orders = self.rows(np.linspace(-EDGE, EDGE, rows + 1)), self.orders[:, None, None]
+
+        def rate(x: Any) -> Floats:
+            return np.asarray(np.abs(np.diff(x.imag, axis=-1)) * (rows / STEP))
+
+        by_u = np.concatenate([np.hypot(rate(at.sine), rate(at.cosine)).sum(axis=1), rate(at.flat)], axis=1)
+        # That is the mean over a row; how it varies within, the rows beside it tell.
+        wide = np.pad(by_u, ((0, 0), (0, 0), (1, 1)), mode="edge")
+        by_u = np.maximum(np.maximum(wide[..., :-2], wide[..., 2:]), by_u)
+        by_both = (orders * np.hypot(at.sine.imag, at.cosine.imag)).sum(axis=1) / STEP
+        by_phi = (orders**2 * np.hypot(at.sine.real, at.cosine.real)).sum(axis=1)
+        waves = (np.maximum(own[..., 1:], own[..., :-1]) for own in (by_both, by_phi))
+        filled = (np.concatenate([own, np.zeros_like(by_u[:, 4:])], axis=1) for own in waves)
+        return Bends(*(ALLOWANCE * own for own in (by_u, *filled)))
+
+    def terms(self, rows: Rows, row: Ints, phi: Floats) -> Floats:
+        """What is multiplied by `weights` to give the functions at places, and their derivatives by u and the phase.
+
+        Shape (2, 3, k, len).
+        """
+        angle = self.orders[:, None] * phi
+        sin, cos = np.sin(angle)[:, None], np.cos(angle)[:, None]
+        a, b, flat = rows.sine[..., row], rows.cosine[..., row], rows.flat[..., row]
+        value = np.concatenate([(a * sin + b * cos).sum(axis=1), flat], axis=1)
+        by_phi = (self.orders[:, None, None] * (a.real * cos - b.real * sin)).sum(axis=1)
+        by_phi = np.concatenate([by_phi, np.zeros(flat.shape)], axis=1)
+        return np.stack([value.real, value.imag / STEP, by_phi], axis=1)
+
+    def cells(self) -> Places:
+        """PhaseCells that hold one zero at most, and among them one for every zero."""
+        bends = [self.bends(SHARED)]
+        for _ in range(SHARED):
+            bends.insert(0, bends[0].of_pairs())
+        shared = []
+        for depth, own in enumerate(bends):
+            count = self.shape[0] << depth
+            shared.append((self.rows((np.arange(count) + 0.5) / count - EDGE), own))
+        found: list[Places] = []
+        points, cells = np.empty(0, dtype=np.intp), PhaseCells(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
+        for group in _neighbours(np.stack([self.d, self.gbar, *by_wall(self.r)]), np.arange(len(self.d))):
+            single, which, rest = self._of_each(group, self._of_any(group, shared), shared[SHARED])
+            found.append(single)
+            points = np.concatenate([points, which])
+            cells = PhaseCells(*map(np.concatenate, zip(cells, rest, strict=True)))
+        for depth in range(SHARED + 1, DEEPEST + 1):
+            tested = [
+                self._halved(points[k : k + PAIRS], cells.select(slice(k, k + PAIRS)), depth, bends[SHARED])
+                for k in range(0, len(points), PAIRS)
+            ]
+            if not tested:
+                break
+            found += [single for single, _, _ in tested]
+            points = np.concatenate([which for _, which, _ in tested])
+            cells = PhaseCells(*map(np.concatenate, zip(*(rest for _, _, rest in tested), strict=True)))
+        return Places.joined(found)
+
+    def _of_any(self, group: Ints, shared: Sequence[tuple[Rows, Bends]]) -> PhaseCells:
+        """The cells in which any of some design points may have a motion."""
+        low, high = self.weights[:, :, group].min(axis=2), self.weights[:, :, group].max(axis=2)
+        middle, off = (low + high) / 2, (high - low) / 2
+        rows, columns = self.shape
+        cells = PhaseCells(*np.divmod(np.arange(rows * columns), columns))
+        for depth, (own, bends) in enumerate(shared):
+            cells, half = cells.quarters() if depth else cells, self.half(depth)
+            terms = self.terms(own, cells.row, self.middles(cells, depth)[1])
+            change = np.einsum("qk,qdkc->dqc", off, np.abs(terms))
+            change = change[0] + change[1] * half[0] + change[2] * half[1]
+            values = np.einsum("qk,qdkc->dqc", middle, terms)
+            rest = np.einsum("qk,qkc->qc", np.abs(middle) + off, bends.over(cells.row, half))
+            cells = cells.select(_tested(values, half, rest + change).may)
+        return cells
+
+    def _of_each(self, group: Ints, cells: PhaseCells, shared: tuple[Rows, Bends]) -> tuple[Places, Ints, PhaseCells]:
+        """Those of design points one by one: with one zero at most; and those that may have more, with their points."""
+        (rows, bends), half = shared, self.half(SHARED)
+        u, phi = self.middles(cells, SHARED)
+        most = np.abs(self.weights[:, :, group]).max(axis=2)
+        terms = self.terms(rows, cells.row, phi)
+        rest = np.einsum("qk,qkc->qc", most, bends.over(cells.row, half))[:, None]
+        single, points, left = [], [], []
+        for part in np.array_split(group, 1 + len(group) * len(u) // PAIRS):
+            values = np.einsum("qkp,qdkc->dqpc", self.weights[:, :, part], terms)
+            test = _tested(values, half, rest)
+            p, c = np.nonzero(test.may & test.single)
+            single.append(Places(part[p], u[c], phi[c], np.full(len(p), SHARED)))
+            p, c = np.nonzero(test.may & ~test.single)
+            points.append(part[p])
+            left.append(cells.select(c))
+        return Places.joined(single), np.concatenate(points), PhaseCells(*map(np.concatenate, zip(*left, strict=True)))
+
+    def _halved(self, points: Ints, cells: PhaseCells, depth: int, bends: Bends) -> tuple[Places, Ints, PhaseCells]:
+        """The same of the quarters of cells, each of its design point; at the greatest depth nothing is left."""
+        points, cells, half = np.repeat(points, 4), cells.quarters(), self.half(depth)
+        u, phi = self.middles(cells, depth)
+        different, own = np.unique(u, return_inverse=True)
+        terms = self.terms(self.rows(different), own.ravel(), phi)
+        weights = self.weights[:, :, points]
+        values = np.einsum("qkp,qdkp->dqp", weights, terms)
+        rest = np.einsum("qkp,qkp->qp", np.abs(weights), bends.over(cells.row >> (depth - SHARED), half))
+        test = _tested(values, half, rest)
+        single = test.may & (test.single | (depth == DEEPEST))
+        left = test.may & ~single
+        places = Places(points, u, phi, np.full(len(u), depth))
+        return places.select(single), points[left], cells.select(left)
+
+    def zeros(self, cells: Places) -> Places:
+        """The zero in each cell that has one, by Newton's method from its middle; each zero once."""
+        (half_u, half_phi), folded = self.half(cells.depth), cells.depth == DEEPEST
+        u, phi, last = cells.u.copy(), cells.phi.copy(), np.ones(len(cells.u))
+        active = np.arange(len(u))
+        for _ in range(STEPS):
+            step_u, step_phi = self._steps(cells.which[active], u[active], phi[active])
+            share_u, share_phi = (
+                np.clip(step / half[active], -1.0, 1.0) for step, half in ((step_u, half_u), (step_phi, half_phi))
+            )
+            u[active] = np.clip(u[active] + share_u * half_u[active], -EDGE, EDGE)
+            phi[active] += share_phi * half_phi[active]
+            last[active] = np.maximum(np.abs(share_u), np.abs(share_phi))
+            active = active[last[active] > LAST_STEP]
+            if not active.size:
+                break
+        reach = np.where(folded, NEAR_FOLD, 1 + 2 * BESIDE)
+        kept = (np.abs(u - cells.u) <= reach * half_u) & (np.abs(phi - cells.phi) <= reach * half_phi)
+        # Rounding leaves a step in a small cell; where there is no zero the steps are as large as the cell.
+        kept &= last < SETTLED
+        return self._once(Places(cells.which, u, phi, cells.depth).select(kept & (np.abs(u) < EDGE)))
+
+    def _steps(self, which: Ints, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
+        """Newton's steps to gbar and d of design points, by the surface itself."""
+        along_u, along_phi = self._at(which, u + 1j * STEP, phi), self._at(which, u, phi + 1j * STEP)
+        of_gbar, of_d = along_u.gbar.real - self.gbar[which], along_u.d.real - self.d[which]
+        gbar_u, gbar_phi, d_u, d_phi = (x.imag / STEP for x in (along_u.gbar, along_phi.gbar, along_u.d, along_phi.d))
+        determinant = gbar_u * d_phi - gbar_phi * d_u
+        safe = np.where(determinant == 0, 1.0, determinant)
+        return (of_d * gbar_phi - of_gbar * d_phi) / safe, (of_gbar * d_u - of_d * gbar_u) / safe
+
+    def _at(self, which: Ints, u: Any, phi: Any) -> Orbits:
+        """The motions at places, with the membranes and the friction of design points."""
+        friction = None if self.friction is None else Friction(self.friction[which])
+        return orbits(u, phi, each(self.r, itemgetter(which)), self.n, harmonics=self.harmonics, friction=friction)
+
+    def _once(self, found: Places) -> Places:
+        """Each of some zeros once: on the border of cells it is found from each."""
+        found = found.select(np.argsort(found.which, kind="stable"))
+        size = np.where(found.depth == DEEPEST, NEAR_FOLD, 2 * BESIDE)
+        near_u, near_phi = (size * own for own in self.half(found.depth))
+        again = np.zeros(len(found.u), dtype=bool)
+        for k in range(1, int(np.bincount(found.which).max(initial=1))):
+            turn = np.mod(found.phi[k:] - found.phi[:-k] + np.pi, 2 * np.pi) - np.pi
+            same = (found.which[k:] == found.which[:-k]) & (np.abs(turn) <= near_phi[k:] + near_phi[:-k])
+            again[k:] |= same & (np.abs(found.u[k:] - found.u[:-k]) <= near_u[k:] + near_u[:-k])
+        return found.select(~again)
+
+    def symmetric(self, found: Places) -> tuple[Floats, Floats]:
+        """The places of motions, those that are their own mirror images at u = 0 exactly: d alone gives their phase."""
+        u, phi = found.u.copy(), found.phi.copy()
+        own = np.flatnonzero((self.gbar[found.which] == 0) & (np.abs(u) < ON_SYMMETRY))
+        u[own] = 0.0
+        for _ in range(2):
+            at = self._at(found.which[own], u[own], phi[own] + 1j * STEP)
+            slope = at.d.imag / STEP
+            phi[own] -= (at.d.real - self.d[found.which[own]]) / np.where(slope == 0, np.inf, slope)
+        return u, phi
+
+
+def _tested(values: Floats, half: tuple[float, float], rest: Floats) -> Tested:
+    """Test cells for zeros of two functions.
+
+    Parameters
+    ----------
+    values : ndarray, shape (3, 2, ...)
+        Of the functions at their middles, of their derivatives by u, and by the phase.
+    half : tuple of float
+        Half their extents.
+    rest : ndarray, shape (2, ...)
+        How far the functions may be from linear.
+
+    Notes
+    -----
+    At a zero F + J x + R = 0, x in cells of half an extent and |R| at most `rest`; times the adjugate of J this bounds
+    the two parts of x. The derivatives change by twice `rest` at most, so that J^-1 times that being a share of 1 says
+    that Newton's map contracts.
+    """
+    (f, g), (f_u, g_u), (f_phi, g_phi) = values[0], values[1] * half[0], values[2] * half[1]
+    more, other, wide = rest[0], rest[1], 1 + BESIDE
+    determinant = np.abs(f_u * g_phi - f_phi * g_u)
+    spread_u = np.abs(g_phi) * more + np.abs(f_phi) * other
+    spread_phi = np.abs(g_u) * more + np.abs(f_u) * other
+    may = np.abs(f) <= (np.abs(f_u) + np.abs(f_phi)) * wide + more
+    may &= np.abs(g) <= (np.abs(g_u) + np.abs(g_phi)) * wide + other
+    may &= np.abs(f * g_phi - g * f_phi) <= determinant * wide + spread_u
+    may &= np.abs(g * f_u - f * g_u) <= determinant * wide + spread_phi
+    return Tested(may, 2 * np.maximum(spread_u, spread_phi) <= CHANGE * determinant)
+
+
+def _neighbours(values: Floats, points: Ints) -> Iterator[Ints]:
+    """Design points in groups of which the values are alike."""
+    if len(points) <= TOGETHER:
+        yield from [points] if points.size else []
+        return
+    own = values[:, points]
+    order = points[np.argsort(own[np.ptp(own, axis=1).argmax()], kind="stable")]
+    for part in np.array_split(order, 2):
+        yield from _neighbours(values, part)
