@@ -25,8 +25,8 @@ from vireport.chart.plane import Cut
 from vireport.chart.regions import (
     PIXELS,
     ROOM,
+    ChartRegion,
     NarrowBand,
-    Region,
     Regions,
     StableMotion,
     narrow_bands,
@@ -204,7 +204,7 @@ def test_a_device_without_the_inputs_or_outside_has_no_design_point() -> None:
 def stub(kinds: tuple[str, ...], plane: Plane) -> Regions:
     """A plane of one region in which some words are stable."""
     motion = [Motion(Word.of(word), np.ones(len(word)), np.arange(len(word)), 0.4) for word in kinds]
-    region = Region((0.5, 0.6), 1.0, tuple(StableMotion(each, 0.0, 0.1, False) for each in motion))
+    region = ChartRegion((0.5, 0.6), 1.0, tuple(StableMotion(each, 0.0, 0.1, False) for each in motion))
     return Regions(plane, (region,), np.zeros((PIXELS, PIXELS), dtype=np.intp), ())
 
 

@@ -15,7 +15,7 @@ from vireport.chart.design import ChartedDesign
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Plane
-from vireport.chart.regions import Region, StableMotion
+from vireport.chart.regions import ChartRegion, StableMotion
 from vireport.chart.tables import exact_points, shown_points
 from vireport.motions import Event, Motion
 from vireport.scenario import Loaded
@@ -201,7 +201,7 @@ def _impacts(motion: Motion) -> dict[str, Any]:
     }
 
 
-def _region(region: Region) -> dict[str, Any]:
+def _region(region: ChartRegion) -> dict[str, Any]:
     return {
         "values": list(region.inputs),
         "share": region.share,

@@ -86,7 +86,7 @@ class StableMotion(Struct, frozen=True, eq=False):
         return self.word.letters == "BT"
 
 
-class Region(Struct, frozen=True, eq=False):
+class ChartRegion(Struct, frozen=True, eq=False):
     """A part of the plane that no locus on which a stable motion ends parts.
 
     Attributes
@@ -115,13 +115,13 @@ class RegionSet(Struct, frozen=True, eq=False):
     Attributes
     ----------
     kinds : tuple of Kind or None
-        See `Region.kinds`.
-    regions : tuple of Region
+        See `ChartRegion.kinds`.
+    regions : tuple of ChartRegion
         The largest first.
     """
 
     kinds: Kinds | None
-    regions: tuple[Region, ...]
+    regions: tuple[ChartRegion, ...]
 
     @property
     def share(self) -> float:
@@ -141,7 +141,7 @@ class Regions(Struct, frozen=True, eq=False):
     Attributes
     ----------
     plane : Plane
-    every : tuple of Region
+    every : tuple of ChartRegion
         The largest first.
     number : ndarray (PIXELS, PIXELS)
         Of the region that each pixel belongs to; the first index is that of the first input.
@@ -150,14 +150,14 @@ class Regions(Struct, frozen=True, eq=False):
     """
 
     plane: Plane
-    every: tuple[Region, ...]
+    every: tuple[ChartRegion, ...]
     number: Ints
     edges: tuple[Mask, ...]
 
     @property
     def sets(self) -> tuple[RegionSet, ...]:
         """Regions by what is stable in them, in the order of `RegionSet.rank`."""
-        found: dict[Kinds | None, list[Region]] = {}
+        found: dict[Kinds | None, list[ChartRegion]] = {}
         for region in self.every:
             found.setdefault(region.kinds, []).append(region)
         return tuple(sorted((RegionSet(kinds, tuple(own)) for kinds, own in found.items()), key=lambda own: own.rank))
@@ -166,7 +166,7 @@ class Regions(Struct, frozen=True, eq=False):
         """The pixels of some of the regions."""
         return np.isin(self.number, [n for n, region in enumerate(self.every) if region in own.regions])
 
-    def at(self, inputs: Sequence[float]) -> Region | None:
+    def at(self, inputs: Sequence[float]) -> ChartRegion | None:
         """The region around a point; None outside the plane."""
         share = (np.asarray(inputs) - self.plane.low) / self.plane.widths
         if ((share < 0) | (share > 1)).any():
@@ -256,7 +256,7 @@ def regions_of(plane: Plane, limits: Limits, loci: Sequence[FollowedLocus], prog
     for n, k in enumerate(order, 1):
         x, y = (plane.low + plane.widths * (np.array(inner[k]) + 0.5) / PIXELS).tolist()
         progress(f"stable motions of region {n} of {len(order)}")
-        every.append(Region((x, y), float(shares[n - 1]), stable_motions(plane, (x, y), limits)))
+        every.append(ChartRegion((x, y), float(shares[n - 1]), stable_motions(plane, (x, y), limits)))
     found = Regions(plane, tuple(every), number, ())
     return replace(found, edges=tuple(_edges(found, points) & bounds for points, bounds in drawn))
 
