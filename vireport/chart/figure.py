@@ -116,8 +116,7 @@ def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
         _names(axes, chart, shown, named, (width, height))
         points = np.array([point.inputs for point in chart.meetings]).reshape(-1, 2)
         axes.add_artist(Line2D(*points.T, **MEETING))
-        small = sheet().small - 1.5
-        labels += [Label(str(n), point[:1], point[1:], small) for n, point in enumerate(points, 1)]
+        labels += [Label(str(n), point[:1], point[1:], sheet().small) for n, point in enumerate(points, 1)]
         said = Words("chart", templates)
         lines = [(", ".join(held_by(plane.device, plane.inputs)), Color.BLACK)]
         lines += [
