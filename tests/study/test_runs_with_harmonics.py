@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -18,8 +19,9 @@ from vireport.design import region_of
 from vireport.design.proof import prove_region
 from vireport.membranes import compliance
 from vireport.physics import Device, Harmonic
+from vireport.report import Report, render_html
 from vireport.scenario import DesignInput, Parameter, load
-from vireport.study import Task, analyse, plan, recheck
+from vireport.study import Task, analyse, plan, provenance_of, recheck
 
 SECOND = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
 NOTHING = {"excitation.harmonics": [{"order": 2, "percent": 0.0, "phase_deg": 225.0}]}
@@ -129,11 +131,24 @@ def test_tolerances_are_sampled_and_nothing_is_said_to_be_proved(example) -> Non
     assert study.verdict.conclusion.name == "TOLERANCES_OPEN"
     with pytest.raises(UsageError, match="no proof over tolerances"):
         recheck(study.to_dict())
-    parted = {"device.restitution": None, "device.restitution_bottom": 0.5, "device.restitution_top": 0.52}
-    failing = analyse(load(example("inclined"), over | parted | {"tolerances": {"restitution": 0.2}}), (Task.JSON,))
-    values = failing.tolerances.worst.values
-    mean = (values[DesignInput.RESTITUTION_BOTTOM] + values[DesignInput.RESTITUTION_TOP]) / 2
-    assert failing.tolerances.of_worst(DesignInput.RESTITUTION) == mean
-    assert failing.tolerances.of_worst(DesignInput.LENGTH) == values[DesignInput.LENGTH]
     plain = analyse(load(example("inclined"), over | NOTHING), (Task.JSON,)).to_dict()["tolerances"]
     assert (plain["answer"], plain["proof_not_known_of"]) == ("proved", None)
+
+
+def test_the_worst_device_has_the_mean_of_two_restitutions_that_are_off_together(example) -> None:
+    """In the report as well, which has a row for each input with a tolerance."""
+    over = SECOND | {
+        "device.restitution": None,
+        "device.restitution_bottom": 0.52,
+        "device.restitution_top": 0.5,
+        "tolerances": {"restitution": 0.02, "length_percent": 30, "samples": 64},
+    }
+    study = analyse(load(example("inclined"), over), (Task.JSON,))
+    found, values = study.tolerances, study.tolerances.worst.values
+    mean = (values[DesignInput.RESTITUTION_BOTTOM] + values[DesignInput.RESTITUTION_TOP]) / 2
+    assert found.of_worst(DesignInput.RESTITUTION) == mean
+    assert abs(mean - 0.51) == pytest.approx(0.02, rel=1e-9)
+    assert found.of_worst(DesignInput.LENGTH) == values[DesignInput.LENGTH]
+    page = render_html(Report(study, {}, provenance_of(study.loaded, "vireport run x.yaml")))
+    (shown,) = re.findall(r"<td[^>]*>0\.49</td>\s*<td[^>]*>0\.53</td>\s*<td[^>]*>([^<]*)</td>", page.decode())
+    assert float(shown) == pytest.approx(mean)
