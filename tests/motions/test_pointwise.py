@@ -18,9 +18,9 @@ from vireport.motions import (
     solve,
 )
 from vireport.motions.level_curve import curve_of
-from vireport.motions.pointwise import STEP, forms
+from vireport.motions.pointwise import forms
 from vireport.motions.roots import bracketed_root
-from vireport.physics import Device, Groups
+from vireport.physics import IMAGINARY_STEP, Device, Groups
 from vireport.scenario import Parameter
 
 DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
@@ -73,7 +73,7 @@ def test_divided_forms_are_the_forms_over_u(n: int) -> None:
 
 def test_complex_step_is_the_derivative() -> None:
     u, h = np.array([0.123]), 1e-6
-    slope = forms(u + 1j * STEP, 0.5, 1).delta.imag / STEP
+    slope = forms(u + 1j * IMAGINARY_STEP, 0.5, 1).delta.imag / IMAGINARY_STEP
     np.testing.assert_allclose(slope, (forms(u + h, 0.5, 1).delta - forms(u - h, 0.5, 1).delta) / (2 * h), rtol=1e-8)
 
 

@@ -137,5 +137,5 @@ def _ends(device: Device, plane: Plane, stable: StableMotion) -> list[End]:
     return [
         End(plane.inputs.index(each.parameter), each.event, each.sweep_value, each.error_bound, each.taken_over)
         for each in margins.margins_of(device, motions, lines).found
-        if each.parameter in plane.inputs and (each.ends_stability or each.taken_over)
+        if each.parameter in plane.inputs
     ]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vireport.chart.chart import Chart
 from vireport.chart.design import ChartMargin
-from vireport.chart.regions import PIXELS, RegionSet, pieces, pixel
+from vireport.chart.regions import PIXELS, RegionSet, block, pieces, pixel
 from vireport.chart.words import Naming, naming, words_given
 from vireport.figures import (
     FILLS,
@@ -214,17 +214,16 @@ def _names(axes: Axes, chart: Chart, shown: Colored, named: Naming, size: tuple[
         return
     free = np.ones((PIXELS, PIXELS), dtype=bool)
     for locus, edges in zip(chart.loci, regions.edges, strict=True):
-        share = (pieces(locus)[0] - regions.plane.low) / regions.plane.widths
-        for first, last in zip(share[:-1][edges], share[1:][edges], strict=True):
-            free[tuple(pixel(np.linspace(first, last, int(2 * PIXELS * np.abs(last - first).max()) + 2)).T)] = False
+        block(free, regions.plane.shares(pieces(locus)[0]), edges)
     design = chart.design
     if design is not None:  # whose bars no name shall lie on
-        at = (np.array(design.inputs) - regions.plane.low) / regions.plane.widths
+        at = np.array(design.inputs)
         for margin in design.margins:
             end = at.copy()
-            end[margin.varied] = (margin.value - regions.plane.low[margin.varied]) / regions.plane.widths[margin.varied]
-            free[tuple(pixel(np.linspace(at, end, 2 * PIXELS)).T)] = False
-        free[tuple(pixel(at))] = False
+            end[margin.varied] = margin.value
+            first, last = regions.plane.shares([at, end])
+            free[tuple(pixel(np.linspace(first, last, 2 * PIXELS)).T)] = False
+        free[tuple(pixel(regions.plane.shares(at)))] = False
     inch = np.array(size) / PIXELS
     for own, color in shown:
         text, big, pixels = named.short(own.kinds), sheet().text, regions.within(own) & free

@@ -95,7 +95,7 @@ def text(chart: Chart, templates: Path | None = None) -> str:
 
 
 def markdown(chart: Chart, templates: Path | None = None) -> str:
-    """The same in Markdown, with all digits and the error bounds."""
+    """What a chart comes to, in Markdown, with all digits and the error bounds."""
     parts = _parts(chart, exact_points, templates)
     said = "\n\n".join(markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in parts)
     return f"{said.rstrip()}\n"

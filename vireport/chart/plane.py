@@ -81,6 +81,10 @@ class Plane(Struct, frozen=True, eq=False):
         """Widths of the ranges of both inputs, shape (2,), each in its unit."""
         return self.high - self.low
 
+    def shares(self, places: Any) -> Floats:
+        """Places, shape (..., 2), as shares of the ranges."""
+        return np.asarray((np.asarray(places) - self.low) / self.widths)
+
     def room(self, varied: Floats) -> float:
         """How far values are from the edges, as a share of the ranges."""
         return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())

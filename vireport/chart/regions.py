@@ -168,7 +168,7 @@ class Regions(Struct, frozen=True, eq=False):
 
     def at(self, inputs: Sequence[float]) -> ChartRegion | None:
         """The region around a point; None outside the plane."""
-        share = (np.asarray(inputs) - self.plane.low) / self.plane.widths
+        share = self.plane.shares(inputs)
         if ((share < 0) | (share > 1)).any():
             return None
         i, j = pixel(share)
@@ -237,10 +237,7 @@ def regions_of(plane: Plane, limits: Limits, loci: Sequence[FollowedLocus], prog
     drawn = [pieces(locus) for locus in loci]
     free = np.ones((PIXELS, PIXELS), dtype=bool)
     for points, bounds in drawn:
-        share = (points - plane.low) / plane.widths
-        for first, last in zip(share[:-1][bounds], share[1:][bounds], strict=True):
-            i, j = pixel(np.linspace(first, last, int(2 * PIXELS * np.abs(last - first).max()) + 2)).T
-            free[i, j] = False
+        block(free, plane.shares(points), bounds)
     parts, count = label(free)
     # The frame parts regions no less than loci do: a point on it is none inside.
     room = distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
@@ -272,6 +269,12 @@ def pixel(share: Floats) -> Ints:
     return np.clip((share * PIXELS).astype(np.intp), 0, PIXELS - 1)
 
 
+def block(free: Mask, shares: Floats, kept: Mask) -> None:
+    """Clear the pixels that some pieces of a curve pass through, which is given by shares of the ranges."""
+    for first, last in zip(shares[:-1][kept], shares[1:][kept], strict=True):
+        free[tuple(pixel(np.linspace(first, last, int(2 * PIXELS * np.abs(last - first).max()) + 2)).T)] = False
+
+
 def _farthest(parts: Ints, room: Floats, count: int) -> dict[int, tuple[int, int]]:
     """The pixel of each part that is farthest from its ends, by its number."""
     from scipy.ndimage import maximum_position
@@ -283,7 +286,7 @@ def _farthest(parts: Ints, room: Floats, count: int) -> dict[int, tuple[int, int
 
 def _edges(regions: Regions, points: Floats) -> Mask:
     """Of each piece of a curve, whether what is stable differs on its two sides."""
-    share = (points - regions.plane.low) / regions.plane.widths
+    share = regions.plane.shares(points)
     way = np.diff(share, axis=0)
     length = np.hypot(*way.T)[:, None]
     normal = np.divide(way[:, ::-1] * [-1, 1], length, out=np.zeros_like(way), where=length > 0)

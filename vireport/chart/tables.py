@@ -32,7 +32,7 @@ def shown_points(chart: Chart) -> Table:
 
 
 def exact_points(chart: Chart) -> Table:
-    """The same to the last digit, with error bounds."""
+    """The points of codimension two to the last digit, with error bounds."""
     rows = (
         [x for value, bound in _inputs(point) for x in (exact(value), error_bound(bound) if isfinite(bound) else "")]
         for point in chart.meetings

@@ -470,7 +470,10 @@ def _is_hdf5(data: bytes) -> bool:
 
 
 def _variables_of_hdf5(name: str, data: bytes) -> tuple[list[str], Mapping[str, Any]]:
-    """The same of version 7.3, in which arrays are transposed and an attribute says what they are."""
+    """The names in a MATLAB file of version 7.3, and what is used of them.
+
+    Arrays are transposed there, and an attribute says what they are.
+    """
     try:
         import h5py  # type: ignore[import-untyped]
     except ImportError as error:

@@ -26,12 +26,8 @@ from msgspec import Struct
 
 from vireport.motions.orbits import Orbits
 from vireport.motions.sweep import Level, mirrors
-from vireport.physics import ARRAYS, SINE, DoubleOps, Harmonic, Restitutions, by_wall
+from vireport.physics import ARRAYS, IMAGINARY_STEP, SINE, DoubleOps, Harmonic, Restitutions, by_wall
 from vireport.scenario import Parameter
-
-STEP = 1e-30
-"""Imaginary step that gives the derivative of an analytic function to the last digit."""
-
 
 FARTHEST_BELOW = -0.5
 """Restitution below which no part of a level is looked at."""
@@ -207,8 +203,8 @@ class Bounces(Struct, frozen=True, eq=False):
 
     def gradient(self, u: Any, phi: Any) -> tuple[Any, Any, Any]:
         """The height and its derivatives by u and by the phase."""
-        by_u, by_phi = self.height(u + 1j * STEP, phi, STEPPED), self.height(u, phi + 1j * STEP)
-        return by_u.real, by_u.imag / STEP, by_phi.imag / STEP
+        by_u, by_phi = self.height(u + 1j * IMAGINARY_STEP, phi, STEPPED), self.height(u, phi + 1j * IMAGINARY_STEP)
+        return by_u.real, by_u.imag / IMAGINARY_STEP, by_phi.imag / IMAGINARY_STEP
 
     def orbits(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
         """Evaluate the motions at places on the level, with their restitutions."""

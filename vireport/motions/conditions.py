@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.periodicity import weighted_trace
 from vireport.motions.turning import slow_places
-from vireport.physics import ARRAYS, Groups, Word, flight, force_rate
+from vireport.physics import ARRAYS, IMAGINARY_STEP, Groups, Word, flight, force_rate
 
 Floats = NDArray[np.float64]
-
-IMAGINARY = 1e-30
-"""Imaginary step of derivatives, whose square is lost in rounding: they are exact to the last digit."""
 
 TIME_STEPS = 3
 """Newton steps to the time at which the ball is slowest: from doubles each doubles the digits."""
@@ -111,9 +108,9 @@ class Condition(Struct, frozen=True):
         if self.event is Event.GRAZING and self.held is None:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
         at = np.append(x[:own], groups.numbers)
-        steps = list(at[:, None] + 1j * IMAGINARY * np.eye(len(at)))
+        steps = list(at[:, None] + 1j * IMAGINARY_STEP * np.eye(len(at)))
         values = self.value(word, steps[:own], groups.with_numbers(steps[own:]), ARRAYS)
-        slopes = np.imag(values) / IMAGINARY
+        slopes = np.imag(values) / IMAGINARY_STEP
         gradient = np.append(slopes[:own], slopes[own:] @ gradients)
         length = float(np.linalg.norm(gradient)) or 1.0
         return float(np.real(values[0])) / length, gradient / length

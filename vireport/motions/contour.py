@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError
 from vireport.motions.roots import bracketed_root
 from vireport.motions.sweep import EDGE, Level, level_polynomial, level_slope, level_value
-from vireport.physics import Harmonic
+from vireport.physics import IMAGINARY_STEP, Harmonic
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -38,9 +38,6 @@ ON_MIDDLE = 10.0**TINIEST
 
 PER_DECADE = 4
 """Steps of each of them."""
-
-STEP = 1e-30
-"""Imaginary step that gives the derivative of an analytic function to the last digit."""
 
 NEAREST = 1e-11
 """Distance of two points up to which one is enough."""
@@ -146,9 +143,9 @@ class Surface(Struct, frozen=True, eq=False):
 
     def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
         """The height and its derivatives by u and by the phase."""
-        polynomial = level_polynomial(self.level, u + 1j * STEP, self.r, self.n, self.harmonics)
+        polynomial = level_polynomial(self.level, u + 1j * IMAGINARY_STEP, self.r, self.n, self.harmonics)
         value = level_value(polynomial, phi)
-        return value.real, value.imag / STEP, np.real(level_slope(polynomial, phi))
+        return value.real, value.imag / IMAGINARY_STEP, np.real(level_slope(polynomial, phi))
 
 
 class Contour(Struct, frozen=True, eq=False):

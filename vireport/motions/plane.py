@@ -25,14 +25,11 @@ from numpy.typing import NDArray
 
 from vireport.motions.orbits import Friction, Orbits, coefficients, of_order, orbits, rubbing, turned
 from vireport.motions.sweep import EDGE
-from vireport.physics import SINE, Groups, Harmonic, Restitutions, by_wall, each
+from vireport.physics import IMAGINARY_STEP, SINE, Groups, Harmonic, Restitutions, by_wall, each
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
-
-STEP = 1e-30
-"""Imaginary step that gives the derivative of an analytic function to the last digit."""
 
 PER_WAVE, SHARED = 8, 2
 """First cells in the shortest wavelength of either direction, and halvings of them that design points share."""
@@ -60,7 +57,7 @@ STEPS, LAST_STEP, SETTLED = 30, 1e-8, 0.1
 the size of its square; and that below which they have come to a zero."""
 
 NEAR_FOLD = 4.0
-"""PhaseCells by which a double zero is told from no zero, and from another one."""
+"""Cells by which a double zero is told from no zero, and from another one."""
 
 ON_SYMMETRY = 1e-9
 """|u| below which a motion of a device with mirror images is its own: others are so near only next to a pitchfork."""
@@ -86,7 +83,7 @@ class Places(NamedTuple):
 
 
 class PhaseCells(NamedTuple):
-    """PhaseCells of one size, by the numbers of their rows and columns."""
+    """Cells of one size, by the numbers of their rows and columns."""
 
     row: Ints
     column: Ints
@@ -228,7 +225,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
     def rows(self, u: Floats) -> Rows:
         """The two functions above some u."""
         bottom, top = np.tile(NODES, 2)[:, None], np.repeat(NODES, 2)[:, None]
-        r, at = Restitutions(bottom, top), u + 1j * STEP
+        r, at = Restitutions(bottom, top), u + 1j * IMAGINARY_STEP
         own = coefficients(at, r, self.n)
         cleared = -(1 + top) * own.determinant / (2 * self.n) ** 2
         sine, cosine, flat = [], [], [[cleared, cleared]]
@@ -252,13 +249,13 @@ class MotionPlane(Struct, frozen=True, eq=False):
         at, orders = self.rows(np.linspace(-EDGE, EDGE, rows + 1)), self.orders[:, None, None]
 
         def rate(x: Any) -> Floats:
-            return np.asarray(np.abs(np.diff(x.imag, axis=-1)) * (rows / STEP))
+            return np.asarray(np.abs(np.diff(x.imag, axis=-1)) * (rows / IMAGINARY_STEP))
 
         by_u = np.concatenate([np.hypot(rate(at.sine), rate(at.cosine)).sum(axis=1), rate(at.flat)], axis=1)
         # That is the mean over a row; how it varies within, the rows beside it tell.
         wide = np.pad(by_u, ((0, 0), (0, 0), (1, 1)), mode="edge")
         by_u = np.maximum(np.maximum(wide[..., :-2], wide[..., 2:]), by_u)
-        by_both = (orders * np.hypot(at.sine.imag, at.cosine.imag)).sum(axis=1) / STEP
+        by_both = (orders * np.hypot(at.sine.imag, at.cosine.imag)).sum(axis=1) / IMAGINARY_STEP
         by_phi = (orders**2 * np.hypot(at.sine.real, at.cosine.real)).sum(axis=1)
         waves = (np.maximum(own[..., 1:], own[..., :-1]) for own in (by_both, by_phi))
         filled = (np.concatenate([own, np.zeros_like(by_u[:, 4:])], axis=1) for own in waves)
@@ -275,10 +272,10 @@ class MotionPlane(Struct, frozen=True, eq=False):
         value = np.concatenate([(a * sin + b * cos).sum(axis=1), flat], axis=1)
         by_phi = (self.orders[:, None, None] * (a.real * cos - b.real * sin)).sum(axis=1)
         by_phi = np.concatenate([by_phi, np.zeros(flat.shape)], axis=1)
-        return np.stack([value.real, value.imag / STEP, by_phi], axis=1)
+        return np.stack([value.real, value.imag / IMAGINARY_STEP, by_phi], axis=1)
 
     def cells(self) -> Places:
-        """PhaseCells that hold one zero at most, and among them one for every zero."""
+        """Cells that hold one zero at most, and among them one for every zero."""
         bends = [self.bends(SHARED)]
         for _ in range(SHARED):
             bends.insert(0, bends[0].of_pairs())
@@ -340,7 +337,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return Places.joined(single), np.concatenate(points), PhaseCells(*map(np.concatenate, zip(*left, strict=True)))
 
     def _halved(self, points: Ints, cells: PhaseCells, depth: int, bends: Bends) -> tuple[Places, Ints, PhaseCells]:
-        """The same of the quarters of cells, each of its design point; at the greatest depth nothing is left."""
+        """Test the quarters of cells, each of its design point; at the greatest depth nothing is left."""
         points, cells, half = np.repeat(points, 4), cells.quarters(), self.half(depth)
         u, phi = self.middles(cells, depth)
         different, own = np.unique(u, return_inverse=True)
@@ -378,9 +375,14 @@ class MotionPlane(Struct, frozen=True, eq=False):
 
     def _steps(self, which: Ints, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
         """Newton's steps to gbar and d of design points, by the surface itself."""
-        along_u, along_phi = self._at(which, u + 1j * STEP, phi), self._at(which, u, phi + 1j * STEP)
+        along_u, along_phi = (
+            self._at(which, u + 1j * IMAGINARY_STEP, phi),
+            self._at(which, u, phi + 1j * IMAGINARY_STEP),
+        )
         of_gbar, of_d = along_u.gbar.real - self.gbar[which], along_u.d.real - self.d[which]
-        gbar_u, gbar_phi, d_u, d_phi = (x.imag / STEP for x in (along_u.gbar, along_phi.gbar, along_u.d, along_phi.d))
+        gbar_u, gbar_phi, d_u, d_phi = (
+            x.imag / IMAGINARY_STEP for x in (along_u.gbar, along_phi.gbar, along_u.d, along_phi.d)
+        )
         determinant = gbar_u * d_phi - gbar_phi * d_u
         safe = np.where(determinant == 0, 1.0, determinant)
         return (of_d * gbar_phi - of_gbar * d_phi) / safe, (of_gbar * d_u - of_d * gbar_u) / safe
@@ -408,8 +410,8 @@ class MotionPlane(Struct, frozen=True, eq=False):
         own = np.flatnonzero((self.gbar[found.which] == 0) & (np.abs(u) < ON_SYMMETRY))
         u[own] = 0.0
         for _ in range(2):
-            at = self._at(found.which[own], u[own], phi[own] + 1j * STEP)
-            slope = at.d.imag / STEP
+            at = self._at(found.which[own], u[own], phi[own] + 1j * IMAGINARY_STEP)
+            slope = at.d.imag / IMAGINARY_STEP
             phi[own] -= (at.d.real - self.d[found.which[own]]) / np.where(slope == 0, np.inf, slope)
         return u, phi
 

@@ -27,7 +27,7 @@ from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics import Groups, Harmonic, Restitutions, Word, by_wall, each
+from vireport.physics import IMAGINARY_STEP, Groups, Harmonic, Restitutions, Word, by_wall, each
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -45,9 +45,6 @@ inclination, the nearer to u = 0 its grid has to begin."""
 
 HORIZONTAL = len(SCALES)
 """What stands in the place of a range of gbar where there is no gravity along the capsule and n is odd."""
-
-STEP = 1e-30
-"""Imaginary step that gives the derivative of an analytic function to the last digit."""
 
 BLOCK_POINTS, BLOCK_VALUES = 8192, 60_000
 """Design points whose zeros are finished at once, and samples of G that are held at once: they stay in the processor's
@@ -238,8 +235,8 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     Parameters
     ----------
     groups : Groups
-        Complex arrays of shape (cells,), with imaginary parts of the size of `STEP`: over it, they are the derivatives
-        with respect to something.
+        Complex arrays of shape (cells,), with imaginary parts of the size of `IMAGINARY_STEP`: over it, they are the
+        derivatives with respect to something.
     n : int
 
     Notes
@@ -254,13 +251,14 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     u, phi, real = motions.orbit.u, motions.orbit.phi, each(r, np.real)
     # Two real derivatives, by u and by phi, and the part of d and gbar that r moves with u and phi held.
     along_u, along_phi, at = (
-        orbits(*place, n) for place in ((u + 1j * STEP, phi, real), (u, phi + 1j * STEP, real), (u + 0j, phi, r))
+        orbits(*place, n)
+        for place in ((u + 1j * IMAGINARY_STEP, phi, real), (u, phi + 1j * IMAGINARY_STEP, real), (u + 0j, phi, r))
     )
     of_d, of_gbar = d.imag - at.d.imag, gbar.imag - at.gbar.imag
     with np.errstate(all="ignore"):  # on a fold there is no derivative
         # Cramer's rule for [d_u d_phi; gbar_u gbar_phi] (u', phi') = (d' - d_r r', gbar' - gbar_r r'). Every imaginary
-        # part carries STEP once: so does the quotient.
-        determinant = (along_u.d.imag * along_phi.gbar.imag - along_phi.d.imag * along_u.gbar.imag) / STEP
+        # part carries IMAGINARY_STEP once: so does the quotient.
+        determinant = (along_u.d.imag * along_phi.gbar.imag - along_phi.d.imag * along_u.gbar.imag) / IMAGINARY_STEP
         u = u + 1j * (of_d * along_phi.gbar.imag - of_gbar * along_phi.d.imag) / determinant
         phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
     orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
@@ -368,11 +366,11 @@ def _grid(r: Any, n: int, scale: int) -> Floats:
 @lru_cache(maxsize=64)
 def _tables(r: Any, n: int, scale: int) -> tuple[Floats, Floats]:
     """A, B, C, D of G = gbar^2 A + gbar d B + d^2 C - D on the grid, and their slopes: one for all points of one r."""
-    f = forms(_grid(r, n, scale) + 1j * STEP, r, n, scale == HORIZONTAL)
+    f = forms(_grid(r, n, scale) + 1j * IMAGINARY_STEP, r, n, scale == HORIZONTAL)
     # G = |gbar a + d b|^2 - Delta^2 is a quadratic form in (gbar, d): its coefficients are functions of u and r alone.
     cross = 2 * (f.sine_gbar * f.sine_d + f.cosine_gbar * f.cosine_d)
     terms = np.stack([f.sine_gbar**2 + f.cosine_gbar**2, cross, f.sine_d**2 + f.cosine_d**2, f.delta**2])
-    return terms.real.copy(), terms.imag / STEP
+    return terms.real.copy(), terms.imag / IMAGINARY_STEP
 
 
 class Points(Struct, frozen=True, eq=False):
@@ -393,11 +391,11 @@ class Points(Struct, frozen=True, eq=False):
         """G and its slope on the whole grid, of some of the points."""
         d, gbar = self.d[part], self.gbar[part]
         if self.tables is None:
-            f = forms(self.u + 1j * STEP, each(self.r, lambda x: x[part, None]), self.n, self.divided)
+            f = forms(self.u + 1j * IMAGINARY_STEP, each(self.r, lambda x: x[part, None]), self.n, self.divided)
             sine = gbar[:, None] * f.sine_gbar + d[:, None] * f.sine_d
             cosine = gbar[:, None] * f.cosine_gbar + d[:, None] * f.cosine_d
             square = sine * sine + cosine * cosine - f.delta * f.delta
-            return square.real, square.imag / STEP
+            return square.real, square.imag / IMAGINARY_STEP
         # Not by a matrix product: its last bits may depend on the number of threads, and the results with them.
         factors = np.stack([gbar * gbar, gbar * d, d * d, np.full(len(d), -1.0)])
         values, slopes = (np.einsum("ki,kj->ij", factors, table) for table in self.tables)
@@ -414,8 +412,8 @@ class Points(Struct, frozen=True, eq=False):
 
     def value_and_slope(self, which: Ints, u: Floats) -> tuple[Floats, Floats]:
         """G and its derivative."""
-        f = self.value(which, u + 1j * STEP)[0]
-        return f.real, f.imag / STEP
+        f = self.value(which, u + 1j * IMAGINARY_STEP)[0]
+        return f.real, f.imag / IMAGINARY_STEP
 
 
 class Brackets(Struct, frozen=True, eq=False):

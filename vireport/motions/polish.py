@@ -16,10 +16,10 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
-from vireport.motions.conditions import IMAGINARY, Equation
+from vireport.motions.conditions import Equation
 from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Varied, linearised, residuals
-from vireport.physics import ARRAYS, DIGITS, FLOATS, DecimalOps, Groups, Word
+from vireport.physics import ARRAYS, DIGITS, FLOATS, IMAGINARY_STEP, DecimalOps, Groups, Word
 
 Floats = NDArray[np.float64]
 
@@ -223,8 +223,8 @@ def solve_motion(
             moved = by_velocity[:, :half] - by_velocity[:, half:], by_time[:, :half] + by_time[:, half:]
             rows = np.hstack([*moved, rows[:, 2 * count :]])
         # The equation has no derivatives of its own: each unknown is an array, moved in its own column only.
-        steps = whole(list(np.array(y)[:, None] + 1j * IMAGINARY * np.eye(len(y))))
-        slope = np.imag(equation(steps, arrays.at(steps[2 * count :]), ARRAYS)) / IMAGINARY
+        steps = whole(list(np.array(y)[:, None] + 1j * IMAGINARY_STEP * np.eye(len(y))))
+        slope = np.imag(equation(steps, arrays.at(steps[2 * count :]), ARRAYS)) / IMAGINARY_STEP
         return np.vstack([rows, slope])
 
     start = [*guess.velocity.tolist(), *guess.time.tolist(), guess.coordinate]

@@ -23,6 +23,9 @@ Floats = NDArray[np.float64]
 DIGITS = 45
 """Digits of decimals: cancellation next to a horizontal capsule may take twenty of them."""
 
+IMAGINARY_STEP = 1e-30
+"""Of an analytic function, gives the derivative to the last digit: the square of the step is lost in rounding."""
+
 UNIT = 1.2e-16
 """Unit roundoff 2^-53, enlarged for the terms of higher order."""
 

@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions import Motion
-from vireport.physics import Groups, Membrane, generated_voltage
+from vireport.physics import IMAGINARY_STEP, Groups, Membrane, generated_voltage
 from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
 from vireport.shocks.impact_map import forwards
 
@@ -36,9 +36,6 @@ FLATTEST = 1e-14
 
 MOMENTS = ("k,ka,kb->ab", 2), ("k,ka,kb,kc->abc", 3)
 """Sums that give covariance and third cumulants, and how many deviations are multiplied in each."""
-
-SLOPE_STEP = 1e-30
-"""Imaginary step that gives the slope of the voltage to the last digit."""
 
 WITHIN = 3.0
 """Standard deviations on either side of the restitution coefficient that must lie between 0 and 1."""
@@ -106,8 +103,8 @@ class Jitter(Struct, frozen=True, eq=False):
             y_c [m/s].
         """
         speed = velocity_unit * np.abs(self.motion.velocity)
-        stepped: Any = speed + 1j * SLOPE_STEP
-        slope = generated_voltage(stepped, membrane).imag / SLOPE_STEP
+        stepped: Any = speed + 1j * IMAGINARY_STEP
+        slope = generated_voltage(stepped, membrane).imag / IMAGINARY_STEP
         return np.asarray(np.abs(slope) * velocity_unit * self.velocity)
 
     def mean_voltage_v(self, membrane: Membrane, velocity_unit: float) -> Floats:
