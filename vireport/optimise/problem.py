@@ -10,7 +10,6 @@ from functools import reduce
 from typing import Any, cast
 
 import numpy as np
-import yaml
 from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ from vireport.scenario import (
     Need,
     Objective,
     RequirementsBlock,
+    as_yaml,
     loads,
     to_dict,
 )
@@ -212,7 +212,7 @@ class Problem(Struct, frozen=True):
             *blocks, key = path.split(".")
             reduce(dict.__getitem__, blocks, data)[key] = float(value)
         data |= dict.fromkeys(self._spared) if lean else {}
-        return str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
+        return as_yaml(data)
 
     @property
     def _spared(self) -> set[str]:
@@ -316,9 +316,3 @@ def smallest_margin(design: DesignPoint) -> float:
 def design_input(path: DesignPath) -> DesignInput | None:
     """The input of a path among those that have margins; None for one on which no motion depends."""
     return next((varied for varied in DesignInput if varied.path == path), None)
-
-
-def _present(data: dict[str, Any]) -> dict[str, Any]:
-    """Plain data without what is absent."""
-    kept = {key: value for key, value in data.items() if value is not None}
-    return {key: _present(value) if isinstance(value, dict) else value for key, value in kept.items()}
