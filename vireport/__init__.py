@@ -20,6 +20,7 @@ _ROOMS = {
     "vireport.figures": ("figure_2", "figure_4", "figure_7", "pictures"),
     "vireport.comparison": ("Comparison", "compare", "diff"),
     "vireport.comparison.figures": ("compare_figure",),
+    "vireport.bench": ("explore",),
 }
 """Where each public name is imported from when it is first asked for, so that `import vireport` costs nothing."""
 
@@ -35,6 +36,7 @@ __all__ = [
     "compare",
     "compare_figure",
     "diff",
+    "explore",
     "figure_2",
     "figure_4",
     "figure_7",

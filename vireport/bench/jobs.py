@@ -28,8 +28,34 @@ class Slow(StrEnum):
     CHANGES = "changes"
 
 
+Axes = tuple[str, str]
+Ranges = tuple[tuple[float, float], tuple[float, float]]
+
+
+class Question(Struct, frozen=True):
+    """What a page asks.
+
+    Attributes
+    ----------
+    state : dict
+        What is set over the scenario, by paths.
+    page : str
+        Which page asks, where there may be several.
+    axes, ranges
+        Of the plane, see `answers.plane_answer`; of other questions nothing.
+    name : str
+        Of a file to save; of other questions nothing.
+    """
+
+    state: dict[str, Any]
+    page: str = ""
+    axes: Axes = ("", "")
+    ranges: Ranges = ((0.0, 0.0), (0.0, 0.0))
+    name: str = ""
+
+
 class Job(Struct, frozen=True):
-    """A question of a page.
+    """A question about a scenario, for the process that answers it.
 
     Attributes
     ----------
@@ -38,15 +64,15 @@ class Job(Struct, frozen=True):
         Of the scenario.
     overrides : tuple of str
     axes, ranges
-        Of the plane, see `answers.plane_answer`; of other kinds nothing.
+        As in the question.
     """
 
     kind: Slow
     text: str
     name: str
     overrides: tuple[str, ...]
-    axes: tuple[str, str] = ("", "")
-    ranges: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+    axes: Axes
+    ranges: Ranges
 
     def same_scenario(self, other: Job) -> bool:
         """Whether another job is about the same scenario."""
@@ -95,7 +121,9 @@ class Worker:
             yield answer
             if "answer" in answer:
                 return
-        if process.wait() > 0:
+        with process:  # which has ended: its streams are closed
+            failed = process.wait() > 0
+        if failed:
             raise RuntimeError("the process that answers has failed")
         self._process = _begun()  # ahead of the next job
 
@@ -107,8 +135,8 @@ class Worker:
 
     def end(self) -> None:
         """End the process."""
-        self._process.kill()
-        self._process.wait()
+        with self._process as process:
+            process.kill()
 
 
 def _begun() -> subprocess.Popen[str]:

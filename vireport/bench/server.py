@@ -25,8 +25,8 @@ import msgspec
 from markupsafe import Markup, escape
 
 from vireport.base import UsageError, VireportError
-from vireport.bench.jobs import Job, Slow, Worker
-from vireport.bench.session import NAME, Opened, first, margins, refusal, save, start_data
+from vireport.bench.jobs import Question, Slow, Worker
+from vireport.bench.session import NAME, Opened, first, job_of, margins, refusal, save, start_data
 from vireport.wording import TEMPLATES, environment_of
 
 HOST = "127.0.0.1"
@@ -70,16 +70,6 @@ class Refused(Exception):
         self.status = status
 
 
-class Question(msgspec.Struct, frozen=True):
-    """What a page asks; `page` tells one from another."""
-
-    page: str
-    state: dict[str, Any]
-    axes: tuple[str, str] = ("", "")
-    ranges: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
-    name: str = ""
-
-
 class Bench:
     """A scenario that pages ask about.
 
@@ -94,8 +84,12 @@ class Bench:
         self.known, self.folder = known, folder
         self.secret = secrets.token_urlsafe(24)
         self._workers: OrderedDict[str, Worker] = OrderedDict()
-        self._spare: Worker | None = Worker()
+        self._spare: Worker | None = None
         self._lock = threading.Lock()
+
+    def begin(self) -> None:
+        """Start the process of the first page ahead of it."""
+        self._spare = Worker()
 
     def page(self) -> bytes:
         """The page itself."""
@@ -112,9 +106,7 @@ class Bench:
 
     def slow(self, kind: Slow, asked: Question) -> Iterator[dict[str, Any]]:
         """What follows when the hand rests."""
-        over = self.known.over(asked.state)
-        job = Job(kind, self.known.text, self.known.name, over, asked.axes, asked.ranges)
-        yield from self._worker(asked.page).answers(job)
+        yield from self._worker(asked.page).answers(job_of(self.known, kind, asked))
 
     def report(self, asked: Question) -> Iterator[dict[str, Any]]:
         """Save a scenario, and run it as anybody else would."""
@@ -346,6 +338,7 @@ def serve(known: Opened, folder: Path, port: int, begun: Callable[[str], None]) 
                 f"port {port} cannot be used: {why} (allowed: another one; 0 takes one that is free)"
             ) from error
         with server:
+            bench.begin()
             begun(f"http://{HOST}:{server.server_address[1]}/{bench.secret}/")
             server.serve_forever(poll_interval=0.2)
     finally:

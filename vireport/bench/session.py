@@ -13,6 +13,7 @@ from msgspec import Struct, to_builtins
 from vireport.base import ScenarioError, UsageError, VireportError, __version__, writable, write_new
 from vireport.bench.answers import first_answer, margins_answer, solution_without_margins
 from vireport.bench.controls import CHOICES, controls_of, ends_of
+from vireport.bench.jobs import Job, Question, Slow
 from vireport.design import Solution
 from vireport.scenario import (
     DesignInput,
@@ -143,6 +144,11 @@ def margins(known: Opened, state: State) -> dict[str, Any]:
     """The margins of a state, see `answers.margins_answer`."""
     _, solution = _solved(known.text, known.name, known.over(state))
     return margins_answer(solution)
+
+
+def job_of(known: Opened, kind: Slow, asked: Question) -> Job:
+    """What is slow of a state, for the process that answers it."""
+    return Job(kind, known.text, known.name, known.over(asked.state), asked.axes, asked.ranges)
 
 
 def refusal(error: VireportError) -> dict[str, Any]:
