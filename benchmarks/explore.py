@@ -56,7 +56,7 @@ MOVE = """(value) => new Promise((done) => {
     });
     watch.observe(node, { childList: true, subtree: true });
   });
-  const verdict = document.querySelector(".verdict"), progress = document.querySelector(".progress");
+  const verdict = document.querySelector(".verdict"), progress = document.querySelector(".now");
   Promise.all([seen("curves", document.querySelector(".panels")), seen("margins", verdict.ownerDocument.querySelector(
     "section.card table thead").closest("table"))]).then(() => {
     const look = () => verdict.classList.contains("waiting") ? setTimeout(look, 5)

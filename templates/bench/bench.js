@@ -429,7 +429,7 @@ export function mount(root, start, backend) {
   const gone = make("div", { class: "message", role: "alert", hidden: true },
     make("p", {}, "There is no answer: the program behind this page has ended, or does not answer. What is set here is kept; it goes on by itself once it is there again. After a new start of vireport explore, put what follows # in the address of this page behind the new address."));
   const verdict = make("section", { class: "card verdict neutral", "aria-label": "Verdict" });
-  const badge = make("p", { class: "word" }), headline = make("p", { class: "headline" }), progress = make("p", { class: "progress", role: "status" });
+  const badge = make("p", { class: "word" }), headline = make("p", { class: "headline" }), progress = make("p", { class: "now", role: "status" });
   verdict.append(badge, headline, progress);
   const numbers = make("table"), marginTable = make("table"), criteria = make("table"), facts = make("dl", { class: "facts" });
   const todo = make("div"), alerts = make("div"), leftOut = make("div");

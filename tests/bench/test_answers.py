@@ -78,18 +78,20 @@ def test_what_follows_is_what_a_run_finds() -> None:
 @pytest.mark.parametrize("name", ["inclined", "horizontal"])
 def test_a_cell_of_the_plane_has_what_a_design_there_has(name: str) -> None:
     loaded = loaded_of(opened(EXAMPLES / f"{name}.yaml"), {})
-    ranges = ((0.0, 90.0), (0.15, 0.9))
+    ranges = ((0.0, 90.0), (0.05, 0.9))
     cells = np.array(plane_answer(loaded, ("inclination_deg", "length_m"), ranges)["cells"])
     assert cells.shape == PLANE[::-1]
     rng, device = np.random.default_rng(3), Device.of(loaded.scenario)
-    for _ in range(25):
-        i, j = rng.integers(PLANE[0]), rng.integers(PLANE[1])
+    # At a border a place beside the middle of a cell would tell another thing.
+    border = np.argwhere((cells[1:, :-1] != cells[:-1, :-1]) | (cells[:-1, 1:] != cells[:-1, :-1]))
+    places = [*rng.choice(border, 30), *rng.integers(0, PLANE[::-1], (15, 2))]
+    for j, i in places:
         x, y = (low + (high - low) * (k + 0.5) / n for (low, high), k, n in zip(ranges, (i, j), PLANE, strict=True))
         here = device.with_values({DesignInput.INCLINATION: x, DesignInput.LENGTH: y})
         motions, *_ = motions_at(here, Parameter.LENGTH)
         expected = STABLE if motions.stable.any() else UNSTABLE if motions.admissible.any() else NOTHING
         assert cells[j, i] == expected
-    assert set(np.unique(cells)) == {NOTHING, UNSTABLE, STABLE} if name == "horizontal" else {UNSTABLE, STABLE}
+    assert set(np.unique(cells)) == {NOTHING, UNSTABLE, STABLE}
 
 
 @pytest.mark.parametrize(
@@ -156,6 +158,42 @@ def test_another_input_can_be_swept_and_none() -> None:
     assert swept["points"][0]["sweep_value"] == pytest.approx(1.90555, abs=1e-5)
     none = first_of(known, {"sweep": None})
     assert (none["swept"], none["branches"], none["shown"]) == (None, [], 0)
+
+
+def test_curves_are_drawn_of_motions_alone() -> None:
+    told = first_of(opened(EXAMPLES / "inclined.yaml"), {"sweep": {"parameter": "length_m", "from": 0.05, "to": 0.75}})
+    hidden = 0
+    for branch in told["branches"]:
+        rows = np.zeros(len(branch["q"]), dtype=bool)
+        for start, end, stable in branch["pieces"]:
+            assert all(branch["admissible"][start + 1 : end])
+            middle = branch["stability"][(start + end) // 2]
+            assert stable is middle.startswith("stable")
+            rows[start : end + 1] = True
+        assert not np.any(np.array(branch["admissible"]) & ~rows)
+        hidden += int((~rows).sum())
+    assert hidden > 10
+
+
+@pytest.mark.parametrize(("name", "outside"), [("inclined", True), ("stiff-membrane", False)])
+def test_voltages_outside_the_membrane_are_marked(name: str, outside: bool) -> None:
+    told = first_of(opened(EXAMPLES / f"{name}.yaml"), {})
+    assert told["motions"]["outside_membrane"][told["shown"]] is outside
+
+
+def test_a_slider_goes_from_the_lower_to_the_upper_end() -> None:
+    over = ("sweep={parameter: length_m, from: 0.75, to: 0.7}", "device.membrane.exponent=15")
+    scenario = loaded_of(opened(EXAMPLES / "inclined.yaml", over), {}).scenario
+    ends = {control.path: (control.start, control.end) for control in controls_of(scenario)}
+    assert ends["device.length_m"] == (0.6934, 0.75)
+    assert ends["device.membrane.exponent"] == (7.5, 20)
+    assert ends["excitation.amplitude_n"] == (1.5, 6)
+
+
+def test_what_the_page_sets_is_over_what_the_command_line_sets() -> None:
+    known = opened(EXAMPLES / "inclined.yaml", ("device.length_m=0.7", "device.restitution=0.48"))
+    values = first_of(known, {"device.length_m": 0.66})["values"]
+    assert (values["device.length_m"], values["device.restitution"]) == (0.66, 0.48)
 
 
 def test_where_nothing_exists_no_motion_is_shown() -> None:

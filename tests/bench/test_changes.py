@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from conftest import EXAMPLES
 
-from vireport.bench.changes import FALLS_SHORT, Change, changes
-from vireport.scenario import load
+from vireport.bench.changes import FALLS_SHORT, Change, changes, may_work, works
+from vireport.scenario import DesignInput, load
 from vireport.study import Study, analyse
 
 CASES = {
@@ -41,8 +42,40 @@ def test_each_value_works_and_half_of_the_way_does_not(case: str) -> None:
         assert _falls_short(overrides, change, (here + change.value) / 2) is True
 
 
+def _meets(overrides: tuple[str, ...]) -> bool:
+    other = study_with(overrides)
+    return bool(other.solution.design.motions.stable.any()) and all(line.passed for line in other.criteria)
+
+
 def _falls_short(overrides: tuple[str, ...], change: Change, value: float) -> bool:
     return study_with((*overrides, f"{change.path}={value!r}")).verdict.conclusion in FALLS_SHORT
+
+
+def test_a_run_tells_whether_a_value_works() -> None:
+    study = study_with(("device.length_m=0.6",))
+    assert not works(study, DesignInput.LENGTH, 0.62)
+    assert works(study, DesignInput.LENGTH, 0.64)
+    assert not works(study, DesignInput.LENGTH, -1.0)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ("requirements.u_ave_at_least_v=44000",),
+        ("requirements.deflection_at_most_m=0.019",),
+        ("requirements.acceleration_at_most_g=2.3",),
+        ("device.length_m=0.6",),
+    ],
+)
+def test_arrays_tell_what_a_run_tells_of_motion_and_requirements(overrides: tuple[str, ...]) -> None:
+    study, told = study_with(overrides), set()
+    for varied in (DesignInput.LENGTH, DesignInput.AMPLITUDE):
+        here = float(study.solution.device.value_of(varied))
+        values = here * np.array([0.8, 0.95, 1.05, 1.2])
+        kept = may_work(study, varied, values)
+        assert kept.tolist() == [_meets((*overrides, f"{varied.path}={float(value)!r}")) for value in values]
+        told |= set(kept.tolist())
+    assert told == {False, True}
 
 
 def test_a_design_that_works_needs_no_change() -> None:

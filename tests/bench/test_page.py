@@ -14,9 +14,11 @@ from browser import Browser, needs_a_browser, needs_axe
 from conftest import EXAMPLES
 from serving import Served, serving
 
-from vireport.bench.session import loaded_of, opened
+from vireport.bench.answers import plane_answer, study_answer
+from vireport.bench.session import first, loaded_of, margins, opened, start_data
 from vireport.scenario import load
 from vireport.study import analyse
+from vireport.wording import TEMPLATES
 
 pytestmark = [pytest.mark.slow, needs_a_browser]
 
@@ -49,7 +51,7 @@ def page(opened_once: Browser) -> Browser:
 
 
 SETTLED = """!document.querySelector(".waiting, .message:not([hidden])")
-  && !document.querySelector(".progress").textContent && document.querySelector(".headline").textContent !== ''"""
+  && !document.querySelector(".now").textContent && document.querySelector(".headline").textContent !== ''"""
 """Whether all that follows a change is there."""
 
 
@@ -316,3 +318,68 @@ def test_without_scripts_a_sentence_says_what_to_do(tmp_path: Path) -> None:
         root = page.call("DOM.getDocument", depth=-1)["root"]
         assert "The bench needs scripts" in json.dumps(root)
         page.end()
+
+
+MODEL = """
+const handlers = {}, sent = [];
+window.model = {
+  values: { start: START, state: {} },
+  get(name) { return this.values[name]; },
+  set(name, value) { this.values[name] = value; },
+  save_changes() { this.saved = { ...this.values.state }; },
+  on(name, handler) { handlers[name] = handler; },
+  off(name) { delete handlers[name]; },
+  send({ number, kind, question }) {
+    sent.push([kind, question.state]);
+    const known = ANSWERS[kind];
+    setTimeout(() => {
+      handlers["msg:custom"]({ number: number + 1000, answer: { refused: [{ path: "", message: "of another" }] } });
+      if (kind === "study") handlers["msg:custom"]({ number, progress: "looking" });
+      handlers["msg:custom"]({ number, answer: known });
+    }, 1);
+  },
+};
+window.sent = sent;
+window.handlers = handlers;
+window.ended = widget.render({ model, el: document.getElementById("cell") });
+"""
+"""Stands for the model that a notebook gives a widget; its kernel has answered before."""
+
+
+def test_the_same_page_speaks_to_a_kernel(tmp_path: Path) -> None:
+    known = opened(EXAMPLES / "inclined.yaml")
+    study = analyse(loaded_of(known, {}), ("json",))
+    answers = {
+        "first": first(known, {}),
+        "margins": margins(known, {}),
+        "study": study_answer(study),
+        "plane": plane_answer(study.loaded, ("inclination_deg", "length_m"), ((0.0, 90.0), (0.59, 0.75))),
+        "changes": {"changes": None},
+    }
+    code = (TEMPLATES / "bench" / "bench.js").read_text() + (TEMPLATES / "bench" / "widget.js").read_text()
+    code = code.replace("export function", "function").replace("export default", "const widget =")
+    model = MODEL.replace("START", json.dumps(start_data(known))).replace("ANSWERS", json.dumps(answers))
+    page_file = tmp_path / "cell.html"
+    text = f"<!DOCTYPE html><meta charset=utf-8><div id=cell></div><script>{code}\n{model}</script>"
+    page_file.write_text(text.replace("</p>", "<\\/p>"), encoding="utf-8")
+    page = Browser(tmp_path / "profile")
+    page.look(1440)
+    page.open(page_file)
+    settled(page)
+    assert texts(page, ".headline") == [study.verdict.headline]
+    assert [kind for kind, _ in page.run("sent")] == ["first", "margins", "plane", "study", "changes"]
+    assert texts(page, ".actions button:not([hidden])") == [
+        "Undo",
+        "Redo",
+        "As in the file",
+        "Keep this as A",
+    ]  # nothing is saved
+    slide(page, "Restitution r", 0.46)
+    settled(page)
+    assert page.run("model.saved") == {"device.restitution": 0.46}
+    page.run("model.values.state = {}; handlers['change:state']()")
+    settled(page)
+    assert page.run("sent.at(-1)") == ["changes", {}]
+    page.run("ended()")
+    assert page.run("Object.keys(handlers)") == []
+    page.close()

@@ -128,6 +128,7 @@ def test_lines_that_are_no_requests_are_refused(bench: Served) -> None:
     assert bench.ask("first", {})["shown"] == 0
 
 
+@pytest.mark.slow
 def test_connections_that_say_nothing_do_not_keep_others_waiting(bench: Served) -> None:
     silent = [socket.create_connection(("127.0.0.1", bench.port)) for _ in range(40)]
     for connection in silent[:20]:
@@ -156,6 +157,7 @@ def test_a_state_may_hold_anything(bench: Served) -> None:
     assert bench.ask("first", {})["shown"] == 0
 
 
+@pytest.mark.slow
 def test_two_pages_do_not_wait_for_one_another(bench: Served) -> None:
     """One works out proofs of a minute, and is ended when its page asks for another thing."""
     slow = {"disturbances": {"prove": True}, "device.length_m": 0.72}

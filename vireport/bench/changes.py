@@ -102,9 +102,9 @@ def changes(study: Study, say: Progress | None = None) -> tuple[Change, ...] | N
 def _along(study: Study, varied: DesignInput) -> Iterator[Change]:
     here = float(study.solution.device.value_of(varied))
     for values in _sides(varied, here):
-        for value in _tried(values[_may_work(study, varied, values)]):
-            rounded = _rounded_away(value, here)
-            if _works(study, varied, rounded):
+        for value in _tried(values[may_work(study, varied, values)]):
+            rounded = rounded_away(value, here)
+            if works(study, varied, rounded):
                 percent = 100 * (rounded / here - 1) if here else None
                 yield Change(varied.path, varied.quantity, varied.symbol, varied.unit, rounded, percent)
                 break
@@ -129,7 +129,7 @@ def _tried(values: Floats) -> Iterator[float]:
             yield float(values[2**k - 1])
 
 
-def _may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
+def may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
     """Which values may work, by what arrays of designs tell; all others surely do not."""
     scenario, device = study.scenario, study.solution.device
     membrane = Membrane.of(scenario)
@@ -157,8 +157,14 @@ def _may_meet(designs: Designs, requirement: Requirement, limit: Limit) -> Mask:
     return np.ones(designs.count, dtype=bool)
 
 
-def _rounded_away(value: float, here: float) -> float:
-    """A value with few digits, no nearer to the design."""
+def rounded_away(value: float, here: float) -> float:
+    """A value with few digits, no nearer to the design.
+
+    Examples
+    --------
+    >>> rounded_away(0.6612345, 0.6), rounded_away(0.5512345, 0.6), rounded_away(0.5, 0.6)
+    (0.6613, 0.5512, 0.5)
+    """
     if value == 0:
         return value
     unit = 10.0 ** (floor(log10(abs(value))) - DIGITS + 1)
@@ -167,7 +173,7 @@ def _rounded_away(value: float, here: float) -> float:
     return float(f"{whole * unit:.{DIGITS}g}")
 
 
-def _works(study: Study, varied: DesignInput, value: float) -> bool:
+def works(study: Study, varied: DesignInput, value: float) -> bool:
     """Whether a run of the design with another value does not fall short."""
     loaded = study.loaded
     lean = (f"{block}=" for block in spared(required(study.scenario)))
