@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES
 
-from vireport.bench.changes import FALLS_SHORT, Change, changes, may_work, works
+from vireport.bench.changes import FALLS_SHORT, Change, changes, may_work, rounded_away, works
 from vireport.scenario import DesignInput, load
 from vireport.study import Study, analyse
 
@@ -49,6 +49,11 @@ def _meets(overrides: tuple[str, ...]) -> bool:
 
 def _falls_short(overrides: tuple[str, ...], change: Change, value: float) -> bool:
     return study_with((*overrides, f"{change.path}={value!r}")).verdict.conclusion in FALLS_SHORT
+
+
+def test_a_value_is_rounded_away_from_the_design() -> None:
+    rounded = [rounded_away(value, 0.6) for value in (0.6612345, 0.5512345, 0.6613, 0.0)]
+    assert rounded == [0.6613, 0.5512, 0.6613, 0.0]
 
 
 def test_a_run_tells_whether_a_value_works() -> None:
