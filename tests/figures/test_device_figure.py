@@ -20,7 +20,7 @@ from vireport.study import analyse
 def test_the_ball_flies_from_membrane_to_membrane_and_comes_back(name: str) -> None:
     study = study_of(name)
     motions, n = study.solution.design.motions, study.solution.device.period_ratio
-    row = int(np.argmax(motions.stable))
+    row = int(np.argmax(motions.stable_mask))
     time, distance = path(motions, row, n)
     half = len(time) // 2
     assert distance[[0, half - 1, half, -1]] == pytest.approx([0, 1, 1, 0], abs=1e-12)

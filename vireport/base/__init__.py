@@ -15,7 +15,7 @@ from vireport.base.errors import (
 )
 from vireport.base.files import require_writable, writable, write_files, write_new, write_whole
 from vireport.base.progress import Progress
-from vireport.base.records import plain
+from vireport.base.records import brief, plain
 from vireport.base.shares import share_interval
 from vireport.base.version import __version__
 
@@ -30,6 +30,7 @@ __all__ = [
     "UsageError",
     "VireportError",
     "__version__",
+    "brief",
     "deferred",
     "install_command",
     "interrupts",

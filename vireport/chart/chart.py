@@ -154,7 +154,7 @@ def _followed_starts(line: StraightSweep, word: Word) -> Iterator[LocusStart]:
         low, high = float(plane.low[k]) - value, float(plane.high[k]) - value
         curve = Curve(word, moved, low, high, high - low)
         motions, *_ = motions_at(device, Parameter.LENGTH)
-        for row in motions.admissible.nonzero()[0]:
+        for row in motions.admissible_mask.nonzero()[0]:
             x = curve.vector(replace(motion_at(motions, int(row), word.periods), coordinate=0.0))
             start = PathPoint(curve, x, curve.tangent(x))
             trail = completed(curve, start, follow(curve, start))
@@ -170,7 +170,7 @@ def _stable_between(line: StraightSweep, low: float, high: float) -> tuple[float
     """A stretch of a line within which nothing happens to a 1:1 motion, with its word where one is stable."""
     device = line.plane.device_at(line.inputs((low + high) / 2).tolist())
     motions, *_ = motions_at(device, Parameter.LENGTH)
-    return low, high, ("BT",) if motions.stable.any() else ()
+    return low, high, ("BT",) if motions.stable_mask.any() else ()
 
 
 def _one_to_one_starts(line: StraightSweep) -> Iterator[LocusStart]:

@@ -319,7 +319,7 @@ def stable_motions(plane: Plane, inputs: tuple[float, float], limits: Limits) ->
     device = plane.device_at(list(inputs))
     if not plane.swept:
         (motions, *_), periods = motions_at(device, Parameter.LENGTH), device.period_ratio
-        rows = motions.stable.nonzero()[0]
+        rows = motions.stable_mask.nonzero()[0]
         found = [motion_at(motions, int(row), periods) for row in rows]
         decay = float(device.groups(Parameter.LENGTH, device.length_m, FLOATS).decay((1, -1)))
         solved = [(motion, float(motions.trace[row]), decay) for motion, row in zip(found, rows, strict=True)]

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, Progress, install_command, plain
+from vireport.base import NumericalError, Progress, brief, install_command, plain
 from vireport.checks.benchmark import (
     Benchmark,
     BenchmarkProblem,
@@ -152,6 +152,8 @@ class WorkPrecision(Struct, frozen=True, eq=False):
     absent: tuple[tuple[str, str], ...]
     machine: Machine
     repeats: int
+
+    __repr__ = brief
 
     @property
     def quantities(self) -> tuple[MeasuredQuantity, ...]:

@@ -23,7 +23,7 @@ from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_o
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.scenario import to_dict
 from vireport.study import SCHEMA_VERSION, Study, Task, analyse, plan
-from vireport.text import html_table
+from vireport.text import html_table, visible
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -65,6 +65,10 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
     axes: Axes
     table: tuple[ComparisonRow, ...]
     rank_by: tuple[Merit, ...] = ()
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.names) if len(self.names) <= BESIDE_ONE_ANOTHER else f"{len(self.names)} scenarios"
+        return f"<Comparison of {visible(names)}: {self.headline}>"
 
     @property
     def by_name(self) -> dict[str, Study]:

@@ -100,7 +100,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
     if design is None:
         return None
     motions = design.motions
-    stable = motions.admissible & motions.stable
+    stable = motions.admissible_mask & motions.stable_mask
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
         from vireport.atlas import portrait_of
 
@@ -108,9 +108,9 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         whole = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
         word = motion.word.letters
         return word, True, (periods(whole.time), 0.5 - whole.position / whole.d)
-    if not motions.admissible.any():
+    if not motions.admissible_mask.any():
         return None
-    row = int(np.argmax(motions.admissible * (1 + motions.stable)))  # the first of those that rank highest
+    row = int(np.argmax(motions.admissible_mask * (1 + motions.stable_mask)))  # the first of those that rank highest
     device = study.solution.device
     friction = device.groups(design.parameter, design.value).friction
     return motions.words[row], False, path(motions, row, device.period_ratio, device.harmonics, friction)

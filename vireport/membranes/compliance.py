@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, plain
+from vireport.base import NumericalError, brief, plain
 from vireport.checks import Floats
 from vireport.compliant import MULTIPLIER, CompliantModel, Finder, Rigid, compliant_model, descend, rigid_motion
 from vireport.design import Solution
@@ -212,6 +212,8 @@ class Compliance(Struct, frozen=True):
     volts: Volts | None = None
     quantities: tuple[Compared, ...] = ()
     runs: tuple[SolverRun, ...] = ()
+
+    __repr__ = brief
 
     @property
     def own(self) -> StiffnessRung | None:

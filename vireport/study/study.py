@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -31,9 +30,9 @@ from vireport.scenario import (
     MotionsBlock,
     Parameter,
     Scenario,
+    Source,
     TolerancesBlock,
     load,
-    loads,
     to_dict,
 )
 from vireport.study.families import families_data, motions_data
@@ -48,12 +47,12 @@ from vireport.study.provenance import Provenance
 from vireport.study.results import (
     PROVED_MOTION,
     SCHEMA_VERSION,
-    branch_rows,
     disturbances_data,
     driven_data,
     effects_data,
     family_motions,
     json_bytes,
+    motion_rows,
     simulation_data,
     solution_data,
     tolerances_data,
@@ -236,9 +235,11 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame."""
-        rows = [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
-        return [*rows, *family_motions(self.atlas, self.solution.membrane)]
+        """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame.
+
+        Where nothing is swept, every motion of the design point.
+        """
+        return [*motion_rows(self.solution), *family_motions(self.atlas, self.solution.membrane)]
 
     def __repr__(self) -> str:
         return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.headline}>"
@@ -267,8 +268,15 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return f"{lead}\n{html_table(('Point', 'Kind', 'Motion', f'{swept.symbol} [{swept.unit}]', 'd'), rows)}"
 
 
+def require_study(value: object) -> None:
+    """Refuse what is no study, where one is needed."""
+    if not isinstance(value, Study):
+        raise UsageError(f"a Study is needed, not a value of type {type(value).__name__} (allowed: what analyse gives)")
+
+
 def results(study: Study, provenance: Provenance, shown: bool = False) -> dict[str, Any]:
     """The results of a study as plain data, ready for JSON, with where they come from; `shown` as `Study.to_dict`."""
+    require_study(study)
     return {**study.to_dict(shown), "provenance": provenance.to_dict()}
 
 
@@ -321,13 +329,13 @@ def sweep_of(scenario: Scenario) -> Sweep | None:
     return Sweep(Device.of(scenario), asked.parameter, asked.from_, asked.to, off)
 
 
-def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
+def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
     """Solve a scenario: motions, admissibility, stability, critical points, voltages, simulation, as its plan says.
 
     Parameters
     ----------
-    source : Loaded, str or Path
-        From `scenario.load`, or the file.
+    source : Loaded, str, Path or mapping
+        From `load`, or what it reads: the file, or the scenario as a mapping.
     formats : iterable of str
         Outputs that are wanted, among `plan.FORMATS`.
     progress : callable, optional
@@ -340,6 +348,8 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     NumericalError
         If the scenario is outside the theory (restitution 1), or a point cannot be computed to its error bound.
     """
+    if isinstance(source, Study):
+        raise UsageError("this Study is solved already (use it as it is; analyse(study.loaded) solves it again)")
     loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
     refuse_undecidable(scenario)
@@ -513,6 +523,13 @@ def _with_tolerances(study: Study, asked: TolerancesBlock, progress: Progress | 
     return replace(study, tolerances=tolerances)
 
 
+def _block(data: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A block of results.json, {} where it is null."""
+    if not isinstance(data, Mapping) or "scenario" not in data:
+        raise UsageError("results are needed (allowed: the content of a results.json, as json.load gives it)")
+    return data.get(name) or {}
+
+
 def recheck(data: Mapping[str, Any]) -> float:
     """Go through the boxes of a proof over tolerances once more, from results alone.
 
@@ -533,7 +550,8 @@ def recheck(data: Mapping[str, Any]) -> float:
     """
     from vireport.design import prove_again, region_of
 
-    scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
+    proof = _block(data, "tolerances").get("proof")
+    scenario = load(_block(data, "scenario")).scenario
     if scenario.tolerances is None or proof is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
     device = Device.of(scenario)
@@ -561,7 +579,7 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
     """
     from vireport.attraction import ClaimedSection, ProvedRegion, prove_again
 
-    proof = (data.get("disturbances") or {}).get("proof")
+    proof = _block(data, "disturbances").get("proof")
     if proof is None:
         raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
     try:
@@ -587,7 +605,7 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
             )
             for of in proof.get("sections", ())
         ]
-        device = Device.of(loads(json.dumps(data["scenario"])).scenario)
+        device = Device.of(load(data["scenario"]).scenario)
         return prove_again(device, None if start is None else regions[start], shocks, sections)
     except (ValueError, LookupError) as error:
         raise UsageError(f"disturbances.proof: {error}") from error
