@@ -126,6 +126,7 @@ FigureWidth = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Prints errors only.")]
 QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Prints nothing; the exit code tells the outcome.")]
 Json = Annotated[bool, typer.Option("--json", help="Prints the results as JSON and writes no file.")]
+JsonCheck = Annotated[bool, typer.Option("--json", help="Prints it as JSON; the exit code stays the same.")]
 
 
 MEANT = {
@@ -281,17 +282,27 @@ def run(
 
 
 @_command_of(Panel.HELP)
-def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = False) -> None:
+def validate(scenario: ScenarioFile, json: JsonCheck = False, set_: SetOption = None, quiet: Quiet = False) -> None:
     """Check a scenario or a map file. Lists every mistake; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
-    loaded = load_any(scenario, set_ or ())
-    if not isinstance(loaded, LoadedMap) and loaded.scenario.measured:
-        from vireport.study import require_records
+    try:
+        loaded = load_any(scenario, set_ or ())
+        if not isinstance(loaded, LoadedMap) and loaded.scenario.measured:
+            from vireport.study import require_records
 
-        require_records(loaded)
+            require_records(loaded)
+    except ScenarioError as error:
+        if not json:
+            raise
+        refused = {"valid": False, "kind": None, "mistakes": error.to_dicts()}
+        deliver(CommandOutcome(_json(refused), exit_code=error.exit_code))
+        return
     name, what = (loaded.name, "map") if isinstance(loaded, LoadedMap) else (loaded.document.name, "scenario")
-    deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
+    if json:
+        deliver(CommandOutcome(_json({"valid": True, "kind": what, "mistakes": []})))
+    else:
+        deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
 
 
 @_command_of(Panel.HELP)
@@ -323,11 +334,21 @@ def init(
 
 
 @_command_of(Panel.ONE)
-def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
+def plan(
+    scenario: ScenarioFile,
+    json: JsonCheck = False,
+    set_: SetOption = None,
+    format_: Formats = None,
+    quiet: QuietCheck = False,
+) -> None:
     """Print what a run would compute and leave out, with the reasons. Computes nothing."""
     from vireport.study import plan as plan_of
 
     steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
+    if json:
+        told = [{"step": step.task, "runs": step.runs, "what": step.what, "why": step.why} for step in steps]
+        deliver(CommandOutcome(_json({"steps": told})))
+        return
     width = max(len(step.task) for step in steps)
     rows = [f"{'run ' if step.runs else 'skip'}  {step.task:<{width}}  {step.what} ({step.why})\n" for step in steps]
     deliver(CommandOutcome("" if quiet else "".join(rows)))
@@ -693,6 +714,10 @@ def sweep(
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
     deliver(CommandOutcome(summary=summary), quiet=quiet)
+
+
+def _json(data: dict[str, Any]) -> str:
+    return plain_json.dumps(data, indent=2) + "\n"
 
 
 def _loaded(scenario: str, overrides: list[str] | None, carried: Carried | None = None) -> Loaded:
