@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vireport.base import NumericalError, UsageError
+from vireport.base import NumericalError, UsageError, WorkStep
 from vireport.comparison.messages import Message
 from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, best_and_why, rank_studies, ranking_table
@@ -193,7 +193,7 @@ def compare(
     say = progress or (lambda what: None)
     studies = []
     for number, variant in enumerate(chosen, 1):
-        say(f"solving {number} of {len(chosen)}: {variant.name}")
+        say(WorkStep(f"solving {variant.name}", (number - 1) / len(chosen), f"{number} of {len(chosen)}"))
         studies.append(variant.study or _solved(variant, say))
     scenarios = compared_scenarios(
         {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
@@ -218,6 +218,7 @@ def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Meri
 
 def _solved(variant: Variant, say: Progress) -> Study:
     try:
+        # Without its own share: the one that is shown is that of all scenarios.
         return analyse(variant.loaded, progress=lambda what: say(f"{variant.name}: {what}"))
     except NumericalError as error:
         raise NumericalError(f"{variant.name}: {error}") from error
