@@ -889,6 +889,8 @@ def _run(arguments: list[str]) -> int:
             group.invoke(context)
     except typer.Exit as stop:
         return stop.exit_code
+    except SystemExit as stop:  # Typer ends the process once it has shown or installed the script of completion
+        return stop.code if isinstance(stop.code, int) else 0
     except typer.TyperException as refused:
         interrupts.check()  # one that came while the arguments were read: nothing was done
         tell([f"{PROGRAM}: error: {refused.format_message()}", f"{PROGRAM} {asked} --help lists the options"], RED)
