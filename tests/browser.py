@@ -60,18 +60,30 @@ class Browser:
         return json.loads(message)
 
     def open(self, path: Path) -> None:
-        self.address, before = path.as_uri(), len(self.events)
+        self.visit(path.as_uri())
+
+    def visit(self, address: str) -> None:
+        self.address, before = address, len(self.events)
         self.call("Page.navigate", url=self.address)
         while not any(event["method"] == "Page.loadEventFired" for event in self.events[before:]):
             self.events.append(self.next())
 
     def close(self) -> None:
         """End it, and refuse anything that the page has asked for or that has gone wrong."""
+        self.end()
+        assert self.asked == {self.address}
+
+    def end(self) -> None:
+        """End it, and refuse what has gone wrong."""
         self.process.terminate()
         self.process.wait()
-        asked = [event["params"]["request"]["url"] for event in self.of("Network.requestWillBeSent")]
-        assert {url.partition("#")[0] for url in asked if not url.startswith("data:")} == {self.address}
         assert self.of("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded") == []
+
+    @property
+    def asked(self) -> set[str]:
+        """The addresses that pages have asked for."""
+        urls = (event["params"]["request"]["url"] for event in self.of("Network.requestWillBeSent"))
+        return {url.partition("#")[0] for url in urls if not url.startswith("data:")}
 
     def look(self, width: int, scheme: str = "light") -> bytes:
         """Give the window a width [px] and a scheme of colours, and return what it shows as a PNG file."""

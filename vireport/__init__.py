@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from vireport.base import NumericalError, ScenarioError, UsageError, VireportError, __version__
+    from vireport.bench import explore
     from vireport.comparison import Comparison, compare, compare_figure, diff
     from vireport.figures import figure_2, figure_4, figure_7, pictures
     from vireport.scenario import load, loads
@@ -27,6 +28,7 @@ _ROOMS = {
     "vireport.study": ("Study", "analyse", "recheck", "recheck_disturbances", "results"),
     "vireport.figures": ("figure_2", "figure_4", "figure_7", "pictures"),
     "vireport.comparison": ("Comparison", "compare", "compare_figure", "diff"),
+    "vireport.bench": ("explore",),
 }
 """Where each public name is imported from when it is first asked for, so that `import vireport` costs nothing."""
 
@@ -42,6 +44,7 @@ __all__ = [
     "compare",
     "compare_figure",
     "diff",
+    "explore",
     "figure_2",
     "figure_4",
     "figure_7",

@@ -8,26 +8,11 @@ from figure_cases import ROOT, assert_readable, study_of, texts_of
 
 from vireport.figures.device import (
     figure_device,
-    path,
     picture,
     shown_motion,
 )
 from vireport.scenario import load
 from vireport.study import analyse
-
-
-@pytest.mark.parametrize("name", ["horizontal", "inclined", "inclination"])
-def test_the_ball_flies_from_membrane_to_membrane_and_comes_back(name: str) -> None:
-    study = study_of(name)
-    motions, n = study.solution.design.motions, study.solution.device.period_ratio
-    row = int(np.argmax(motions.stable_mask))
-    time, distance = path(motions, row, n)
-    half = len(time) // 2
-    assert distance[[0, half - 1, half, -1]] == pytest.approx([0, 1, 1, 0], abs=1e-12)
-    assert time[[0, half - 1, half, -1]] == pytest.approx([0, n * motions.q[row], n * motions.q[row], n])
-    assert ((distance > -1e-12) & (distance < 1 + 1e-12)).all()
-    arriving = -motions.d[row] * np.diff(distance)[[half - 2, -1]] / (2 * np.diff(time)[[half - 2, -1]])
-    assert arriving == pytest.approx([motions.velocity_top[row], motions.velocity_bottom[row]], rel=0.05)
 
 
 def test_the_stable_motion_is_shown() -> None:

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from msgspec import Struct
 
 EXTRAS = {
+    "anywidget": "notebook",
     "dask.distributed": "cluster",
     "filelock": "sweep",
     "h5py": "recordings",

@@ -41,6 +41,7 @@ from vireport.cli.outcome import (
     RED,
     CommandOutcome,
     deliver,
+    emit,
     progress,
     tell,
 )
@@ -287,6 +288,42 @@ def run(
     with progress(quiet, verbose) as say:
         outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried, paper, width_mm)
     deliver(outcome, folder, quiet)
+
+
+@_command_of(Panel.ONE)
+def explore(
+    scenario: ScenarioFile,
+    output: Annotated[
+        Path | None,
+        _folder_option("Saves scenarios and reports of the page to this folder; by default to the current one."),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="N", help="Listens on this port; by default on one that is free.")
+    ] = 0,
+    browser: Annotated[bool, typer.Option(help="Opens the page in the browser.")] = True,
+    set_: SetOption = None,
+) -> None:
+    """Change a design by hand in a page of this machine, with margins and verdict following. Ctrl-C ends it."""
+    from vireport.bench import opened, serve
+
+    known, folder = opened(scenario, tuple(set_ or ())), output or Path()
+    require_writable(folder)
+
+    def begun(address: str) -> None:
+        emit(f"{address}\n")
+        for note in known.notes:
+            tell([note])
+        tell(["The page is at this address on this machine alone. Ctrl-C ends the program."])
+        if browser:
+            from webbrowser import open as open_page
+
+            if not open_page(address):
+                tell(["No browser could be opened: open the address by hand."])
+
+    try:
+        serve(known, folder, port, begun)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("the page keeps what is set; files that it saved are there") from None
 
 
 @_command_of(Panel.HELP)

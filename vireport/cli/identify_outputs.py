@@ -8,7 +8,6 @@ from math import hypot, sqrt
 from typing import Any
 
 import numpy as np
-import yaml
 from msgspec import Struct, to_builtins
 from scipy.special import stdtrit  # type: ignore[import-untyped]
 
@@ -31,7 +30,7 @@ from vireport.measurement import (
     with_shaker,
 )
 from vireport.physics import RESTITUTIONS
-from vireport.scenario import DesignInput, Distribution, Loaded, Scenario, loads, percent_key, to_dict
+from vireport.scenario import DesignInput, Distribution, Loaded, Scenario, as_yaml, loads, percent_key, to_dict
 from vireport.study import json_bytes, provenance_of
 from vireport.text import Table, bounded, numbers, plain_text, significant, texts
 from vireport.wording import Words
@@ -159,7 +158,7 @@ def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced
         record["force_maximum_error_s"] = float(error / (2 * np.pi * shaker.frequency_hz))
     elif referenced:
         record["force_maximum_s"] = 0.0
-    return str(yaml.safe_dump({"measured": [record]}, sort_keys=False))
+    return as_yaml({"measured": [record]})
 
 
 def _share_of(answer: Identification) -> MeasuredShare | None:
@@ -386,15 +385,9 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
         ]
     data["tolerances"] = tolerances
     data["measured"] = None  # what was there is of another record
-    text = str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
+    text = as_yaml(data)
     loads(text, "identified.yaml")
     return text
-
-
-def _present(data: dict[str, Any]) -> dict[str, Any]:
-    """Plain data without what is absent."""
-    kept = {key: value for key, value in data.items() if value is not None}
-    return {key: _present(value) if isinstance(value, dict) else value for key, value in kept.items()}
 
 
 def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Table]:

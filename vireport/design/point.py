@@ -199,7 +199,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
         return [margin for margin in own if not kinds or margin.event in kinds]
 
 
-def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPoint:
+def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bool = True) -> DesignPoint:
     """Find every motion at a design point, and how far the stable ones are from their ends.
 
     Parameters
@@ -208,22 +208,26 @@ def design_point(device: Device, diagram: BifurcationDiagram | None) -> DesignPo
         All four parameters given.
     diagram : BifurcationDiagram or None
         Of a sweep through it, whose critical points get their margins too.
+    margins : bool
+        Whether to follow the stable motions to their ends, which takes several times as long as to find them.
     """
     chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
     value = float(device.value_of(chosen))
     (motions, families, errors), lost = _found_at(device, chosen)
-    ends = margins_of(device, motions)
-    margins = list(ends.found) if diagram is not None else _labelled(ends.found)
-    for point in diagram.critical_points if diagram is not None else ():
-        same = [k for k, margin in enumerate(margins) if _same_motion(margin, point, chosen)]
-        for k in same:
-            margins[k] = replace(margins[k], point=replace(margins[k].point, label=point.label))
-        if all(margins[k].parameter.sweepable is not chosen for k in same):
-            margins.append(margin_at(device, DesignInput(chosen), point, False, {}))
-    margins = nearest_first(margins)
-    stable = _stable_ranges(device, margins, ends.unresolved) if motions.stable_mask.any() else ()
     found = chosen, value, motions, families, errors
-    return DesignPoint(*found, tuple(margins), ends.unresolved, stable, lost=lost)
+    if not margins:
+        return DesignPoint(*found, (), (), (), lost=lost)
+    ends = margins_of(device, motions)
+    distances = list(ends.found) if diagram is not None else _labelled(ends.found)
+    for point in diagram.critical_points if diagram is not None else ():
+        same = [k for k, margin in enumerate(distances) if _same_motion(margin, point, chosen)]
+        for k in same:
+            distances[k] = replace(distances[k], point=replace(distances[k].point, label=point.label))
+        if all(distances[k].parameter.sweepable is not chosen for k in same):
+            distances.append(margin_at(device, DesignInput(chosen), point, False, {}))
+    distances = nearest_first(distances)
+    stable = _stable_ranges(device, distances, ends.unresolved) if motions.stable_mask.any() else ()
+    return DesignPoint(*found, tuple(distances), ends.unresolved, stable, lost=lost)
 
 
 def with_distortions(device: Device, point: DesignPoint) -> DesignPoint:

@@ -178,6 +178,7 @@ def solution_of(
     sweep: Sweep | None,
     design: bool,
     tolerances: TolerancesBlock | None = None,
+    margins: bool = True,
 ) -> Solution:
     """Find every 1:1 motion of a device along a sweep, and at its design point.
 
@@ -192,6 +193,8 @@ def solution_of(
         Whether to evaluate the design point, for which all four parameters must be given.
     tolerances : TolerancesBlock, optional
         By which it is told into which ranges around the design point a device can be set.
+    margins : bool
+        Whether to tell of the design point's motions how far they are from their ends, and which harmonics end them.
 
     Raises
     ------
@@ -208,7 +211,9 @@ def solution_of(
     if unresolved := sweep.unresolved if sweep is not None else device.unresolved:
         raise NumericalError(unresolved)
     diagram = solve(sweep) if sweep is not None else None
-    point = with_distortions(device, design_point(device, diagram)) if design else None
+    point = design_point(device, diagram, margins) if design else None
+    if point is not None and margins:
+        point = with_distortions(device, point)
     if point is not None and tolerances is not None:
         stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable_ranges)
         point = replace(point, stable_ranges=tuple(stable))

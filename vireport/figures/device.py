@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,8 +39,8 @@ from vireport.figures.style import (
     sheet,
     style,
 )
-from vireport.motions import Motions, model_of
-from vireport.physics import ARRAYS, Harmonic, by_wall, flight, wave
+from vireport.motions import ball_path, model_of
+from vireport.physics import ARRAYS
 from vireport.scenario import Parameter
 from vireport.study import Study, Task
 from vireport.text import exact, scaled
@@ -51,9 +50,6 @@ HEIGHT = 2.9
 
 WIDTH = 2.9
 """Width of the path of the ball, for the choice of ticks [in]."""
-
-SAMPLES = 80
-"""Samples of a flight."""
 
 # Lengths in the sketch over that of the capsule, along it and across it.
 HALF, ENDS, NAMES, BALL_AT, BALL_RADIUS = 0.11, 0.68, 1.2, 0.12, 0.055
@@ -105,39 +101,14 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         from vireport.atlas import portrait_of
 
         _, motion = others[0]
-        whole = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
+        portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
         word = motion.word.letters
-        return word, True, (periods(whole.time), 0.5 - whole.position / whole.d)
+        return word, True, (periods(portrait.time), 0.5 - portrait.position / portrait.d)
     if not motions.admissible_mask.any():
         return None
     row = int(np.argmax(motions.admissible_mask * (1 + motions.stable_mask)))  # the first of those that rank highest
-    device = study.solution.device
-    friction = device.groups(design.parameter, design.value).friction
-    return motions.words[row], False, path(motions, row, device.period_ratio, device.harmonics, friction)
-
-
-def path(
-    motions: Motions, row: int, period_ratio: int, harmonics: Sequence[Harmonic] = (), friction: float | None = None
-) -> DrawnCurve:
-    """Times after a bottom impact [forcing periods] and the distance of the ball from the bottom membrane, over s.
-
-    The distance is 1/2 - Z/d: 0 at the bottom membrane and 1 at the top one.
-    """
-    d, gbar, q = (float(x[row]) for x in (motions.d, motions.gbar, motions.q))
-    impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
-    times, distances, start = [], [], 0.0
-    gravities = (gbar, gbar) if friction is None else (gbar + friction, gbar - friction)
-    restitutions = (float(r[row]) if np.ndim(r) else r for r in by_wall(motions.restitution))
-    walls = zip((d / 2, -d / 2), restitutions, gravities, strict=True)
-    for (phi, velocity, share), (wall, r, gravity) in zip(impacts, walls, strict=True):
-        elapsed = np.linspace(0.0, 2 * period_ratio * share, SAMPLES)
-        phase, after = float(phi[row]), flight.reflect(float(velocity[row]), r)
-        begun, then = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, np.pi * elapsed + phase))
-        z = wall + flight.displacement(elapsed, after, begun.impulse, begun.path, then.path, gravity)
-        times.append(start + elapsed / 2)
-        distances.append(0.5 - z / d)
-        start += period_ratio * share
-    return np.concatenate(times), np.concatenate(distances)
+    whole = ball_path(study.solution.device, design.parameter, motions, row)
+    return motions.words[row], False, (whole.time, whole.distance)
 
 
 def _masses(study: Study) -> list[str]:

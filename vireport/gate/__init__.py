@@ -18,8 +18,9 @@ if TYPE_CHECKING:
         Requirement,
         assess,
         required,
+        spared,
     )
-    from vireport.gate.verdict import Status, Verdict, WordedFact, WordedVerdict, verdict_of
+    from vireport.gate.verdict import Conclusion, Status, Verdict, WordedFact, WordedVerdict, verdict_of
 else:
     __getattr__ = deferred(__name__, "impacts", "designs", "verdict", "requirements")
 
@@ -30,6 +31,7 @@ __all__ = [
     "REQUIREMENTS",
     "RINGS",
     "Alert",
+    "Conclusion",
     "Criterion",
     "Designs",
     "Evidence",
@@ -52,6 +54,7 @@ __all__ = [
     "impacts_of",
     "keeps_motion",
     "required",
+    "spared",
     "unmet",
     "verdict_of",
 ]

@@ -11,7 +11,7 @@ which surely fail; what is open then is judged one by one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from math import inf
 from operator import itemgetter
@@ -249,6 +249,18 @@ def required(scenario: Scenario) -> Iterator[tuple[Requirement, Limit]]:
         limit = requirement.limit(scenario)
         if limit is not None:
             yield requirement, limit
+
+
+SPARED = "sweep", "simulation", "motions", "accuracy"
+"""Blocks that many designs of one scenario are judged without, where no requirement needs them."""
+
+
+def spared(asked: Iterable[tuple[Requirement, Limit]]) -> set[str]:
+    """The blocks of a scenario without which what is required can be judged."""
+    demands = [requirement.demand for requirement, _ in asked]
+    needed = {need.partition(".")[0] for demand in demands for need in demand.needs}
+    followed = {"motions"} if any(demand.kind is LimitKind.WORDS for demand in demands) else set()
+    return set(SPARED) - needed - followed
 
 
 def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:

@@ -21,10 +21,13 @@ from vireport.motions.stability import (
 )
 from vireport.motions.sweep import Level, Sweep
 from vireport.motions.turning import wall_gap
-from vireport.physics import Device, each
+from vireport.physics import Device, by_wall, each, flight, wave
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
+
+SAMPLES = 80
+"""Samples of a flight, of which a smooth curve is drawn."""
 
 
 class Motions(Struct, frozen=True, eq=False):
@@ -113,6 +116,60 @@ def impact_velocities(device: Device, parameter: Parameter, motions: Motions) ->
     """Relative velocities at the bottom and at the top impact [m/s], where `parameter` has the motions' sweep value."""
     unit = np.asarray(device.velocity_unit(parameter, motions.sweep_value))
     return unit * motions.velocity_bottom, unit * motions.velocity_top
+
+
+class BallPath(Struct, frozen=True, eq=False):
+    """Where ball and capsule are over one period of a motion, as arrays of one length.
+
+    Attributes
+    ----------
+    time : ndarray
+        After a bottom impact [forcing periods]; twice at the impact on the top.
+    distance : ndarray
+        Of the ball from the bottom membrane, over s: 1/2 - Z/d, 0 at the bottom membrane and 1 at the top one.
+    capsule : ndarray
+        Displacement of the capsule's centre from its mean place [x_c].
+    """
+
+    time: Floats
+    distance: Floats
+    capsule: Floats
+
+
+def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) -> BallPath:
+    """Where ball and capsule are over one period of a motion, Eq. (2.12).
+
+    Parameters
+    ----------
+    device : Device
+    parameter : Parameter
+        What the `sweep_value` of the motions is a value of.
+    motions : Motions
+    row : int
+        Which of them.
+
+    Notes
+    -----
+    A prescribed capsule follows P'' = cos(pi t + phi). Of a free one that moves the centre of mass with the ball,
+    (X + mu x)/(1 + mu) = P/(1 + mu), x = X - Z, which impacts leave alone: X = (P + mu Z)/(1 + mu).
+    """
+    n, harmonics = device.period_ratio, device.harmonics
+    friction = device.groups(parameter, float(motions.sweep_value[row])).friction
+    d, gbar, q = (float(x[row]) for x in (motions.d, motions.gbar, motions.q))
+    impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
+    gravities = (gbar, gbar) if friction is None else (gbar + friction, gbar - friction)
+    restitutions = (float(r[row]) if np.ndim(r) else r for r in by_wall(motions.restitution))
+    walls = zip((d / 2, -d / 2), restitutions, gravities, strict=True)
+    mu, flights, start = device.mass_ratio, [], 0.0
+    for (phi, velocity, share), (wall, r, gravity) in zip(impacts, walls, strict=True):
+        elapsed = np.linspace(0.0, 2 * n * share, SAMPLES)
+        phase, after = float(phi[row]), flight.reflect(float(velocity[row]), r)
+        begun, then = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, np.pi * elapsed + phase))
+        z = wall + flight.displacement(elapsed, after, begun.impulse, begun.path, then.path, gravity)
+        capsule = (mu * z - then.path / np.pi**2) / (1 + mu)
+        flights.append((start + elapsed / 2, 0.5 - z / d, capsule))
+        start += n * share
+    return BallPath(*(np.concatenate(columns) for columns in zip(*flights, strict=True)))
 
 
 def motions_of(sweep: Sweep, level: Level, orbit: Orbits, restitution: Any = None) -> Motions:

@@ -10,14 +10,24 @@ from functools import reduce
 from typing import Any, cast
 
 import numpy as np
-import yaml
 from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import UsageError
 from vireport.design import DesignPoint
-from vireport.gate import Designs, Limit, OfMargin, OfMotions, OfRun, OfShaker, Requirement, keeps_motion, required
+from vireport.gate import (
+    Designs,
+    Limit,
+    OfMargin,
+    OfMotions,
+    OfRun,
+    OfShaker,
+    Requirement,
+    keeps_motion,
+    required,
+    spared,
+)
 from vireport.motions import CRITICAL, Event
 from vireport.physics import Conversion, Device, Membrane, Voltages
 from vireport.scenario import (
@@ -30,6 +40,7 @@ from vireport.scenario import (
     Need,
     Objective,
     RequirementsBlock,
+    as_yaml,
     loads,
     to_dict,
 )
@@ -54,9 +65,6 @@ them a search ends beyond at least one: there the formulae go on rising, and no 
 
 AT_LIMIT = 1e-6
 """Share of a range within which a design is at its end."""
-
-SPARED = "sweep", "simulation", "motions", "accuracy"
-"""Blocks that designs go without where no requirement needs them."""
 
 
 class Problem(Struct, frozen=True):
@@ -211,16 +219,8 @@ class Problem(Struct, frozen=True):
         for path, value in zip(self.paths, self.values(t), strict=True):
             *blocks, key = path.split(".")
             reduce(dict.__getitem__, blocks, data)[key] = float(value)
-        data |= dict.fromkeys(self._spared) if lean else {}
-        return str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
-
-    @property
-    def _spared(self) -> set[str]:
-        """The blocks without which all requirements can be judged."""
-        demands = [requirement.demand for requirement, _ in self.required]
-        needed = {need.partition(".")[0] for demand in demands for need in demand.needs}
-        followed = {"motions"} if any(demand.kind is LimitKind.WORDS for demand in demands) else set()
-        return set(SPARED) - needed - followed
+        data |= dict.fromkeys(spared(self.required)) if lean else {}
+        return as_yaml(data)
 
     def study(self, t: Floats) -> Study:
         """The results of a design as a run has them, held against all that is required.
@@ -318,9 +318,3 @@ def smallest_margin(design: DesignPoint) -> float:
 def design_input(path: DesignPath) -> DesignInput | None:
     """The input of a path among those that have margins; None for one on which no motion depends."""
     return next((varied for varied in DesignInput if varied.path == path), None)
-
-
-def _present(data: dict[str, Any]) -> dict[str, Any]:
-    """Plain data without what is absent."""
-    kept = {key: value for key, value in data.items() if value is not None}
-    return {key: _present(value) if isinstance(value, dict) else value for key, value in kept.items()}

@@ -42,6 +42,7 @@ from vireport.scenario.loading import Loaded, LoadedMap, Source, load, load_any,
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.scenario.rules import SPECIAL, Special
+from vireport.scenario.writing import as_yaml
 
 if TYPE_CHECKING:
     from vireport.scenario.json_schema import init_text, schema
@@ -90,6 +91,7 @@ __all__ = [
     "Special",
     "TolerancesBlock",
     "as_texts",
+    "as_yaml",
     "init_text",
     "inputs",
     "load",

@@ -15,7 +15,16 @@ from vireport.study.plan import (
     refuse_undecidable,
 )
 from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.study.results import SCHEMA_VERSION, SWEEP_END, branches_csv, csv_bytes, json_bytes, worst_scenario
+from vireport.study.results import (
+    SCHEMA_VERSION,
+    SWEEP_END,
+    branches_csv,
+    csv_bytes,
+    json_bytes,
+    margin_data,
+    motion_columns,
+    worst_scenario,
+)
 from vireport.study.study import (
     Study,
     analyse,
@@ -50,8 +59,10 @@ __all__ = [
     "csv_bytes",
     "families_of",
     "json_bytes",
+    "margin_data",
     "measured_data",
     "measured_of",
+    "motion_columns",
     "motion_data",
     "plan",
     "provenance_of",

@@ -15,7 +15,6 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import yaml
 
 from vireport.base import plain
 from vireport.design import (
@@ -45,7 +44,7 @@ from vireport.physics import (
     Shaker,
     Voltages,
 )
-from vireport.scenario import Scenario, to_dict
+from vireport.scenario import Scenario, as_yaml, to_dict
 from vireport.study.families import family_rows
 from vireport.study.provenance import Provenance
 from vireport.text import inert_cell
@@ -190,18 +189,16 @@ def _columns(record: Any, names: Iterable[str]) -> dict[str, list[Any]]:
     return {COLUMNS.get(name, name): getattr(record, name).tolist() for name in names}
 
 
-def _motions(motions: Motions) -> dict[str, list[Any]]:
+def motion_columns(motions: Motions, voltages: Voltages | None) -> dict[str, list[Any]]:
+    """What is known of 1:1 motions and of their voltages, by the names of results.json."""
     numbers, types = _columns(motions, DIMENSIONLESS), {"stability": motions.words}
-    return {**numbers, **types, **_columns(motions, ("admissible_mask", "wall_gap"))}
+    gained = {} if voltages is None else _columns(voltages, voltages.__struct_fields__)
+    return {**numbers, **types, **_columns(motions, ("admissible_mask", "wall_gap")), **gained}
 
 
 def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]]:
     """Where `admissible` is open: the gap is zero to rounding, as it is at a grazing point itself."""
     return {"admissible_undecided": undecided(motions, bounds).tolist()}
-
-
-def _voltages(voltages: Voltages | None) -> dict[str, list[Any]]:
-    return {} if voltages is None else _columns(voltages, voltages.__struct_fields__)
 
 
 def _conversion(conversion: Conversion | None) -> dict[str, list[float | None]]:
@@ -248,8 +245,7 @@ def _of_each(
 ) -> dict[str, list[Any]]:
     """What is told of each of some motions; `labels` are those of the critical points that they are."""
     return {
-        **_motions(motions),
-        **_voltages(voltages),
+        **motion_columns(motions, voltages),
         "critical_point": list(labels),
         **_undecided(motions, bounds),
     }
@@ -315,12 +311,11 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "parameter": design.parameter,
         "value": design.value,
         "family": list(design.families),
-        **_motions(design.motions),
-        **_voltages(design.voltages_by_motion),
+        **motion_columns(design.motions, design.voltages_by_motion),
         **_conversion(design.conversion_by_motion),
         **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
-        "margins": [_margin(margin) for margin in design.margins],
+        "margins": [margin_data(margin) for margin in design.margins],
         "margins_unresolved": list(design.unresolved_inputs),
         "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable_ranges],
         "distortion": [_distortion(distortion) for distortion in design.distortions],
@@ -349,7 +344,8 @@ def _distortion(distortion: Distortion) -> dict[str, Any]:
     }
 
 
-def _margin(margin: Margin) -> dict[str, Any]:
+def margin_data(margin: Margin) -> dict[str, Any]:
+    """A margin of the design point, by the names of results.json."""
     return {
         "parameter": margin.parameter,
         "label": margin.label,
@@ -884,9 +880,8 @@ def worst_scenario(scenario: Scenario, worst: Failure) -> str:
     """A scenario of the device that fails: its inputs, and nothing of what was asked of the design."""
     given = to_dict(scenario)
     kept = ("schema_version", "title", "device", "excitation", "inclination_deg", "gravity_m_s2", "period_ratio")
-    tree = {name: given[name] for name in kept if given[name] is not None}
+    tree = {name: given[name] for name in kept}
     for varied, value in worst.values.items():
         block, _, key = varied.path.rpartition(".")
         (tree[block] if block else tree)[key] = value
-    tree["device"] = {name: value for name, value in tree["device"].items() if value is not None}
-    return str(yaml.safe_dump(tree, sort_keys=False, allow_unicode=True))
+    return as_yaml(tree)

@@ -1,0 +1,64 @@
+"""What can be put on the bench, and what is saved of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from conftest import EXAMPLES
+
+from vireport.base import ScenarioError, UsageError
+from vireport.bench.session import first, opened, refusal, save
+from vireport.scenario import load
+from vireport.study import analyse
+
+
+def test_a_map_is_refused_with_the_command_for_it() -> None:
+    with pytest.raises(UsageError, match=r"has a map block.*vireport sweep"):
+        opened(EXAMPLES / "maps" / "map.yaml")
+
+
+def test_blocks_that_have_no_part_are_named_with_their_command() -> None:
+    known = opened(EXAMPLES / "best-design.yaml", ("accuracy={repeats: 1}",))
+    assert [note.partition(":")[0] for note in known.notes] == [
+        "The block accuracy has no part here",
+        "The block design has no part here",
+    ]
+    assert "vireport optimise" in known.notes[1]
+    assert first(known, {})["shown"] is not None
+
+
+def test_what_was_loaded_is_opened_with_what_was_set_over_it() -> None:
+    loaded = load(EXAMPLES / "inclined.yaml", {"device.length_m": 0.66})
+    assert first(opened(loaded), {})["values"]["device.length_m"] == 0.66
+
+
+def test_a_mistake_is_told_with_the_path_of_its_control() -> None:
+    known = opened(EXAMPLES / "inclined.yaml")
+    with pytest.raises(ScenarioError) as refused:
+        first(known, {"device.restitution": 1.5, "excitation.amplitude_n": -1.0})
+    told = refusal(refused.value)["refused"]
+    assert {mistake["path"] for mistake in told} == {"device.restitution", "excitation.amplitude_n"}
+    assert all(value in mistake["message"] for mistake, value in zip(told, ("1.5", "-1"), strict=True))
+
+
+def test_what_is_saved_is_the_scenario_of_the_page(tmp_path: Path) -> None:
+    known = opened(EXAMPLES / "inclined.yaml", ("title=first",))
+    path = save(known, {"device.length_m": 0.7, "requirements.margin_any_percent": 3.0}, "second", tmp_path / "new")
+    assert path == tmp_path / "new" / "second.yaml"
+    saved = load(path).scenario
+    assert (saved.title, saved.device.length_m, saved.requirements.margin_any_percent) == ("first", 0.7, 3.0)
+    one, other = (
+        analyse(x, ()).solution.design.motions
+        for x in (path, load(EXAMPLES / "inclined.yaml", {"device.length_m": 0.7}))
+    )
+    assert one.q.tolist() == other.q.tolist()
+    with pytest.raises(UsageError, match="exists already"):
+        save(known, {}, "second", tmp_path / "new")
+
+
+@pytest.mark.parametrize("name", ["", "../x", "a/b", "a\\b", ".hidden", "x" * 61, "a\nb", "nul\0", "-o"])
+def test_a_file_is_saved_in_its_folder_alone(name: str, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no name for a file"):
+        save(opened(EXAMPLES / "inclined.yaml"), {}, name, tmp_path)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,75 @@
+"""The process that works out for a page what takes long: a job a line of JSON on standard input, answers on the output.
+
+It is a process of its own so that a hand that moves on need not wait for it: it is ended, and another one begun.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec
+from msgspec import Struct, to_builtins
+
+from vireport.base import Progress, VireportError
+from vireport.bench.answers import plane_answer, study_answer
+from vireport.bench.changes import changes
+from vireport.bench.jobs import Job, Slow
+from vireport.bench.session import refusal
+from vireport.scenario import loads
+from vireport.study import Study, Task, analyse
+
+
+class _Last(Struct, frozen=True):
+    """The study that was made last: what to change is asked for after it."""
+
+    job: Job
+    study: Study
+
+
+def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None]) -> None:
+    last: _Last | None = None
+    for line in lines:
+        number, _, asked = line.partition(" ")
+        job = msgspec.json.decode(asked, type=Job)
+
+        def say(what: str, number: str = number) -> None:
+            write(number, {"progress": what})
+
+        try:
+            if job.kind is Slow.PLANE:
+                answer = plane_answer(loads(job.text, job.name, job.overrides), job.axes, job.ranges)
+            else:
+                if last is None or not last.job.same_scenario(job):
+                    last = _Last(job, _study(job, say))
+                if job.kind is Slow.STUDY:
+                    answer = study_answer(last.study)
+                else:
+                    answer = {"changes": to_builtins(changes(last.study, say))}
+        except VireportError as error:
+            answer = refusal(error)
+        write(number, {"answer": answer})
+
+
+def _study(job: Job, say: Progress) -> Study:
+    return analyse(loads(job.text, job.name, job.overrides), (Task.JSON,), say)
+
+
+def main() -> None:
+    """Answer until standard input ends."""
+    # What a library may print on standard output would be taken for an answer.
+    output = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+
+    def write(number: str, told: dict[str, Any]) -> None:
+        output.write(f"{number} {json.dumps(told, allow_nan=False)}\n")
+        output.flush()
+
+    _answers(iter(sys.stdin.readline, ""), write)
+
+
+if __name__ == "__main__":
+    main()

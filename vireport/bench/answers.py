@@ -1,0 +1,214 @@
+"""What the bench answers for a scenario: at once what a hand waits for, then its margins, then all that a run finds.
+
+Each answer is plain data for JSON, with the names of results.json where that has the same numbers, and comes from the
+functions that a run uses: the page computes nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.base import UsageError
+from vireport.bench.controls import values_of
+from vireport.design import Solution, design_point, solution_of
+from vireport.gate import Designs
+from vireport.motions import Branch, ball_path, eigenvalues
+from vireport.physics import Device, Membrane
+from vireport.scenario import DesignInput, Loaded, Scenario
+from vireport.study import Study, margin_data, motion_columns, sweep_of
+
+Floats = NDArray[np.float64]
+
+NOTHING, UNSTABLE, STABLE = 0, 1, 2
+"""What a cell of the plane of two inputs has: no 1:1 motion, unstable ones alone, or a stable one."""
+
+PLANE = 108, 81
+"""Cells of that plane, across and up."""
+
+ALSO = "disturbances", "motions", "simulation"
+"""Blocks that take longer, which a page can ask for."""
+
+DRAWN_BEFORE = "branches", "critical_points", "stable_range", "table_1"
+"""What results.json has of a sweep, which the first answer has told already."""
+
+
+def solution_without_margins(loaded: Loaded) -> Solution:
+    """The motions along the sweep and at the design point, of which the first answer is made, and then the margins."""
+    scenario = loaded.scenario
+    at_design = scenario.value_of(scenario.parameter) is not None
+    return solution_of(Device.of(scenario), Membrane.of(scenario), sweep_of(scenario), at_design, margins=False)
+
+
+def first_answer(loaded: Loaded, solution: Solution) -> dict[str, Any]:
+    """The motions along the sweep and at the design point, without their margins.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    solution : Solution
+        Of it, see `solution_without_margins`.
+
+    Returns
+    -------
+    dict
+        ``values`` of the controls by their paths; ``swept`` and the ``branches`` along it, ``points`` and ``stable``
+        ranges; ``motions`` of the design point, which of them is ``shown``, and the ``path`` of ball and capsule.
+    """
+    return {
+        "values": values_of(loaded.scenario),
+        "blocks": [block for block in ALSO if getattr(loaded.scenario, block) is not None],
+        "swept": _swept(loaded.scenario),
+        "branches": [_branch(branch) for branch in solution.branches],
+        "points": [
+            {
+                "label": point.label,
+                "words": point.event.words,
+                "sweep_value": point.sweep_value,
+                "branch": point.families[0],
+            }
+            for point in solution.critical_points
+        ],
+        "stable": [[part.start, part.end] for part in solution.stable_ranges],
+        **_at_design(solution),
+    }
+
+
+def margins_answer(solution: Solution) -> dict[str, Any]:
+    """How far the design point's stable motions are from their ends, nearest first; null without a design point."""
+    if solution.design is None:
+        return {"margins": None, "unresolved": []}
+    design = design_point(solution.device, solution.diagram)
+    return {
+        "margins": [margin_data(margin) for margin in design.margins],
+        "unresolved": list(design.unresolved_inputs),
+    }
+
+
+def study_answer(study: Study) -> dict[str, Any]:
+    """All that a run finds out, but for what is drawn along the sweep: the verdict in words, and results.json."""
+    verdict = study.verdict.worded()
+    return {
+        "verdict": {
+            "status": verdict.status,
+            "word": verdict.word,
+            "headline": verdict.headline,
+            "facts": [
+                {"question": fact.question, "answer": fact.answer, "detail": fact.detail, "status": fact.status}
+                for fact in verdict.facts
+            ],
+        },
+        "results": {name: part for name, part in study.to_dict(shown=True).items() if name not in DRAWN_BEFORE},
+    }
+
+
+def plane_answer(loaded: Loaded, axes: tuple[str, str], ranges: tuple[tuple[float, float], ...]) -> dict[str, Any]:
+    """What there is in the plane of two inputs around the design: no 1:1 motion, unstable ones, or a stable one.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    axes : tuple of str
+        Inputs across and up, by their keys; see `DesignInput`.
+    ranges : tuple of (float, float)
+        Of each.
+
+    Returns
+    -------
+    dict
+        ``cells``, rows from the lower end upwards: `NOTHING`, `UNSTABLE` or `STABLE`.
+
+    Raises
+    ------
+    UsageError
+        For inputs that are none, or a range that is none of theirs; and where the plane is not known.
+    """
+    device = Device.of(loaded.scenario).constant_restitution("the plane of two inputs")
+    inputs = [_input(device, key) for key in axes]
+    if len(set(inputs)) < 2:
+        raise UsageError("the plane has two inputs (name another one)")
+    x, y = (_centres(varied, ends, count) for varied, ends, count in zip(inputs, ranges, PLANE, strict=True))
+    values = dict(zip(inputs, (grid.ravel() for grid in np.meshgrid(x, y)), strict=True))
+    designs = Designs(loaded.scenario, device.with_values(values), None, x.size * y.size)
+    cells = np.zeros(designs.count, dtype=np.intp)
+    cells[designs.motions.cell[designs.motions.admissible]] = UNSTABLE
+    cells[designs.cell] = STABLE
+    return {
+        "axes": list(axes),
+        "ranges": [list(ends) for ends in ranges],
+        "cells": cells.reshape(y.size, x.size).tolist(),
+    }
+
+
+def _input(device: Device, key: str) -> DesignInput:
+    known = {varied.value: varied for varied in device.inputs}
+    if key not in known:
+        raise UsageError(f"{key!r} is no input of the device (allowed: {', '.join(known)})")
+    return known[key]
+
+
+def _centres(varied: DesignInput, ends: tuple[float, float], count: int) -> Floats:
+    """Values in the middle of the cells along an axis."""
+    low, high = varied.limits
+    start, end = ends
+    if not low <= start < end <= high:
+        raise UsageError(f"{varied}: no range from {start:g} to {end:g} (allowed: ascending, {low:g} to {high:g})")
+    return start + (end - start) * (np.arange(count) + 0.5) / count
+
+
+def _swept(scenario: Scenario) -> dict[str, Any] | None:
+    if scenario.sweep is None:
+        return None
+    swept, ends = scenario.sweep.parameter, (scenario.sweep.from_, scenario.sweep.to)
+    return {
+        "parameter": swept,
+        "path": swept.path,
+        "quantity": swept.quantity,
+        "symbol": swept.symbol,
+        "unit": swept.unit,
+        "from": min(ends),
+        "to": max(ends),
+        "value": scenario.value_of(swept),
+    }
+
+
+def _branch(branch: Branch) -> dict[str, Any]:
+    """A branch as it is drawn: its motions, and the pieces of it that are motions, with whether they are stable."""
+    motions = branch.motions
+    real = {
+        f"multiplier_{k}": np.real(own).tolist() for k, own in enumerate(eigenvalues(motions.trace, motions.decay), 1)
+    }
+    return {
+        "number": branch.number,
+        "family": branch.symmetry,
+        "mirror_of": branch.mirror_of,
+        "pieces": [[part.first, part.last, part.stable] for part in branch.family.segments if part.admissible],
+        "labels": {row: point.label for row, point in branch.family.critical_points.items() if point.label},
+        **motion_columns(motions, branch.voltages_by_motion),
+        **real,
+    }
+
+
+def _at_design(solution: Solution) -> dict[str, Any]:
+    design = solution.design
+    if design is None:
+        return {"motions": None, "shown": None, "path": None}
+    motions = design.motions
+    told = {"family": list(design.families), **motion_columns(motions, design.voltages_by_motion)}
+    if design.voltages_by_motion is not None and solution.membrane is not None:
+        told["outside_membrane"] = (design.voltages_by_motion.deflection_m > solution.membrane.active_radius_m).tolist()
+    if not motions.admissible_mask.any():
+        return {"motions": told, "shown": None, "path": None}
+    shown = int(np.argmax(motions.admissible_mask * (1 + motions.stable_mask)))  # a stable one, if there is one
+    path = ball_path(solution.device, design.parameter, motions, shown)
+    return {
+        "motions": told,
+        "shown": shown,
+        "path": {
+            "time": path.time.tolist(),
+            "distance": path.distance.tolist(),
+            "capsule": (path.capsule / motions.d[shown]).tolist(),  # over the length, as the distance is
+        },
+    }

@@ -1,0 +1,179 @@
+"""What to change where a design does not work: of each input the nearest values with which it does, seen by a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, inf, log10
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from vireport.base import NumericalError, Progress, ScenarioError, UsageError
+from vireport.design import HIGHEST_RESTITUTION
+from vireport.gate import (
+    Conclusion,
+    Designs,
+    Limit,
+    OfMargin,
+    OfMotions,
+    OfRun,
+    OfShaker,
+    Requirement,
+    keeps_motion,
+    required,
+    spared,
+)
+from vireport.physics import RESTITUTIONS, Membrane
+from vireport.scenario import DesignInput, loads
+from vireport.study import Study, analyse
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+VALUES = 200
+"""Values of an input that are looked at on either side of the design."""
+
+FARTHEST = 2.0
+"""Times by which an input may change: what is farther is another design."""
+
+TRIES = 5
+"""Runs on either side of the design along an input: of the values that may work the 1st, 2nd, 4th, 8th and 16th."""
+
+DIGITS = 4
+"""Significant digits of a value to change to, rounded away from the design."""
+
+FALLS_SHORT = {
+    Conclusion.NOT_STABLE,
+    Conclusion.NOT_SETTABLE,
+    Conclusion.NOT_MET,
+    Conclusion.MORE_ENERGY_THAN_LOST,
+    Conclusion.BREAKDOWN,
+    Conclusion.OTHER_MOTION,
+    Conclusion.NOT_FROM_REST,
+}
+"""Conclusions for which something must be changed."""
+
+
+class Change(Struct, frozen=True):
+    """A value of one input with which the design works, all else as it is.
+
+    Attributes
+    ----------
+    path, quantity, symbol, unit : str
+        Of the input.
+    value : float
+    percent : float or None
+        Of the design's value, by which it changes, signed; None where that is 0.
+    """
+
+    path: str
+    quantity: str
+    symbol: str
+    unit: str
+    value: float
+    percent: float | None
+
+
+def changes(study: Study, say: Progress | None = None) -> tuple[Change, ...] | None:
+    """For a design that falls short, the nearest value of each input on either side that a run finds to work.
+
+    Parameters
+    ----------
+    study : Study
+    say : callable, optional
+        Told each input as it is looked at.
+
+    Returns
+    -------
+    tuple of Change, or None
+        The smallest first, empty where none is found; None where nothing need be changed, or there is no design point.
+    """
+    if study.solution.design is None or study.verdict.conclusion not in FALLS_SHORT:
+        return None
+    found = list[Change]()
+    for varied in study.solution.device.inputs:
+        if say is not None:
+            say(f"what to change: {varied.quantity}")
+        found += _along(study, varied)
+    return tuple(sorted(found, key=lambda change: inf if change.percent is None else abs(change.percent)))
+
+
+def _along(study: Study, varied: DesignInput) -> Iterator[Change]:
+    here = float(study.solution.device.value_of(varied))
+    for values in _sides(varied, here):
+        for value in _tried(values[_may_work(study, varied, values)]):
+            rounded = _rounded_away(value, here)
+            if _works(study, varied, rounded):
+                percent = 100 * (rounded / here - 1) if here else None
+                yield Change(varied.path, varied.quantity, varied.symbol, varied.unit, rounded, percent)
+                break
+
+
+def _sides(varied: DesignInput, here: float) -> tuple[Floats, Floats]:
+    """Values below and above the design, the nearest first, as far as they may go."""
+    low, high = varied.limits
+    high = HIGHEST_RESTITUTION if varied in RESTITUTIONS else high
+    steps = np.arange(1, VALUES + 1) / VALUES
+    if varied is DesignInput.INCLINATION:  # a horizontal capsule has no per cent of its angle
+        below, above = here - here * steps, here + (high - here) * steps
+    else:
+        below, above = here * FARTHEST**-steps, here * FARTHEST**steps
+    return below[below >= low], above[above <= high]
+
+
+def _tried(values: Floats) -> Iterator[float]:
+    """The first of some values, the second, the fourth, ...: what arrays cannot tell may hold for a while."""
+    for k in range(TRIES):
+        if 2**k <= len(values):
+            yield float(values[2**k - 1])
+
+
+def _may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
+    """Which values may work, by what arrays of designs tell; all others surely do not."""
+    scenario, device = study.scenario, study.solution.device
+    membrane = Membrane.of(scenario)
+    changed = device.with_values({varied: values})
+    designs = Designs(scenario, changed, membrane and membrane.of_device(changed), len(values))
+    asked = list(required(scenario))
+    allowed = scenario.requirements.allowed if scenario.requirements is not None else ()
+    try:
+        kept = designs.has_motion() if not allowed else np.ones(len(values), dtype=bool)
+        for requirement, limit in asked:
+            kept &= _may_meet(designs, requirement, limit)
+    except (NumericalError, UsageError):  # of a restitution that falls with speed: a run tells of each
+        return np.ones(len(values), dtype=bool)
+    return kept
+
+
+def _may_meet(designs: Designs, requirement: Requirement, limit: Limit) -> Mask:
+    judged_by = requirement.quantity
+    if isinstance(judged_by, OfMotions | OfShaker):
+        return np.asarray(np.nan_to_num(judged_by.slack(designs, limit), nan=-1.0) >= 0)
+    if isinstance(judged_by, OfMargin):
+        return keeps_motion(designs, limit.value / 100)
+    if isinstance(judged_by, OfRun) and judged_by.may_meet is not None:
+        return judged_by.may_meet(designs, limit)
+    return np.ones(designs.count, dtype=bool)
+
+
+def _rounded_away(value: float, here: float) -> float:
+    """A value with few digits, no nearer to the design."""
+    if value == 0:
+        return value
+    unit = 10.0 ** (floor(log10(abs(value))) - DIGITS + 1)
+    steps = value / unit
+    whole = np.ceil(steps - 1e-9) if value > here else np.floor(steps + 1e-9)
+    return float(f"{whole * unit:.{DIGITS}g}")
+
+
+def _works(study: Study, varied: DesignInput, value: float) -> bool:
+    """Whether a run of the design with another value does not fall short."""
+    loaded = study.loaded
+    lean = (f"{block}=" for block in spared(required(study.scenario)))
+    overrides = (*loaded.overrides, *lean, f"{varied.path}={value!r}")
+    try:
+        other = analyse(loads(loaded.document.text, loaded.document.name, overrides), ())
+    except (NumericalError, ScenarioError, UsageError):  # a value of which nothing can be said
+        return False
+    return other.verdict.conclusion not in FALLS_SHORT

@@ -1,0 +1,150 @@
+"""What takes long for a page, in a process that is ended where the page has moved on."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from enum import StrEnum
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+PATIENCE = 0.5
+"""How long a job that nobody waits for any more may go on before its process is ended [s]: to begin one takes as
+long."""
+
+
+class Slow(StrEnum):
+    """What a page asks for when the hand rests."""
+
+    PLANE = "plane"
+    STUDY = "study"
+    CHANGES = "changes"
+
+
+Axes = tuple[str, str]
+Ranges = tuple[tuple[float, float], tuple[float, float]]
+
+
+class Question(Struct, frozen=True):
+    """What a page asks.
+
+    Attributes
+    ----------
+    state : dict
+        What is set over the scenario, by paths.
+    page : str
+        Which page asks, where there may be several.
+    axes, ranges
+        Of the plane, see `answers.plane_answer`; of other questions nothing.
+    name : str
+        Of a file to save; of other questions nothing.
+    """
+
+    state: dict[str, Any]
+    page: str = ""
+    axes: Axes = ("", "")
+    ranges: Ranges = ((0.0, 0.0), (0.0, 0.0))
+    name: str = ""
+
+
+class Job(Struct, frozen=True):
+    """A question about a scenario, for the process that answers it.
+
+    Attributes
+    ----------
+    kind : Slow
+    text, name : str
+        Of the scenario.
+    overrides : tuple of str
+    axes, ranges
+        As in the question.
+    """
+
+    kind: Slow
+    text: str
+    name: str
+    overrides: tuple[str, ...]
+    axes: Axes
+    ranges: Ranges
+
+    def same_scenario(self, other: Job) -> bool:
+        """Whether another job is about the same scenario."""
+        return (self.text, self.name, self.overrides) == (other.text, other.name, other.overrides)
+
+
+class Worker:
+    """A process that answers the jobs of one page, the newest of them: one that waits ends the one before."""
+
+    def __init__(self) -> None:
+        self._turn = threading.Lock()
+        self._since: float | None = None
+        self._count = 0
+        self._process = _begun()
+
+    def answers(self, job: Job) -> Iterator[dict[str, Any]]:
+        """Give ``progress`` as it comes and then the ``answer``; no answer where the process was ended.
+
+        Raises
+        ------
+        RuntimeError
+            If the process has failed, which is a fault of ours.
+        """
+        while not self._turn.acquire(timeout=PATIENCE / 5):
+            self.drop()
+        try:
+            if self._process.poll() is not None:
+                self._process = _begun()
+            self._since, self._count = time.monotonic(), self._count + 1
+            yield from self._told(self._process, job, self._count)
+        finally:
+            self._since = None
+            self._turn.release()
+
+    def _told(self, process: subprocess.Popen[str], job: Job, number: int) -> Iterator[dict[str, Any]]:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        with suppress(BrokenPipeError):  # it was ended before
+            process.stdin.write(f"{number} {msgspec.json.encode(job).decode()}\n")
+            process.stdin.flush()
+        for line in process.stdout:
+            of, _, told = line.partition(" ")
+            if int(of) != number:
+                continue  # of a job before, whose page has gone
+            answer = json.loads(told)
+            yield answer
+            if "answer" in answer:
+                return
+        with process:  # which has ended: its streams are closed
+            failed = process.wait() > 0
+        if failed:
+            raise RuntimeError("the process that answers has failed")
+        self._process = _begun()  # ahead of the next job
+
+    def drop(self) -> None:
+        """End the process if a job keeps it busy that is of no use any more."""
+        since = self._since
+        if since is not None and time.monotonic() - since > PATIENCE:
+            self._process.kill()
+
+    def end(self) -> None:
+        """End the process."""
+        with self._process as process:
+            process.kill()
+
+
+def _begun() -> subprocess.Popen[str]:
+    # In a session of its own: Ctrl-C is for the server, which then ends it.
+    return subprocess.Popen(
+        [sys.executable, "-m", "vireport.bench"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        encoding="utf-8",
+        start_new_session=True,
+    )

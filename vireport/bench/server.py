@@ -1,0 +1,345 @@
+"""The page of the bench on this machine alone: who may ask, and what is answered.
+
+It listens on 127.0.0.1 and believes nobody but the page that it has given out: each address begins with a secret, which
+the host, the origin and the size of what is sent must go with. A page of another site can neither read nor write.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import subprocess
+import sys
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from functools import partial
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from traceback import print_exc
+from typing import Any
+
+import msgspec
+from markupsafe import Markup, escape
+
+from vireport.base import UsageError, VireportError
+from vireport.bench.jobs import Question, Slow, Worker
+from vireport.bench.session import NAME, Opened, first, job_of, margins, refusal, save, start_data
+from vireport.wording import TEMPLATES, environment_of
+
+HOST = "127.0.0.1"
+
+LARGEST_QUESTION = 64_000
+"""Bytes of a question; a state has some hundred."""
+
+SILENCE = 20.0
+"""How long a connection may stay silent [s]: a slow one keeps a thread."""
+
+MOST_CONNECTIONS = 64
+"""Connections at a time; a browser opens six for a page."""
+
+MOST_PAGES = 4
+"""Pages with a process of their own; of more, that of the page that has asked least recently is ended."""
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""What the page may load: what this server gives, and nothing else."""
+
+REPORT_FILES = {"report.html": "text/html; charset=utf-8", "report.pdf": "application/pdf"}
+"""Files of a report that the page leads to. Each has a policy of its own in it."""
+
+
+SCRIPT, STYLE = "text/javascript; charset=utf-8", "text/css; charset=utf-8"
+PARTS = {
+    "bench.js": (("bench/bench.js",), SCRIPT),
+    "local.js": (("bench/local.js",), SCRIPT),
+    "bench.css": (("_colors.css", "bench/bench.css"), STYLE),
+}
+"""Parts of the page: the templates that each is made of, and their kind."""
+
+
+class Refused(Exception):
+    """A request that is not answered, with the status that says why."""
+
+    def __init__(self, status: HTTPStatus) -> None:
+        super().__init__(status.phrase)
+        self.status = status
+
+
+class Bench:
+    """A scenario that pages ask about.
+
+    Parameters
+    ----------
+    known : Opened
+    folder : Path
+        Where scenarios and reports are saved.
+    """
+
+    def __init__(self, known: Opened, folder: Path) -> None:
+        self.known, self.folder = known, folder
+        self.secret = secrets.token_urlsafe(24)
+        self._workers: OrderedDict[str, Worker] = OrderedDict()
+        self._spare: Worker | None = None
+        self._lock = threading.Lock()
+
+    def begin(self) -> None:
+        """Start the process of the first page ahead of it."""
+        self._spare = Worker()
+
+    def page(self) -> bytes:
+        """The page itself."""
+        start = json.dumps(start_data(self.known), allow_nan=False).replace("<", "\\u003c")
+        template = environment_of(None, lambda value: str(escape(value))).get_template("bench/page.html.j2")
+        return template.render(title=self.known.name, start=Markup(start)).encode()
+
+    def quick(self, kind: str, asked: Question) -> dict[str, Any]:
+        """What a hand waits for."""
+        if kind == "save":
+            return {"saved": str(save(self.known, asked.state, asked.name, self.folder))}
+        self._worker(asked.page).drop()
+        return first(self.known, asked.state) if kind == "first" else margins(self.known, asked.state)
+
+    def slow(self, kind: Slow, asked: Question) -> Iterator[dict[str, Any]]:
+        """What follows when the hand rests."""
+        yield from self._worker(asked.page).answers(job_of(self.known, kind, asked))
+
+    def report(self, asked: Question) -> Iterator[dict[str, Any]]:
+        """Save a scenario, and run it as anybody else would."""
+        path = save(self.known, asked.state, asked.name, self.folder)
+        yield {"progress": f"writing the report of {path}"}
+        folder = path.with_suffix("")
+        command = [sys.executable, "-m", "vireport", "run", str(path), "-o", str(folder)]
+        run = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
+        if run.returncode > 1:
+            yield {"answer": {"refused": [{"path": "", "message": line} for line in run.stderr.splitlines()]}}
+            return
+        yield {
+            "answer": {"saved": str(path), "folder": str(folder), "report": asked.name, "failed": bool(run.returncode)}
+        }
+
+    def end(self) -> None:
+        """End all processes."""
+        for worker in (*self._workers.values(), *filter(None, [self._spare])):
+            worker.end()
+
+    def _worker(self, page: str) -> Worker:
+        """The process of a page, begun ahead for the first one."""
+        with self._lock:
+            worker = self._workers.pop(page, None) or self._spare or Worker()
+            self._spare = None if worker is self._spare else self._spare
+            self._workers[page] = worker
+            while len(self._workers) > MOST_PAGES:
+                self._workers.popitem(last=False)[1].end()
+            return worker
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers one connection."""
+
+    protocol_version = "HTTP/1.1"
+    server_version, sys_version = "vireport", ""
+    timeout = SILENCE
+    wbufsize = -1  # one packet for head and body: with two, the second waits 40 ms for the first to be acknowledged
+    disable_nagle_algorithm = True
+
+    def __init__(self, bench: Bench, *arguments: Any) -> None:
+        self.bench = bench
+        super().__init__(*arguments)
+
+    def do_GET(self) -> None:
+        self._answered(self._get)
+
+    def do_POST(self) -> None:
+        self._answered(self._post)
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """Say nothing of requests: the terminal shows what is wrong, and the address."""
+
+    def _answered(self, answer: Callable[[str], None]) -> None:
+        try:
+            answer(self._asked())
+        except Refused as refused:
+            self.close_connection = True  # what was not read must not be taken for a request
+            self._send(refused.status, b"", "text/plain")
+        except (ConnectionError, TimeoutError):  # the page has gone
+            self.close_connection = True
+        except Exception:
+            print_exc()
+            self.close_connection = True
+            with suppress(OSError):
+                self._send(HTTPStatus.INTERNAL_SERVER_ERROR, b"", "text/plain")
+
+    def _asked(self) -> str:
+        """What is asked for behind the secret.
+
+        Raises
+        ------
+        Refused
+            Where the host is another one, so that another site's name leads here, or the secret.
+        """
+        if self.headers.get_all("Host") not in [[host] for host in self._hosts]:
+            raise Refused(HTTPStatus.FORBIDDEN)
+        _, secret, *rest = [*self.path.split("/", 2), "", ""][:3]
+        if not secrets.compare_digest(secret.encode(), self.bench.secret.encode()):
+            raise Refused(HTTPStatus.FORBIDDEN)
+        return rest[0]
+
+    @property
+    def _hosts(self) -> tuple[str, str]:
+        port = self.connection.getsockname()[1]
+        return f"{HOST}:{port}", f"localhost:{port}"
+
+    def _get(self, what: str) -> None:
+        if what == "":
+            self._send(HTTPStatus.OK, self.bench.page(), "text/html; charset=utf-8")
+        elif what in PARTS:
+            names, kind = PARTS[what]
+            part = b"".join((TEMPLATES / name).read_bytes() for name in names)
+            self._send(HTTPStatus.OK, part, kind)
+        elif what.startswith("report/"):
+            _, name, file = [*what.split("/"), "", ""][:3]
+            path = self.bench.folder / name / file
+            if file not in REPORT_FILES or not NAME.fullmatch(name) or not path.is_file():
+                raise Refused(HTTPStatus.NOT_FOUND)
+            self._send(HTTPStatus.OK, path.read_bytes(), REPORT_FILES[file], policy="frame-ancestors 'none'")
+        else:
+            raise Refused(HTTPStatus.NOT_FOUND)
+
+    def _post(self, what: str) -> None:
+        if self.headers.get("Origin") not in [f"http://{host}" for host in self._hosts]:
+            raise Refused(HTTPStatus.FORBIDDEN)
+        if self.headers.get_content_type() != "application/json":
+            raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
+        asked = self._question()
+        if what in ("first", "margins", "save"):
+            self._send_json(_refusing(partial(self.bench.quick, what, asked)))
+        elif what == "report":
+            self._stream(self.bench.report(asked))
+        elif what in set(Slow):
+            self._stream(self.bench.slow(Slow(what), asked))
+        else:
+            raise Refused(HTTPStatus.NOT_FOUND)
+
+    def _question(self) -> Question:
+        length = self.headers.get("Content-Length", "")
+        if not length.isascii() or not length.isdigit():
+            raise Refused(HTTPStatus.LENGTH_REQUIRED)
+        if len(length) > 9 or int(length) > LARGEST_QUESTION:
+            raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        try:
+            return msgspec.json.decode(self.rfile.read(int(length)), type=Question)
+        except (msgspec.DecodeError, RecursionError) as error:
+            raise Refused(HTTPStatus.BAD_REQUEST) from error
+
+    def _send_json(self, answer: Mapping[str, Any]) -> None:
+        self._send(HTTPStatus.OK, json.dumps(answer, allow_nan=False).encode(), "application/json")
+
+    def _stream(self, answers: Iterator[dict[str, Any]]) -> None:
+        """Send answers as they come, each a line."""
+        self.close_connection = True
+        self._head(HTTPStatus.OK, "application/x-ndjson", {"Connection": "close"})
+        for answer in _each_refusing(answers):
+            self.wfile.write(json.dumps(answer, allow_nan=False).encode() + b"\n")
+            self.wfile.flush()
+
+    def _send(self, status: HTTPStatus, body: bytes, kind: str, policy: str = POLICY) -> None:
+        self._head(status, kind, {"Content-Length": str(len(body))}, policy)
+        self.wfile.write(body)
+        self.wfile.flush()
+
+    def _head(self, status: HTTPStatus, kind: str, more: Mapping[str, str], policy: str = POLICY) -> None:
+        self.send_response(status)
+        headers = {
+            "Content-Type": kind,
+            "Content-Security-Policy": policy,
+            "Cache-Control": "no-store",
+            "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
+            "Cross-Origin-Resource-Policy": "same-origin",
+        }
+        for name, value in (headers | dict(more)).items():
+            self.send_header(name, value)
+        self.end_headers()
+
+
+def _refusing(answer: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """An answer, or why there is none."""
+    try:
+        return answer()
+    except VireportError as error:
+        return refusal(error)
+
+
+def _each_refusing(answers: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Answers as they come; where one cannot be given, why."""
+    try:
+        yield from answers
+    except VireportError as error:
+        yield {"answer": refusal(error)}
+
+
+class _Server(ThreadingHTTPServer):
+    """A thread for each connection, of which there are not too many."""
+
+    daemon_threads, block_on_close = True, False
+
+    def __init__(self, bench: Bench, port: int) -> None:
+        self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        super().__init__((HOST, port), partial(_Handler, bench))
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        if self._room.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._room.release()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing where a page has gone in the middle of a line."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
+
+
+def serve(known: Opened, folder: Path, port: int, begun: Callable[[str], None]) -> None:
+    """Give out the page of a scenario until the process is interrupted.
+
+    Parameters
+    ----------
+    known : Opened
+    folder : Path
+        Where scenarios and reports are saved.
+    port : int
+        0 for any that is free.
+    begun : callable
+        Told the address of the page.
+
+    Raises
+    ------
+    UsageError
+        If the port is in use, or may not be used.
+    """
+    bench = Bench(known, folder)
+    try:
+        try:
+            server = _Server(bench, port)
+        except (OSError, OverflowError) as error:
+            why = getattr(error, "strerror", None) or str(error)
+            raise UsageError(
+                f"port {port} cannot be used: {why} (allowed: another one; 0 takes one that is free)"
+            ) from error
+        with server:
+            bench.begin()
+            begun(f"http://{HOST}:{server.server_address[1]}/{bench.secret}/")
+            server.serve_forever(poll_interval=0.2)
+    finally:
+        bench.end()

@@ -1,0 +1,192 @@
+"""A scenario on the bench: the file as it was opened, and what the hand has set over it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct, to_builtins
+
+from vireport.base import ScenarioError, UsageError, VireportError, __version__, writable, write_new
+from vireport.bench.answers import first_answer, margins_answer, solution_without_margins
+from vireport.bench.controls import CHOICES, controls_of, ends_of
+from vireport.bench.jobs import Job, Question, Slow
+from vireport.design import Solution
+from vireport.scenario import (
+    DesignInput,
+    Loaded,
+    LoadedMap,
+    Parameter,
+    ScalarInput,
+    Scenario,
+    as_texts,
+    as_yaml,
+    load_any,
+    loads,
+    to_dict,
+)
+
+NOT_HERE = {
+    "accuracy": "vireport accuracy measures error against run time",
+    "design": "vireport optimise looks for the best design",
+}
+"""Blocks of a scenario that the bench leaves out, and the command that does what they ask for."""
+
+REMEMBERED = 8
+"""Solutions that are kept: margins follow the first answer, and several pages may be open."""
+
+NAME = re.compile(r"\w[\w .-]{0,59}")
+"""What a file that is saved may be called, without its ending."""
+
+State = Mapping[str, Any]
+"""What is set over the file on a page: values by their paths, None for a key that is taken away."""
+
+
+class Opened(Struct, frozen=True):
+    """A scenario as it was opened.
+
+    Attributes
+    ----------
+    text, name : str
+        The file.
+    overrides : tuple of str
+        What is set over it before the page does, as ``path=value``.
+    notes : tuple of str
+        What of it is left out on the bench, and which command does it.
+    """
+
+    text: str
+    name: str
+    overrides: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def over(self, state: State) -> tuple[str, ...]:
+        """All that is set over the file where a page has a state."""
+        return (*self.overrides, *as_texts(state))
+
+
+def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = ()) -> Opened:
+    """Open a scenario for the bench.
+
+    Parameters
+    ----------
+    source : str, Path or Loaded
+        The file, or what was loaded of it.
+    overrides : tuple of str
+        Set over a file, as ``path=value``.
+
+    Raises
+    ------
+    UsageError
+        Where there is no such file, or it is a map.
+    ScenarioError
+        Where the scenario cannot be used.
+    """
+    loaded = source if isinstance(source, Loaded) else load_any(source, overrides)
+    if isinstance(loaded, LoadedMap):
+        raise UsageError(
+            f"{loaded.name}: has a map block: the bench shows one design (vireport sweep computes the map)"
+        )
+    given = [block for block in NOT_HERE if getattr(loaded.scenario, block) is not None]
+    over = (*loaded.overrides, *(f"{block}=" for block in given))
+    notes = tuple(f"The block {block} has no part here: {NOT_HERE[block]}." for block in given)
+    return Opened(loaded.document.text, loaded.document.name, over, notes)
+
+
+def loaded_of(known: Opened, state: State) -> Loaded:
+    """The scenario of a state.
+
+    Raises
+    ------
+    ScenarioError
+        With every mistake in it.
+    """
+    return loads(known.text, known.name, known.over(state))
+
+
+def start_data(known: Opened) -> dict[str, Any]:
+    """What a page begins with: the controls, what can be swept, and what is left out."""
+    scenario = loaded_of(known, {}).scenario
+    return {
+        "title": scenario.title or known.name,
+        "name": known.name,
+        "version": __version__,
+        "notes": list(known.notes),
+        "controls": [to_builtins(control) for control in controls_of(scenario)],
+        "choices": {path: list(words) for path, words in CHOICES.items()},
+        "inputs": [_named(scenario, varied) for varied in DesignInput],
+        "sweepable": [_named(scenario, parameter) for parameter in Parameter],
+    }
+
+
+def _named(scenario: Scenario, varied: ScalarInput) -> dict[str, Any]:
+    """An input in words, and from where to where it is moved."""
+    low, high = ends_of(scenario, varied)
+    named = {"key": varied.value, "path": varied.path, "quantity": varied.quantity}
+    return {**named, "symbol": varied.symbol, "unit": varied.unit, "from": low, "to": high}
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _solved(text: str, name: str, overrides: tuple[str, ...]) -> tuple[Loaded, Solution]:
+    loaded = loads(text, name, overrides)
+    return loaded, solution_without_margins(loaded)
+
+
+def first(known: Opened, state: State) -> dict[str, Any]:
+    """The first answer of a state, see `answers.first_answer`."""
+    return first_answer(*_solved(known.text, known.name, known.over(state)))
+
+
+def margins(known: Opened, state: State) -> dict[str, Any]:
+    """The margins of a state, see `answers.margins_answer`."""
+    _, solution = _solved(known.text, known.name, known.over(state))
+    return margins_answer(solution)
+
+
+def job_of(known: Opened, kind: Slow, asked: Question) -> Job:
+    """What is slow of a state, for the process that answers it."""
+    return Job(kind, known.text, known.name, known.over(asked.state), asked.axes, asked.ranges)
+
+
+def refusal(error: VireportError) -> dict[str, Any]:
+    """What a page is told where there is no answer: each mistake with the path of its control, if it has one."""
+    if isinstance(error, ScenarioError):
+        mistakes = [{"path": mistake.path, "message": mistake.message} for mistake in error.mistakes]
+    else:
+        mistakes = [{"path": "", "message": line} for line in error.lines]
+    return {"refused": mistakes}
+
+
+def save(known: Opened, state: State, name: str, folder: Path) -> Path:
+    """Write the scenario of a state to a new file.
+
+    Parameters
+    ----------
+    known : Opened
+    state : State
+    name : str
+        Of the file, without its ending and without a folder.
+    folder : Path
+        Made where there is none.
+
+    Raises
+    ------
+    UsageError
+        For another name, one that is taken, or a folder that cannot be written to.
+    ScenarioError
+        Where the scenario cannot be used.
+    """
+    if not NAME.fullmatch(name):
+        raise UsageError(f"{name!r} is no name for a file (allowed: letters, digits, spaces, . _ and -, at most 60)")
+    text = as_yaml(to_dict(loaded_of(known, state).scenario))
+    path = folder / f"{name}.yaml"
+    with writable(path):
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            write_new(path, text.encode())
+        except FileExistsError as error:
+            raise UsageError(f"{path} exists already (give another name)") from error
+    return path

@@ -1,0 +1,79 @@
+"""The bench in a cell of a notebook: the same page, whose questions are messages to the kernel."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from typing import Any
+
+import anywidget
+import msgspec
+import traitlets
+
+from vireport.base import VireportError
+from vireport.bench.jobs import Question, Slow, Worker
+from vireport.bench.session import Opened, first, job_of, loaded_of, margins, refusal, start_data
+from vireport.scenario import Loaded
+from vireport.wording import TEMPLATES
+
+
+def _read(*names: str) -> str:
+    return "\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in names)
+
+
+class BenchWidget(anywidget.AnyWidget):
+    """A scenario that is changed by hand; what it has become is `loaded`.
+
+    Attributes
+    ----------
+    state : dict
+        What is set over the scenario, values by their paths.
+    """
+
+    _esm = _read("bench/bench.js", "bench/widget.js")
+    _css = _read("_colors.css", "bench/bench.css")
+    start = traitlets.Dict().tag(sync=True)
+    state = traitlets.Dict().tag(sync=True)
+
+    def __init__(self, known: Opened) -> None:
+        super().__init__(start=start_data(known))
+        self._known, self._worker = known, Worker()
+        self.on_msg(self._heard)
+
+    @property
+    def loaded(self) -> Loaded:
+        """The scenario as it is on the bench, for `vireport.analyse`.
+
+        Raises
+        ------
+        ScenarioError
+            Where what is set makes no scenario.
+        """
+        return loaded_of(self._known, self.state)
+
+    def close(self) -> None:
+        """End the process that works out what takes long, and take the bench off the page."""
+        self._worker.end()
+        super().close()
+
+    def _heard(self, _: Any, content: dict[str, Any], buffers: Any) -> None:
+        number, kind = content["number"], content["kind"]
+        asked = msgspec.convert(content["question"], Question)
+        if kind in set(Slow):
+            self._worker.drop()
+            threading.Thread(target=self._slowly, args=(number, Slow(kind), asked), daemon=True).start()
+            return
+        try:
+            answer = first(self._known, asked.state) if kind == "first" else margins(self._known, asked.state)
+        except VireportError as error:
+            answer = refusal(error)
+        self.send({"number": number, "answer": answer})
+
+    def _slowly(self, number: int, kind: Slow, asked: Question) -> None:
+        job = job_of(self._known, kind, asked)
+        with suppress(RuntimeError):  # whose traceback the process has printed
+            for told in self._worker.answers(job):
+                self.send({"number": number, **told})
+                if "answer" in told:
+                    return
+        self.send({"number": number, "answer": None})

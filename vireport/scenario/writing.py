@@ -1,0 +1,24 @@
+"""Scenarios as text: what programs have made of one, as a file that can be run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+
+def as_yaml(data: Mapping[str, Any]) -> str:
+    """Write the data of a scenario as YAML, in its order and without what is absent.
+
+    Parameters
+    ----------
+    data : mapping
+        By the names of the file, as `to_dict` has them; None is absent.
+    """
+    return str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
+
+
+def _present(data: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {key: value for key, value in data.items() if value is not None}
+    return {key: _present(value) if isinstance(value, Mapping) else value for key, value in kept.items()}
