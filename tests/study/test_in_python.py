@@ -114,6 +114,8 @@ def test_records_say_what_they_are_with_units(study_of: Callable[..., Study]) ->
     assert repr(study.loaded).startswith("<Loaded ")
     assert repr(load(study.loaded.document.name, {"device.restitution": 0.6})).endswith(" with device.restitution=0.6>")
     assert repr(study.alerts[0]) == "<Alert VR010, warning: The membrane model is outside its geometry>"
+    nothing = analyse(load(study.loaded.document.name, {"sweep": None, "device.length_m": 0.05}), ("json",))
+    assert repr(nothing.solution) == "<Solution: DesignPoint s = 0.05 m: no motion>"
     horizontal = study_of("horizontal").solution.design
     assert "nearest end: pitchfork C1" in repr(horizontal)
     flat = [margin for margin in horizontal.margins if margin.relative is None]

@@ -114,12 +114,8 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
             network.explore(start)
     say = portion(progress, CLOSED_FORM_SHARE, 1.0)
     for k, line in enumerate(searched):
-        say(
-            WorkStep(
-                f"motions along the {line.quantity}, {plane.inputs[1 - line.varied].show(line.other)}",
-                k / len(searched),
-            )
-        )
+        at = plane.inputs[1 - line.varied].show(line.other)
+        say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(searched)))
         if not line.sweep.unresolved:
             families = atlas(line.sweep, limits, finest=FINE)
             crossed.append(Cut(line, _stable(families, line)))

@@ -147,7 +147,10 @@ class DesignPoint(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         stable = dict.fromkeys(self.motions.select(self.motions.stable_mask).words)
-        parts = [f"{len(self.motions)} motions", " and ".join(stable) or "none stable"]
+        count = int(self.motions.admissible_mask.sum())
+        parts = [
+            f"{count} motion{'s' * (count != 1)}, {' and '.join(stable) or 'none stable'}" if count else "no motion"
+        ]
         if self.u_ave_v is not None:
             parts.append(f"U_ave {quantity(self.u_ave_v, 'V')}")
         parts += [f"nearest end: {margin.shown}" for margin in self.limits()[:1]]
