@@ -8,6 +8,7 @@ import select
 import shutil
 import subprocess
 from base64 import b64decode
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,12 @@ PATIENCE = 60
 """Time that the browser has for an answer [s]."""
 
 needs_a_browser = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium to try the page in")
+
+
+AXE = find_spec("axe_playwright_python")
+"""The package that carries axe-core; nothing else of it is used."""
+
+needs_axe = pytest.mark.skipif(AXE is None, reason="there is no axe-core: pip install --no-deps axe-playwright-python")
 
 
 class Browser:
@@ -103,3 +110,16 @@ class Browser:
     def press(self, key: str, code: int) -> None:
         for kind in ("rawKeyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+
+    def overflow(self) -> int:
+        """How far the page is wider than the window [px]."""
+        return int(self.run("document.documentElement.scrollWidth - document.documentElement.clientWidth"))
+
+    def violations(self, *rules: str) -> list[tuple[str, list[str]]]:
+        """What axe-core finds wrong for readers with other senses: by all its rules, or by some, with the elements."""
+        assert AXE is not None
+        (folder,) = AXE.submodule_search_locations or ()
+        self.run((Path(folder) / "axe.min.js").read_text(encoding="utf-8"))
+        asked = {"runOnly": rules} if rules else {}
+        found = self.run(f"axe.run({json.dumps(asked)}).then(x => x.violations)")
+        return [(x["id"], [node["html"][:120] for node in x["nodes"][:3]]) for x in found]

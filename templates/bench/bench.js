@@ -309,7 +309,7 @@ export function mount(root, start, backend) {
 
   const drawFigure = () => {
     if (answer === null) return;
-    const along = answer.swept, told = [answer, ...(kept?.answer.swept?.parameter === along?.parameter ? [kept.answer] : [])];
+    const along = answer.swept, told = [answer, ...(kept && along && kept.answer.swept?.parameter === along.parameter ? [kept.answer] : [])];
     if (along === null) {
       panels.replaceChildren(make("p", { class: "hint" }, "Nothing is swept: choose an input above to see the motions along it."));
       legend.textContent = "";

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from base64 import b64decode
-from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 from unicodedata import normalize
 
 import pytest
-from browser import Browser, needs_a_browser
+from browser import Browser, needs_a_browser, needs_axe
 from conftest import EXAMPLES
 from pages import squeeze
 from PIL import Image, ImageStat
@@ -28,9 +25,6 @@ LEGIBLE = 9.0
 
 PAPER = {"light": (200, 256), "dark": (0, 60)}
 """Mean brightness of a page."""
-
-AXE = find_spec("axe_playwright_python")
-"""The package that carries axe-core; nothing else of it is used."""
 
 pytestmark = [pytest.mark.slow, needs_a_browser]
 
@@ -72,11 +66,6 @@ SMALLEST = """Math.min(...[...document.querySelectorAll("svg.figure")].flatMap(s
   .map(text => parseFloat(getComputedStyle(text).fontSize) * svg.getScreenCTM().a)))"""
 
 
-def overflow(browser: Browser) -> int:
-    """How far the page is wider than the window [px]."""
-    return browser.run("document.documentElement.scrollWidth - document.documentElement.clientWidth")
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 def test_it_fits_the_window_and_nothing_lies_on_anything(width: int, browser: Browser, folder: Path) -> None:
     for scheme, (dark, light) in PAPER.items():
@@ -85,7 +74,7 @@ def test_it_fits_the_window_and_nothing_lies_on_anything(width: int, browser: Br
         (brightness,) = ImageStat.Stat(Image.open(BytesIO(picture)).convert("L")).mean
         assert dark < brightness < light
     browser.run("document.querySelectorAll('details').forEach(x => { x.open = true; })")
-    assert overflow(browser) <= 0
+    assert browser.overflow() <= 0
     assert browser.run(OVERLAPS) == []
     assert browser.run(SMALLEST) >= LEGIBLE
 
@@ -106,15 +95,12 @@ def test_the_keyboard_reaches_everything(browser: Browser) -> None:
     assert browser.run(missed) == []
 
 
-@pytest.mark.skipif(AXE is None, reason="there is no axe-core: pip install --no-deps axe-playwright-python")
+@needs_axe
 def test_axe_finds_no_violation(browser: Browser) -> None:
-    (folder,) = AXE.submodule_search_locations
-    browser.run((Path(folder) / "axe.min.js").read_text(encoding="utf-8"))
     browser.run("document.querySelectorAll('details').forEach(x => { x.open = true; })")
-    for scheme, rules in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):
+    for scheme, rules in (("light", ()), ("dark", ("color-contrast",))):
         browser.look(1440, scheme)
-        violations: list[dict[str, Any]] = browser.run(f"axe.run({json.dumps(rules)}).then(x => x.violations)")
-        assert [(x["id"], [node["html"][:120] for node in x["nodes"][:3]]) for x in violations] == []
+        assert browser.violations(*rules) == []
 
 
 def test_printed_everything_is_open(browser: Browser) -> None:
@@ -132,6 +118,6 @@ def test_without_scripts_all_is_readable(browser: Browser, folder: Path) -> None
     browser.open(folder / "report.html")
     for width in WIDTHS:
         browser.look(width)
-        assert overflow(browser) <= 0
+        assert browser.overflow() <= 0
     assert browser.run("document.querySelectorAll('.live-control').length") == 0
     assert browser.run("document.querySelectorAll('svg.figure').length") > 0

@@ -1,0 +1,318 @@
+"""The page of the bench in a real browser: its numbers, its reach, what it says where something is wrong."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import pytest
+from browser import Browser, needs_a_browser, needs_axe
+from conftest import EXAMPLES
+from serving import Served, serving
+
+from vireport.bench.session import loaded_of, opened
+from vireport.scenario import load
+from vireport.study import analyse
+
+pytestmark = [pytest.mark.slow, needs_a_browser]
+
+WIDTHS = (1440, 1024, 390)
+SCENARIOS = "inclined", "design-point"
+"""With a sweep and without one."""
+
+
+@pytest.fixture(scope="module", params=SCENARIOS)
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def opened_once(name: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with serving(EXAMPLES / f"{name}.yaml", tmp_path_factory.mktemp("served")) as served:
+        browser = opened_page(served, tmp_path_factory.mktemp("browser"))
+        yield browser
+        browser.end()
+        assert {url for url in browser.asked if not url.startswith(served.address)} == set()
+
+
+@pytest.fixture
+def page(opened_once: Browser) -> Browser:
+    """The page as it begins."""
+    opened_once.look(1440)
+    press(opened_once, "As in the file")
+    settled(opened_once)
+    return opened_once
+
+
+SETTLED = """!document.querySelector(".waiting, .message:not([hidden])")
+  && !document.querySelector(".progress").textContent && document.querySelector(".headline").textContent !== ''"""
+"""Whether all that follows a change is there."""
+
+
+def settled(page: Browser) -> None:
+    until = time.monotonic() + 60
+    while not page.run(SETTLED):
+        assert time.monotonic() < until, page.run("document.querySelector('.bench').innerText")
+        time.sleep(0.05)
+
+
+def slide(page: Browser, label: str, value: float) -> None:
+    """Move a slider, found by what its name begins with."""
+    page.run(f"""(() => {{
+      const slider = document.querySelector('input[type=range][aria-label^="{label}"]');
+      slider.value = {value};
+      slider.dispatchEvent(new Event("input", {{ bubbles: true }}));
+    }})()""")
+
+
+def press(page: Browser, name: str) -> None:
+    """Press a button by its name."""
+    page.run(
+        f"[...document.querySelectorAll('.actions button')].find(x => x.textContent === {json.dumps(name)}).click()"
+    )
+
+
+def texts(page: Browser, selector: str) -> list[str]:
+    """The texts of the elements that a selector finds."""
+    return list(page.run(f"[...document.querySelectorAll({json.dumps(selector)})].map((x) => x.innerText)"))
+
+
+def shown(value: float, digits: int = 5) -> str:
+    return f"{float(f'{value:.{digits}g}'):.15g}".replace("-", "\N{MINUS SIGN}")
+
+
+def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> None:
+    known = opened(EXAMPLES / f"{name}.yaml")
+    for state in ({}, {"device.restitution": 0.46}):
+        if state:
+            slide(page, "Restitution r", 0.46)
+            settled(page)
+        study = analyse(loaded_of(known, state), ("json",))
+        design = study.to_dict()["design_point"]
+        row = next(k for k, there in enumerate(design["admissible"]) if there)
+        cells = dict(zip(texts(page, ".card table tbody th"), texts(page, ".card table tbody td"), strict=False))
+        assert cells["Motion"].startswith(design["stability"][row])
+        assert texts(page, "td[data-name^='Impact velocity']") == [
+            f"{shown(design['velocity_bottom'][row])}, {shown(-design['velocity_top'][row])}"
+        ]
+        assert texts(page, "td[data-name^='Phase']") == [
+            f"{shown(design['phi_bottom_rad'][row])}, {shown(design['phi_top_rad'][row])}"
+        ]
+        assert texts(page, "td[data-name^='Average voltage']")[0].startswith(f"{shown(design['u_ave_v'][row], 4)} V")
+        assert texts(page, ".headline") == [study.verdict.headline]
+        assert texts(page, ".word") == [study.verdict.word]
+        nearest = next(x for x in design["margins"] if x["ends_stability"] or x["taken_over"])
+        first = texts(page, "tr.nearest td")
+        assert first[0] == f"{'+' if nearest['percent'] > 0 else chr(0x2212)}{shown(abs(nearest['percent']), 3)} %"
+        assert first[1].startswith(shown(nearest["sweep_value"]))
+
+
+@needs_axe
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_fits_its_window_and_can_be_used_by_all(page: Browser, width: int, scheme: str) -> None:
+    page.look(width, scheme)
+    time.sleep(0.3)
+    page.run("document.querySelectorAll('details').forEach(x => { x.open = true; })")
+    assert page.overflow() <= 0
+    assert page.violations(*([] if scheme == "light" else ["color-contrast"])) == []
+
+
+def test_curves_reach_from_edge_to_edge_and_marks_stand_on_them(page: Browser, name: str) -> None:
+    if name == "design-point":
+        assert texts(page, ".panels")[0].startswith("Nothing is swept")
+        page.run("""(() => { const own = document.querySelector('select[aria-label="Input that is swept"]');
+          own.value = "frequency_hz"; own.dispatchEvent(new Event("change")); })()""")
+        settled(page)
+    assert page.run("document.querySelectorAll('svg.panel').length") == 3
+    study = analyse(loaded_of(opened(EXAMPLES / f"{name}.yaml"), {}), ())
+    labels = [point.label for point in study.solution.critical_points]
+    titles = page.run(
+        "[...document.querySelectorAll('svg.panel')[0].querySelectorAll('.event title')].map((x) => x.textContent)"
+    )
+    if name != "design-point":
+        assert sorted(title.partition(" ")[0] for title in titles) == sorted(labels)
+    for choice in ("Figure 4: stability", "Figure 7: voltages"):
+        page.run(f"""(() => {{ const own = document.querySelector('select[aria-label="Figure"]');
+          own.value = "{choice}"; own.dispatchEvent(new Event("change")); }})()""")
+        assert page.run("document.querySelectorAll('svg.panel path.curve').length") > 0
+    assert page.run("document.querySelectorAll('.at-design').length") > 0
+
+
+def test_a_hand_that_moves_fast_is_answered_for_where_it_stops(page: Browser, name: str) -> None:
+    before = len(page.of("Network.requestWillBeSent"))
+    for k in range(60):
+        slide(page, "Restitution r", 0.4 + 0.002 * k)
+    settled(page)
+    assert page.run("""document.querySelector('input[type=number][aria-label^="Restitution r"]').value""") == "0.518"
+    asked = [event["params"]["request"] for event in page.of("Network.requestWillBeSent")[before:]]
+    states = [json.loads(own["postData"])["state"] for own in asked if own["url"].endswith("first")]
+    assert states[-1]["device.restitution"] == 0.518
+    # Each goes out when the one before it is answered.
+    assert len(states) < 60
+
+
+def test_changes_are_undone_and_done_again_and_stand_in_the_address(page: Browser) -> None:
+    field = """document.querySelector('input[type=number][aria-label^="Restitution r"]').value"""
+    was = page.run(field)
+    for value in (0.47, 0.48):
+        slide(page, "Restitution r", value)
+        settled(page)
+    key = "(new KeyboardEvent('keydown', {key: 'z', ctrlKey: true, bubbles: true}))"
+    page.run(f"document.querySelector('.actions button').dispatchEvent{key}")
+    settled(page)
+    assert page.run(field) == "0.47"
+    press(page, "Redo")
+    settled(page)
+    assert page.run(field) == "0.48"
+    assert page.run("decodeURIComponent(location.hash.slice(1))") == '{"device.restitution":0.48}'
+    press(page, "As in the file")
+    settled(page)
+    assert page.run(field) == was
+    page.run("location.hash = encodeURIComponent('{\"device.restitution\":0.45}')")
+    time.sleep(0.2)
+    settled(page)
+    assert page.run(field) == "0.45"
+
+
+def test_what_cannot_be_is_told_beside_what_was_set(page: Browser) -> None:
+    page.run("""(() => { const field = document.querySelector('input[type=number][aria-label^="Restitution r"]');
+      field.value = "1.5"; field.dispatchEvent(new Event("change")); })()""")
+    until = time.monotonic() + 20
+    while not texts(page, ".message:not([hidden])"):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    (message,) = texts(page, ".message:not([hidden])")
+    assert message.startswith("Restitution: ")
+    assert "1.5" in message
+    assert (
+        page.run("""document.querySelector('input[aria-label^="Restitution r"][type=number]').ariaInvalid""") == "true"
+    )
+    slide(page, "Restitution r", 0.5)
+    settled(page)
+
+
+def test_two_designs_stand_side_by_side(page: Browser, name: str) -> None:
+    velocity = "td[data-name^='Impact velocity']"
+    (here,) = texts(page, velocity)
+    page.run(
+        "[...document.querySelectorAll('.actions button')].find((x) => x.textContent === 'Keep this as A').click()"
+    )
+    slide(page, "Restitution r", 0.45)
+    settled(page)
+    moved, kept = texts(page, velocity)
+    assert kept == here != moved
+    press(page, "Change places with A")
+    settled(page)
+    assert texts(page, velocity) == [here, moved]
+    press(page, "Drop A")
+    assert texts(page, velocity) == [here]
+
+
+def one(tmp_path: Path, scenario: str, *options: str) -> Any:
+    return serving(EXAMPLES / f"{scenario}.yaml", tmp_path, *options)
+
+
+def opened_page(served: Served, tmp_path: Path, state: dict[str, Any] | None = None) -> Browser:
+    browser = Browser(tmp_path / "profile")
+    browser.look(1440)
+    browser.visit(served.address + (f"#{quote(json.dumps(state))}" if state else ""))
+    settled(browser)
+    return browser
+
+
+def test_a_design_that_falls_short_is_mended_by_one_click(tmp_path: Path) -> None:
+    state = {"device.length_m": 0.6, "requirements.margin_any_percent": 5}
+    with one(tmp_path, "inclined") as served:
+        page = opened_page(served, tmp_path, state)
+        assert texts(page, ".word") == ["Not stable"]
+        until = time.monotonic() + 60
+        while not texts(page, "button.change") and time.monotonic() < until:
+            time.sleep(0.1)
+        page.run("document.querySelector('button.change').click()")
+        settled(page)
+        assert texts(page, ".word") != ["Not stable"]
+        assert texts(page, "tr.good td")[-1] == "met"
+        page.end()
+
+
+def test_the_point_of_the_map_is_dragged_and_moved_by_keys(tmp_path: Path) -> None:
+    with one(tmp_path, "inclined") as served:
+        page = opened_page(served, tmp_path)
+        box = page.run("""(() => {
+          const field = document.querySelector(".plane");
+          field.scrollIntoView({block: "center"});
+          const box = field.getBoundingClientRect();
+          return [box.left, box.top, box.width, box.height];
+        })()""")
+        x, y = box[0] + box[2] / 3, box[1] + box[3] / 4
+        for kind in ("mousePressed", "mouseReleased"):
+            page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+        settled(page)
+        value = """(label) => Number(document.querySelector(`input[type=number][aria-label^="${label}"]`).value)"""
+        assert page.run(f"({value})('Inclination')") == pytest.approx(30, abs=0.5)
+        assert page.run(f"({value})('Length')") == pytest.approx(0.71, abs=0.002)
+        page.press("ArrowRight", 39)
+        settled(page)
+        assert page.run(f"({value})('Inclination')") == pytest.approx(30.9, abs=0.5)
+        page.end()
+
+
+def test_a_report_is_written_and_can_be_read(tmp_path: Path) -> None:
+    with one(tmp_path, "stiff-membrane") as served:
+        page = opened_page(served, tmp_path, {"device.length_m": 0.8})
+        press(page, "Save, and write its report")
+        until = time.monotonic() + 60
+        while not (link := page.run("document.querySelector('.told a')?.href")):
+            assert time.monotonic() < until
+            time.sleep(0.1)
+        assert load(tmp_path / "stiff-membrane-2.yaml").scenario.device.length_m == 0.8
+        page.visit(link)
+        assert page.run("document.querySelector('h1').textContent") != ""
+        assert page.run("document.querySelectorAll('svg.figure').length") > 2
+        page.end()
+
+
+def test_measured_motions_stand_among_the_curves(tmp_path: Path) -> None:
+    with one(tmp_path, "measured-sweep") as served:
+        page = opened_page(served, tmp_path)
+        known = [
+            at
+            for at in analyse(EXAMPLES / "measured-sweep.yaml", ("json",)).to_dict()["measured"]
+            if at["word"] == "BT"
+        ]
+        drawn = page.run("[...document.querySelectorAll('svg.panel')].map(x => x.querySelectorAll('.measured').length)")
+        assert drawn == [2 * len(known), 2 * len(known), 0]
+        page.end()
+
+
+def test_where_the_program_has_ended_the_page_says_so_and_keeps_its_state(tmp_path: Path) -> None:
+    with one(tmp_path, "inclined") as served:
+        page = opened_page(served, tmp_path)
+        slide(page, "Restitution r", 0.47)
+        settled(page)
+    slide(page, "Restitution r", 0.46)
+    until = time.monotonic() + 20
+    while not texts(page, ".message:not([hidden])"):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert texts(page, ".message:not([hidden])")[0].startswith(
+        "There is no answer: the program behind this page has ended"
+    )
+    assert page.run("decodeURIComponent(location.hash.slice(1))") == '{"device.restitution":0.47}'
+    page.process.terminate()
+    page.process.wait()
+
+
+def test_without_scripts_a_sentence_says_what_to_do(tmp_path: Path) -> None:
+    with one(tmp_path, "inclined") as served:
+        page = Browser(tmp_path / "profile")
+        page.call("Emulation.setScriptExecutionDisabled", value=True)
+        page.visit(served.address)
+        root = page.call("DOM.getDocument", depth=-1)["root"]
+        assert "The bench needs scripts" in json.dumps(root)
+        page.end()
