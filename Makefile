@@ -2,7 +2,7 @@
 VENV ?= .venv
 BIN = $(VENV)/bin
 ARGS ?=
-BENCHMARKS ?= accuracy atlas branch chart disturbances distortion extremes harmonics impacts maps startup
+BENCHMARKS ?= accuracy atlas branch chart disturbances distortion explore extremes harmonics impacts maps startup
 
 .PHONY: help setup test slow all lint format benchmarks docs site pictures schema ci
 

@@ -43,6 +43,7 @@ docs/ci
 docs/chart
 docs/maps
 docs/optimise
+docs/explore
 docs/identify
 docs/templates
 docs/made/glossary

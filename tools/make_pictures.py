@@ -3,8 +3,8 @@
     python tools/make_pictures.py [--check] [NAME ...]
 
 With --check, pictures that are out of date are named, and nothing is written. Needs vireport with its extras for
-simulation and maps. Error against run time is drawn by benchmarks/accuracy.py, from the measurement that
-docs/accuracy.md shows.
+simulation and maps, and Chromium for the bench. Error against run time is drawn by benchmarks/accuracy.py, from the
+measurement that docs/accuracy.md shows.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
+from shutil import rmtree
 from subprocess import run
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
+from time import sleep
 
 import typst
 from PIL import Image, ImageChops, ImageStat
@@ -50,6 +52,13 @@ SHOWN = {
 REPORT = "design-point-report"
 """The picture of a report's first page."""
 
+BENCH = "bench"
+"""The picture of the page of `vireport explore`."""
+
+BENCH_OPTIONS = "--set", "device.length_m=0.62", "--set", "requirements.margin_any_percent=5"
+SETTLED = """!document.querySelector(".waiting") && !document.querySelector(".progress").textContent
+  && document.querySelector(".headline").textContent !== ''"""
+
 FIRST_PAGE = b'#set page(width: auto, height: auto, margin: 0pt)\n#image("report.pdf")'
 
 
@@ -63,11 +72,11 @@ MOST_APART = 0.2
 def main() -> int:
     """Draw the pictures of the documentation, or check those that there are; exit code 1 if one is out of date."""
     parser = ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("names", nargs="*", choices=[[], *SHOWN, REPORT], metavar="NAME", help="only these")
+    parser.add_argument("names", nargs="*", choices=[[], *SHOWN, REPORT, BENCH], metavar="NAME", help="only these")
     parser.add_argument("--check", action="store_true", help="compare instead of writing")
     given = parser.parse_args()
     code = 0
-    for name, png in drawn(given.names or [*SHOWN, REPORT]):
+    for name, png in drawn(given.names or [*SHOWN, REPORT, BENCH]):
         file = PICTURES / f"{name}.png"
         if not given.check:
             file.write_bytes(png)
@@ -79,7 +88,9 @@ def main() -> int:
 
 def drawn(names: Sequence[str]) -> Iterator[tuple[str, bytes]]:
     """Each picture with its PNG, from the examples run once each."""
-    files = {name: Path(SHOWN.get(name, "design-point/report")) for name in names}
+    if BENCH in names:
+        yield BENCH, bench()
+    files = {name: Path(SHOWN.get(name, "design-point/report")) for name in names if name != BENCH}
     with TemporaryDirectory() as folder:
         for example in dict.fromkeys(file.parent.name for file in files.values()):
             command, *words = COMMANDS[example]
@@ -91,6 +102,26 @@ def drawn(names: Sequence[str]) -> Iterator[tuple[str, bytes]]:
                 yield name, compiler.compile(FIRST_PAGE, format="png", ppi=70.0)
             else:
                 yield name, Path(folder, f"{file}.png").read_bytes()
+
+
+def bench() -> bytes:
+    """The bench with a design that falls short, as a browser shows it."""
+    root = EXAMPLES.parent
+    sys.path += [str(root / "tests"), str(root / "tests" / "bench")]
+    from browser import Browser
+    from serving import serving
+
+    folder = mkdtemp()  # Chromium ends after us, and writes to its profile until then
+    with serving(EXAMPLES / "inclined.yaml", Path(folder), *BENCH_OPTIONS) as served:
+        browser = Browser(Path(folder) / "profile")
+        browser.look(1440)
+        browser.visit(served.address)
+        while not browser.run(SETTLED):
+            sleep(0.1)
+        png = browser.look(1440)
+        browser.end()
+    rmtree(folder, ignore_errors=True)
+    return png
 
 
 def difference(new: bytes, old: bytes) -> str:

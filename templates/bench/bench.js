@@ -57,6 +57,7 @@ const FIGURES = {
 };
 
 export function mount(root, start, backend) {
+  const file = start.name.replace(/^.*[\\/]/, "");
   const controls = new Map(start.controls.map((control) => [control.path, control]));
   let state = backend.recalled(), history = [state], at = 0;
   let answer = null, finding = null, kept = null, ended = false;
@@ -619,7 +620,7 @@ export function mount(root, start, backend) {
   const swap = make("button", { type: "button", click: () => { const other = { state, answer }; set(kept.state, true); kept = other; drawNumbers(); drawFigure(); } }, "Change places with A");
   const showKept = () => { keep.textContent = kept ? "Drop A" : "Keep this as A"; swap.hidden = !kept; };
   const told = make("p", { class: "told", role: "status" });
-  const name = make("input", { type: "text", "aria-label": "Name of the scenario to save", value: `${start.name.replace(/^.*[\\/]/, "").replace(/\.[^.]*$/, "").replace(/[^\w .-]/g, "") || "design"}-2` });
+  const name = make("input", { type: "text", "aria-label": "Name of the scenario to save", value: `${file.replace(/\.[^.]*$/, "").replace(/[^\w .-]/g, "") || "design"}-2` });
   const saveAs = async (kind) => {
     told.textContent = kind === "report" ? "The report is being written …" : "";
     const found = await ask(kind, { name: name.value }, (what) => { told.textContent = `${what} …`; });
@@ -655,10 +656,10 @@ export function mount(root, start, backend) {
     card("plane", "Map of two inputs", make("div", { class: "choose" }, make("label", {}, "Across ", across), make("label", {}, " up ", upwards)), field, planeNote));
   const head = make("div", { class: "head" }, verdict, make("section", { class: "card moving", "aria-label": "Device in motion" }, sketch, play));
   const findings = make("section", { class: "findings", "aria-label": "Findings" },
-    card("motion", "At the design point", numbers), card("margins", "Nearest ends of stable motion", marginTable), card("criteria", "Requirements", criteria), card("changes", "What to change", todo),
+    card("changes", "What to change", todo), card("criteria", "Requirements", criteria), card("motion", "At the design point", numbers), card("margins", "Nearest ends of stable motion", marginTable),
     card("facts", "Questions and answers", facts), card("alerts", "Alerts", alerts), card("left", "Not worked out here", make("details", {}, make("summary", {}, "What, and why"), leftOut)));
   root.classList.add("bench");
-  root.replaceChildren(make("header", {}, make("h1", {}, start.title), make("p", { class: "hint" }, `${start.name}, vireport ${start.version}`), actions, told), gone, message, make("div", { class: "columns" }, head, inputs, figures, findings));
+  root.replaceChildren(make("header", {}, make("h1", {}, start.title), make("p", { class: "hint" }, `${file}, vireport ${start.version}`), actions, told), gone, message, make("div", { class: "columns" }, head, inputs, figures, findings));
   showHistory();
   showKept();
   drawPlay();

@@ -32,7 +32,7 @@ Axes = tuple[str, str]
 Ranges = tuple[tuple[float, float], tuple[float, float]]
 
 
-class Question(Struct, frozen=True):
+class Asked(Struct, frozen=True):
     """What a page asks.
 
     Attributes

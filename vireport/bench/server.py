@@ -25,7 +25,7 @@ import msgspec
 from markupsafe import Markup, escape
 
 from vireport.base import UsageError, VireportError
-from vireport.bench.jobs import Question, Slow, Worker
+from vireport.bench.jobs import Asked, Slow, Worker
 from vireport.bench.session import NAME, Opened, first, job_of, margins, refusal, save, start_data
 from vireport.wording import TEMPLATES, environment_of
 
@@ -97,18 +97,18 @@ class Bench:
         template = environment_of(None, lambda value: str(escape(value))).get_template("bench/page.html.j2")
         return template.render(title=self.known.name, start=Markup(start)).encode()
 
-    def quick(self, kind: str, asked: Question) -> dict[str, Any]:
+    def quick(self, kind: str, asked: Asked) -> dict[str, Any]:
         """What a hand waits for."""
         if kind == "save":
             return {"saved": str(save(self.known, asked.state, asked.name, self.folder))}
         self._worker(asked.page).drop()
         return first(self.known, asked.state) if kind == "first" else margins(self.known, asked.state)
 
-    def slow(self, kind: Slow, asked: Question) -> Iterator[dict[str, Any]]:
+    def slow(self, kind: Slow, asked: Asked) -> Iterator[dict[str, Any]]:
         """What follows when the hand rests."""
         yield from self._worker(asked.page).answers(job_of(self.known, kind, asked))
 
-    def report(self, asked: Question) -> Iterator[dict[str, Any]]:
+    def report(self, asked: Asked) -> Iterator[dict[str, Any]]:
         """Save a scenario, and run it as anybody else would."""
         path = save(self.known, asked.state, asked.name, self.folder)
         yield {"progress": f"writing the report of {path}"}
@@ -225,14 +225,14 @@ class _Handler(BaseHTTPRequestHandler):
         else:
             raise Refused(HTTPStatus.NOT_FOUND)
 
-    def _question(self) -> Question:
+    def _question(self) -> Asked:
         length = self.headers.get("Content-Length", "")
         if not length.isascii() or not length.isdigit():
             raise Refused(HTTPStatus.LENGTH_REQUIRED)
         if len(length) > 9 or int(length) > LARGEST_QUESTION:
             raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
         try:
-            return msgspec.json.decode(self.rfile.read(int(length)), type=Question)
+            return msgspec.json.decode(self.rfile.read(int(length)), type=Asked)
         except (msgspec.DecodeError, RecursionError) as error:
             raise Refused(HTTPStatus.BAD_REQUEST) from error
 

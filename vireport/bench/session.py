@@ -13,7 +13,7 @@ from msgspec import Struct, to_builtins
 from vireport.base import ScenarioError, UsageError, VireportError, __version__, writable, write_new
 from vireport.bench.answers import first_answer, margins_answer, solution_without_margins
 from vireport.bench.controls import CHOICES, controls_of, ends_of
-from vireport.bench.jobs import Job, Question, Slow
+from vireport.bench.jobs import Asked, Job, Slow
 from vireport.design import Solution
 from vireport.scenario import (
     DesignInput,
@@ -146,7 +146,7 @@ def margins(known: Opened, state: State) -> dict[str, Any]:
     return margins_answer(solution)
 
 
-def job_of(known: Opened, kind: Slow, asked: Question) -> Job:
+def job_of(known: Opened, kind: Slow, asked: Asked) -> Job:
     """What is slow of a state, for the process that answers it."""
     return Job(kind, known.text, known.name, known.over(asked.state), asked.axes, asked.ranges)
 

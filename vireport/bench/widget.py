@@ -11,7 +11,7 @@ import msgspec
 import traitlets
 
 from vireport.base import VireportError
-from vireport.bench.jobs import Question, Slow, Worker
+from vireport.bench.jobs import Asked, Slow, Worker
 from vireport.bench.session import Opened, first, job_of, loaded_of, margins, refusal, start_data
 from vireport.scenario import Loaded
 from vireport.wording import TEMPLATES
@@ -58,7 +58,7 @@ class BenchWidget(anywidget.AnyWidget):
 
     def _heard(self, _: Any, content: dict[str, Any], buffers: Any) -> None:
         number, kind = content["number"], content["kind"]
-        asked = msgspec.convert(content["question"], Question)
+        asked = msgspec.convert(content["question"], Asked)
         if kind in set(Slow):
             self._worker.drop()
             threading.Thread(target=self._slowly, args=(number, Slow(kind), asked), daemon=True).start()
@@ -69,7 +69,7 @@ class BenchWidget(anywidget.AnyWidget):
             answer = refusal(error)
         self.send({"number": number, "answer": answer})
 
-    def _slowly(self, number: int, kind: Slow, asked: Question) -> None:
+    def _slowly(self, number: int, kind: Slow, asked: Asked) -> None:
         job = job_of(self._known, kind, asked)
         with suppress(RuntimeError):  # whose traceback the process has printed
             for told in self._worker.answers(job):

@@ -9,7 +9,7 @@ from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark
 from vireport.motions.generation import Rung, generation, impact_rate, ladder
 from vireport.motions.level_curve import sample
 from vireport.motions.motion import AT_ZERO, BESIDE, IMAGE, SAME, Motion, Symmetry
-from vireport.motions.one_to_one import BallPath, Motions, ball_path, impact_velocities, motions_of
+from vireport.motions.one_to_one import Motions, ball_path, impact_velocities, motions_of
 from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.paths import RANK, STEEPEST, Arc, Curve, Path, PathPoint, Trail, completed, follow
 from vireport.motions.periodicity import Model, Variation, Varied, linearised, residuals, trace, weighted_trace
@@ -64,7 +64,6 @@ __all__ = [
     "UNSTABLE",
     "Arc",
     "Atlas",
-    "BallPath",
     "Beginning",
     "BifurcationDiagram",
     "Branch",
