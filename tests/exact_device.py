@@ -92,7 +92,7 @@ def held_motions(device: Device) -> int:
             trace, determinant = exact.map_of(x[0], x[2], x[3])
         assert abs(trace - motions.trace[row]) <= bounds["trace"][row] + 1e-8 * abs(motions.trace[row])
         assert float(motions.determinant[row]) == pytest.approx(float(determinant), rel=1e-8)
-        if motions.stable[row]:
+        if motions.stable_mask[row]:
             rows, _ = follow_one(model, (BOTTOM, 0.0, v0, np.pi * t0), 20, compiled=False)
             assert rows[-1, VELOCITY] == pytest.approx(v0, abs=1e-6)
             assert rows[-1, PHASE] == pytest.approx(np.pi * t0, abs=1e-6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+import yaml
 from conftest import first
 
 import vireport
@@ -96,6 +98,14 @@ def test_the_package_lists_its_public_names() -> None:
     assert all(getattr(vireport, name) for name in vireport.__all__)
 
 
+def test_checkers_of_types_are_told_of_every_public_name() -> None:
+    """What is imported when it is first asked for is unknown to them; a marker says that the package has types."""
+    tree = ast.parse(text_of(ROOT / "vireport" / "__init__.py"))
+    (told,) = [node.body for node in tree.body if isinstance(node, ast.If) and isinstance(node.test, ast.Name)]
+    assert sorted(alias.name for node in told for alias in node.names) == sorted(vireport.__all__)
+    assert (ROOT / "vireport" / "py.typed").exists()
+
+
 def imported_by(*arguments: str) -> set[str]:
     """Modules loaded when the command line has run."""
     code = (
@@ -166,3 +176,16 @@ def test_an_install_command_names_an_extra_that_brings_the_package() -> None:
     for package, extra in EXTRAS.items():
         assert any(re.match(rf"{package.split('.')[0]}\b", requirement) for requirement in extras[extra]), package
         assert f"vireport[{extra}]" in install_command(package)
+
+
+def test_what_is_cited_is_this_version() -> None:
+    cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
+    project = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]
+    assert cited["version"] == vireport.__version__
+    assert (cited["title"], cited["abstract"]) == (project["name"], project["description"])
+    assert (cited["license"], cited["keywords"]) == (project["license"], project["keywords"])
+    assert cited["authors"][0]["name"].removeprefix("The ") in text_of(ROOT / "LICENSE")
+    (paper,) = cited["references"]
+    told = " ".join(text_of(ROOT / "README.md").split())
+    names = [f"{author['given-names']} {author['family-names']}" for author in paper["authors"]]
+    assert all(name in told for name in (*names, paper["title"], f"{paper['journal']} ({paper['year']})"))

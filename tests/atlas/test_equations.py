@@ -109,8 +109,8 @@ def test_turning_points_tell_motions_from_solutions_that_pass_through_a_membrane
             velocity = np.array([m.velocity_bottom[row], m.velocity_top[row]])
             motion = Motion(Word((1, -1), 1), velocity, time, float(m.d[row]))
             gaps = [turn.gap for turn in turns(motion, Groups(float(m.d[row]), gbar, m.restitution))]
-            assert all(gap > 0 for gap in gaps) == m.admissible[row]
-            decided.append(bool(m.admissible[row]))
+            assert all(gap > 0 for gap in gaps) == m.admissible_mask[row]
+            decided.append(bool(m.admissible_mask[row]))
     assert {True, False} == set(decided)
 
 

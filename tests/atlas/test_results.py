@@ -113,7 +113,7 @@ def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(st
     }
     assert [row["wall"] for row in mine[:3]] == ["bottom", "bottom", "top"]
     assert [float(row["velocity"]) for row in mine] == family.velocity.ravel().tolist()
-    assert [row["stable"] == "true" for row in mine[::3]] == family.stable.tolist()
+    assert [row["stable"] == "true" for row in mine[::3]] == family.stable_mask.tolist()
     unit = float(study.solution.device.velocity_unit("length_m", 0.0))
     for row in mine[:3]:
         volts = generated_voltage(np.array([unit * float(row["velocity"])]), study.solution.membrane)
@@ -121,11 +121,13 @@ def test_the_table_of_motions_ends_with_a_row_for_each_impact_of_the_families(st
 
 
 def test_families_of_1_1_motions_generate_what_the_branches_do(study):
-    branch = max(study.solution.branches, key=lambda branch: branch.motions.sweep_value[branch.motions.stable].max())
-    (family,) = [f for f in study.atlas.families if f.word.letters == "BT" and f.stable[-1]]
+    branch = max(
+        study.solution.branches, key=lambda branch: branch.motions.sweep_value[branch.motions.stable_mask].max()
+    )
+    (family,) = [f for f in study.atlas.families if f.word.letters == "BT" and f.stable_mask[-1]]
     volts = generation(family, study.solution.membrane).average_v
     order = np.argsort(branch.motions.sweep_value)
-    value, average = branch.motions.sweep_value[order], branch.voltages.average_v[order]
+    value, average = branch.motions.sweep_value[order], branch.voltages_by_motion.average_v[order]
     np.testing.assert_allclose(volts, np.interp(family.sweep_value, value, average), rtol=1e-3)
 
 
@@ -144,7 +146,7 @@ def test_the_ladder_has_the_best_of_each_word(study):
     assert list(rungs.values()) == sorted(rungs.values(), key=lambda rung: -rung.per_second_v)
     for (word, periods), rung in rungs.items():
         families = [f for f in study.atlas.families if (f.word.letters, f.word.periods) == (word, periods)]
-        volts = [generation(f, membrane).impacts_v[row] for f in families for row in np.flatnonzero(f.stable)]
+        volts = [generation(f, membrane).impacts_v[row] for f in families for row in np.flatnonzero(f.stable_mask)]
         assert rung.average_v == pytest.approx(max(map(np.mean, volts)))
         assert rung.per_second_v == pytest.approx(max(map(np.sum, volts)) * 2.5 / periods)
         assert rung.impacts_per_s == (2.5 * len(word) / periods,) * 2

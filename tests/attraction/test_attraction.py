@@ -80,7 +80,7 @@ def stable(
     """A device with its first stable motion, and the region about that."""
     of = device(force, length, beta, restitution)
     found, _, _ = motions_at(of, Parameter.LENGTH)
-    groups, row = of.groups(Parameter.LENGTH, length).as_floats(), int(np.flatnonzero(found.stable)[0])
+    groups, row = of.groups(Parameter.LENGTH, length).as_floats(), int(np.flatnonzero(found.stable_mask)[0])
     motion = motion_at(found, row, 1)
     trap = trap_of(groups, motion, True)
     assert trap is not None
@@ -138,7 +138,7 @@ def test_no_region_about_an_unstable_motion_contracts() -> None:
     found, _, _ = motions_at(beyond, Parameter.LENGTH)
     groups = beyond.groups(Parameter.LENGTH, 0.75).as_floats()
     metrics = np.eye(2), stable(5.2)[2].metric
-    for row in np.flatnonzero(found.admissible & ~found.stable):
+    for row in np.flatnonzero(found.admissible_mask & ~found.stable_mask):
         motion = motion_at(found, int(row), 1)
         assert trap_of(groups, motion, True) is None
         for metric in metrics:
@@ -745,7 +745,7 @@ def test_a_ball_that_the_top_membrane_releases_is_proved_to_take_the_way_that_is
     flat = device(5.0, 0.5554, 0.0)
     found, _, _ = motions_at(flat, Parameter.LENGTH)
     groups = flat.groups(Parameter.LENGTH, 0.5554).as_floats()
-    traps = [trap_of(groups, motion_at(found, int(row), 1), True) for row in np.flatnonzero(found.stable)]
+    traps = [trap_of(groups, motion_at(found, int(row), 1), True) for row in np.flatnonzero(found.stable_mask)]
     ends = {wall: reaches(flat, [trap for trap in traps if trap is not None], wall=wall)[0] for wall in (1, -1)}
     for wall, time in ((1, 0.5), (-1, -0.5)):
         rows = followed(groups, wall, np.array([time]), np.zeros(1), 60)

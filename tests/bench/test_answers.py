@@ -89,7 +89,7 @@ def test_a_cell_of_the_plane_has_what_a_design_there_has(name: str) -> None:
         x, y = (low + (high - low) * (k + 0.5) / n for (low, high), k, n in zip(ranges, (i, j), PLANE, strict=True))
         here = device.with_values({DesignInput.INCLINATION: x, DesignInput.LENGTH: y})
         motions, *_ = motions_at(here, Parameter.LENGTH)
-        expected = STABLE if motions.stable.any() else UNSTABLE if motions.admissible.any() else NOTHING
+        expected = STABLE if motions.stable_mask.any() else UNSTABLE if motions.admissible_mask.any() else NOTHING
         assert cells[j, i] == expected
     assert set(np.unique(cells)) == {NOTHING, UNSTABLE, STABLE}
 

@@ -260,7 +260,7 @@ def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
                 orbit = orbits(arb(float(m.q[row])) - 0.5, arb(float(m.phi_bottom[row])), r, 1, ops)
                 proofs = [stays_between(way, None) for way in orbit.flights(r)]
                 assert None not in proofs
-                assert all(proofs) == bool(m.admissible[row]), (branch.number, row)
+                assert all(proofs) == bool(m.admissible_mask[row]), (branch.number, row)
                 decided[all(proofs)] += 1
     assert min(decided.values()) > 10
 

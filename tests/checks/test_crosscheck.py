@@ -90,7 +90,7 @@ def test_difference_counts_phases_around_the_circle(checked) -> None:
     study = checked["inclined"]
     attractor = study.crosscheck.found[-1][0]
     motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
-    row = int(np.nonzero(motions.stable)[0][0])
+    row = int(np.nonzero(motions.stable_mask)[0][0])
     turned = replace(motions, phi_bottom=motions.phi_bottom + 2 * np.pi)
     assert difference(attractor, turned, row) == pytest.approx(difference(attractor, motions, row), abs=1e-14)
 
@@ -99,7 +99,7 @@ def test_difference_sees_both_impacts_and_half_a_turn(checked) -> None:
     study = checked["inclined"]
     attractor = study.crosscheck.found[-1][0]
     motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
-    row = int(np.nonzero(motions.stable)[0][0])
+    row = int(np.nonzero(motions.stable_mask)[0][0])
     for name, k, change in (
         ("velocity_bottom", 0, 1e-3),
         ("velocity_top", 0, 1e-3),

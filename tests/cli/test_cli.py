@@ -153,6 +153,24 @@ def test_a_shell_completes_commands_and_the_options_of_run(words: str, next_word
     assert f'"{next_word}"' in shell.stdout
 
 
+def test_the_script_of_completion_is_printed() -> None:
+    """For the shell that asks."""
+    command = f"{sys.executable} -m vireport --show-completion; exit $?"
+    shell = subprocess.run(["bash", "-c", command], capture_output=True, text=True)
+    assert (shell.returncode, shell.stderr) == (0, "")
+    assert "_VIREPORT_COMPLETE=complete_bash" in shell.stdout
+    assert shell.stdout.rstrip().endswith("vireport")
+
+
+def test_completion_is_installed_where_the_shell_looks_for_it(tmp_path: Path) -> None:
+    command = f"{sys.executable} -m vireport --install-completion; exit $?"
+    home = {**os.environ, "HOME": str(tmp_path)}
+    shell = subprocess.run(["bash", "-c", command], capture_output=True, text=True, env=home)
+    assert (shell.returncode, shell.stderr) == (0, "")
+    (script,) = (path for path in tmp_path.rglob("*") if path.name.startswith("vireport"))
+    assert "_VIREPORT_COMPLETE=complete_bash" in script.read_text()
+
+
 @pytest.mark.parametrize("bad", SEVERAL, ids=lambda bad: bad.name)
 def test_a_broken_scenario_exits_with_2_and_no_traceback(
     bad, tmp_path: Path, capfd: pytest.CaptureFixture[str]

@@ -6,8 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
+from bad_scenarios import SEVERAL
 
 from vireport.cli import main
+from vireport.text import visible
 
 MAP = Path(__file__).resolve().parents[2] / "examples" / "maps" / "map.yaml"
 
@@ -207,3 +209,44 @@ def test_a_chart_says_what_is_wrong_with_its_inputs(over: str, message: str, exa
 def test_a_chart_needs_an_input_that_can_be_swept(over: str, pair: str, example, capsys) -> None:
     assert main(["chart", str(example("inclined")), "--over", over, "--set", "device.capsule=free"]) == 2
     assert pair in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("bad", SEVERAL, ids=lambda bad: bad.name)
+def test_mistakes_as_data_are_those_that_are_told(bad, tmp_path: Path, capfd) -> None:
+    path = tmp_path / "broken.yaml"
+    path.write_bytes(bad.text if isinstance(bad.text, bytes) else bad.text.encode("utf-8", "surrogatepass"))
+    assert main(["validate", str(path), "--json"]) == 2
+    out, err = capfd.readouterr()
+    assert err == ""
+    told = json.loads(out)
+    assert (told["valid"], told["kind"]) == (False, None)
+    assert main(["validate", str(path)]) == 2
+    parts = [(f"{of['file']}:{of['line']}", of["path"], of["message"]) for of in told["mistakes"]]
+    assert capfd.readouterr().err.splitlines() == [visible(": ".join(filter(None, part))) for part in parts]
+
+
+def test_a_mistake_on_the_command_line_is_in_no_file(example, capsys) -> None:
+    assert main(["validate", str(example("inclined")), "--json", "--set", "inclination_deg=100"]) == 2
+    ((mistake,),) = [json.loads(capsys.readouterr().out)["mistakes"]]
+    assert (mistake["file"], mistake["line"], mistake["path"]) == (None, None, "inclination_deg")
+    assert "a number from 0 to 90" in mistake["message"]
+
+
+@pytest.mark.parametrize(("file", "kind"), [(MAP, "map"), (MAP.parents[1] / "inclined.yaml", "scenario")])
+def test_a_valid_file_as_data(file: Path, kind: str, capsys) -> None:
+    assert main(["validate", str(file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"valid": True, "kind": kind, "mistakes": []}
+
+
+def test_a_file_that_is_not_there_is_no_mistake_in_it(capsys) -> None:
+    assert main(["validate", "nowhere.yaml", "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", "vireport: error: nowhere.yaml: no such file\n")
+
+
+def test_a_plan_as_data_has_what_results_say_of_it(example, study_of, capsys) -> None:
+    assert main(["plan", str(example("inclined")), "--json"]) == 0
+    steps = json.loads(capsys.readouterr().out)["steps"]
+    assert {step["step"]: step["runs"] for step in steps}["branches"] is True
+    left_out = [{key: step[key] for key in ("step", "what", "why")} for step in steps if not step["runs"]]
+    assert left_out == study_of("inclined").to_dict()["left_out"]

@@ -124,8 +124,10 @@ def test_the_largest_smallest_margin_is_best_and_numbers_are_those_of_the_studie
         design = place.study.solution.design
         ends = [abs(end.relative) for end in design.limits() if end.relative is not None]
         assert place.merits[Merit.MARGIN] == min(ends)
-        assert place.merits[Merit.VOLTAGE] == design.voltages.average_v[0]
-        assert place.merits[Merit.RATE] == 2 * 2.0 * design.voltages.average_v[0]  # two impacts a period of 2 Hz
+        assert place.merits[Merit.VOLTAGE] == design.voltages_by_motion.average_v[0]
+        assert (
+            place.merits[Merit.RATE] == 2 * 2.0 * design.voltages_by_motion.average_v[0]
+        )  # two impacts a period of 2 Hz
     assert "next inclination 15°" in inclinations().headline
     data = json.loads(json.dumps(inclinations().to_dict()["ranking"], allow_nan=False))
     assert [row["rank"] for row in data] == [1, 2, 3, 4, 5]
@@ -157,7 +159,7 @@ def test_scenarios_are_ranked_by_the_requirements_that_they_miss_and_the_sentenc
 def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
     def unresolved(restitution: float) -> Study:
         known = study("design-point", f"device.restitution={restitution}")
-        design = replace(known.solution.design, unresolved=(DesignInput.LENGTH,))
+        design = replace(known.solution.design, unresolved_inputs=(DesignInput.LENGTH,))
         return replace(known, solution=replace(known.solution, design=design))
 
     headline = compare([unresolved(0.5), unresolved(0.52)], names=("first", "second")).headline
@@ -203,8 +205,8 @@ def test_the_voltages_of_a_scenario_without_stable_motion_do_not_flatten_those_o
     pair = compare([study("inclined"), study("inclined", "inclination_deg=60")], names=("stable", "unstable"))
     overlay = compare_pictures(pair)[0]
     speeds, volts = (panel.get_ylim() for panel in overlay.figure.axes)
-    stable = study("inclined").solution.design.voltages.average_v[0] / 1e3
-    least = min(branch.voltages.average_v.min() / 1e3 for branch in pair.studies[1].solution.branches)
+    stable = study("inclined").solution.design.voltages_by_motion.average_v[0] / 1e3
+    least = min(branch.voltages_by_motion.average_v.min() / 1e3 for branch in pair.studies[1].solution.branches)
     assert least < 0.8 * stable < volts[0] < stable < volts[1] < 1.2 * stable
     assert speeds[0] < 4 < speeds[1]
     assert "No voltages where there is no stable motion: unstable" in overlay.caption
@@ -324,7 +326,7 @@ def test_a_scenario_without_a_design_point_comes_after_those_with_a_margin() -> 
 
 def test_of_two_stable_motions_the_one_with_less_voltage_counts() -> None:
     tilted = study("horizontal", "inclination_deg=1", "device.length_m=0.36")
-    volts = tilted.solution.design.voltages.average_v[tilted.solution.design.motions.stable]
+    volts = tilted.solution.design.voltages_by_motion.average_v[tilted.solution.design.motions.stable_mask]
     assert len(volts) == 2
     assert volts.min() < 0.999 * volts.max()
     both = compare([tilted, study("horizontal")])
@@ -362,7 +364,7 @@ def test_margins_and_voltages_are_those_of_the_studies() -> None:
         b1 = next(x.d for x in points if x.label == "B1")
         assert value == pytest.approx(100 * (b1 / float(study(name).solution.design.motions.d[0]) - 1), rel=1e-9)
     volts = row_of(three(), "U_ave of the stable")
-    assert volts.values == tuple(study(name).solution.design.voltages.average_v[0] for name in THREE)
+    assert volts.values == tuple(study(name).solution.design.voltages_by_motion.average_v[0] for name in THREE)
     highest, lowest = row_of(three(), "highest U_ave"), row_of(three(), "lowest U_ave")
     assert all(a > b for a, b in zip(highest.values, lowest.values, strict=True))
 
@@ -559,10 +561,10 @@ def test_a_column_draws_what_the_figure_of_its_scenario_draws() -> None:
 def test_a_row_holds_the_values_of_every_scenario() -> None:
     (figure,) = compare_figure(three(), "figure-7")
     low, high = panels(figure)[0][0]
-    volts = [branch.voltages.average_v / 1e3 for name in THREE for branch in study(name).solution.branches]
+    volts = [branch.voltages_by_motion.average_v / 1e3 for name in THREE for branch in study(name).solution.branches]
     branches = [branch for name in THREE for branch in study(name).solution.branches]
     for u, branch in zip(volts, branches, strict=True):
-        admissible = u[branch.motions.admissible]
+        admissible = u[branch.motions.admissible_mask]
         assert ((admissible > low) & (admissible < high)).all()
 
 
@@ -577,7 +579,7 @@ def test_scenarios_on_one_axis_are_drawn_in_the_order_of_their_ranks() -> None:
         assert (x[0], x[-1]) == (pytest.approx(0.4179595416, rel=1e-9), pytest.approx(0.498, rel=1e-9))
         design = study("inclined").solution.design
         at = float(design.motions.d[0])
-        value = {speed: 6.0518, voltage: design.voltages.average_v[0] / 1e3}[axes]
+        value = {speed: 6.0518, voltage: design.voltages_by_motion.average_v[0] / 1e3}[axes]
         assert np.interp(at, x, y) == pytest.approx(value, rel=1e-3)
 
 

@@ -42,7 +42,7 @@ def found(device: Device) -> tuple[Motions, tuple[Distortion, ...], Margin]:
 def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_digits(device: Device) -> None:
     motions, told, _ = found(device)
     assert [each.order for each in told] == [2, 3]
-    own = motions.stable & ((motions.u >= 0) | (device.inclination_deg > 0))
+    own = motions.stable_mask & ((motions.u >= 0) | (device.inclination_deg > 0))
     motion = motion_at(motions, int(np.argmax(own)), 1)
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for each in told:
@@ -129,7 +129,7 @@ def random_device(rng: np.random.Generator) -> Device | None:
         0.1245, rng.uniform(0.2, 0.7), 9.8, rng.uniform(0.15, 0.8), 3.0, rng.uniform(1.6, 2.6), rng.uniform(5, 85)
     )
     motions, _, _ = motions_at(device, Parameter.LENGTH)
-    return device if motions.stable.sum() == 1 else None
+    return device if motions.stable_mask.sum() == 1 else None
 
 
 def no_ray_is_shorter(seed: int, count: int, rays: int) -> None:

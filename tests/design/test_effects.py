@@ -134,7 +134,7 @@ def doubling_of_law(device: Device, exponent: float, speed_m_s: float, guess: np
 def test_a_law_of_the_speed_moves_the_end_as_the_raw_maps_say() -> None:
     """For both membranes one law, which is the given restitution at the mean impact speed of the design's motion."""
     design = design_point(PAPER, None)
-    row = np.flatnonzero(design.motions.stable)[0]
+    row = np.flatnonzero(design.motions.stable_mask)[0]
     unit = 3.0 / (2 * 0.1245 * 2.0)
     mean = unit * (design.motions.velocity_bottom[row] - design.motions.velocity_top[row]) / 2
     end = shifts(PAPER, design).end.point
@@ -166,7 +166,7 @@ def test_the_motion_that_ends_is_followed_and_not_another_one() -> None:
     device = replace(PAPER, inclination_deg=5.0, length_m=0.33)
     design = design_point(device, None)
     end = shifts(device, design).end
-    assert design.motions.stable.sum() == 2
+    assert design.motions.stable_mask.sum() == 2
     assert (end.parameter, end.event) == (DesignInput.RESTITUTION_BOTTOM, Event.FOLD)
     shift = of(device)[LeftOut.RESTITUTION_BOTTOM]
     assert (shift.value, shift.moved) == (pytest.approx(end.sweep_value, rel=1e-13), pytest.approx(0, abs=1e-13))
@@ -188,7 +188,7 @@ def test_motions_of_a_law_fulfil_its_equations() -> None:
         ((motion, u),) = with_law(law, stable_ones(device, motions))
         line = along(Line.LENGTHS, law, FLOATS)
         assert np.abs(residuals(motion.word, [*motion.velocity, *motion.time, 0.0], line)).max() < 1e-10
-        assert abs(u - motions.u[motions.stable][0]) < 0.05
+        assert abs(u - motions.u[motions.stable_mask][0]) < 0.05
 
 
 def test_an_end_at_a_large_restitution_is_where_the_simulation_has_it() -> None:

@@ -103,8 +103,8 @@ def test_only_stable_motions_are_followed_and_from_the_least_inclination_upwards
     """A horizontal capsule's two symmetric motions, which are no mirror images of each other any more as it tilts."""
     solution = solved("horizontal", device__length_m=0.5554, excitation__amplitude_n=5.0)
     here, highs = solution.design.motions, []
-    assert set(here.stable) == {True, False}
-    for row, stable in enumerate(here.stable):
+    assert set(here.stable_mask) == {True, False}
+    for row, stable in enumerate(here.stable_mask):
         found = followed_motion(solution.device, motion_at(here, row, 1), DesignInput.INCLINATION)
         assert (found is not None) == stable
         if found is not None:

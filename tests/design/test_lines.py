@@ -29,7 +29,7 @@ def random_devices(count: int) -> Iterator[Device]:
         restitution = Restitutions(bottom, top) if seen % 3 == 2 else bottom
         length, frequency = rng.uniform(0.1, 0.8), rng.uniform(1.6, 2.6)
         device = Device(0.1245, restitution, 9.8, length, 3.0, frequency, angle if seen else 0.0)
-        if motions_at(device, Parameter.LENGTH)[0].stable.any():
+        if motions_at(device, Parameter.LENGTH)[0].stable_mask.any():
             seen += 1
             yield device
 

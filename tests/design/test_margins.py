@@ -56,7 +56,7 @@ def stable_devices(count: int, seed: int) -> list[tuple[Device, Any]]:
                 mass = 0.2 * sweep.device.capsule_mass_kg
                 device = replace(sweep.device, capsule=kind, ball_mass_kg=mass)
                 design = design_point(device, None)
-                if design.motions.stable.any():
+                if design.motions.stable_mask.any():
                     kind = next(kinds)
                     yield device, design
 
@@ -124,7 +124,7 @@ def goes_on(device: Device, varied: DesignInput, to: float) -> bool:
 def test_stable_motion_goes_on_up_to_the_end_and_not_beyond(part: int) -> None:
     """A search among all solutions at many values finds the motion up to just before the end, and not just after."""
     for device, design in stable_devices(1 if part == 0 else 6, 1000 * part):
-        assert not design.unresolved
+        assert not design.unresolved_inputs
         for varied, end in ((v, e) for v in DesignInput for e in ends(design, v) if e is not None):
             place, little = (end.point.closed.u, end.point.closed.phi_bottom), 1e-6 * end.distance
             assert goes_on(device, varied, end.sweep_value - little), (device, end)

@@ -146,11 +146,11 @@ def test_motions_part_at_a_pitchfork_on_the_way_to_the_law() -> None:
     """Symmetric for a constant restitution, asymmetric and stable with the law: each with its mirror image."""
     device = replace(LEVEL, length_m=0.4, restitution=SpeedLaw(0.5, 0.5, -0.2, 6.0))
     plain, *_ = motions_at(constant(device), Parameter.LENGTH)
-    assert plain.stable.any()
+    assert plain.stable_mask.any()
     motions, families, _ = motions_at(device, Parameter.LENGTH)
     assert not plain.u.any()
     first, second = (k for k, family in enumerate(families) if family is Symmetry.ASYMMETRIC)
-    assert motions.stable.tolist() == [True, True, False, False]
+    assert motions.stable_mask.tolist() == [True, True, False, False]
     assert motions.u[first] == pytest.approx(-motions.u[second], rel=1e-12)
     assert motions.velocity_bottom[first] == pytest.approx(-motions.velocity_top[second], rel=1e-12)
 

@@ -304,7 +304,7 @@ def test_the_worst_device_is_a_scenario_without_stable_motion(example, tmp_path)
     worst = loads(text).scenario
     assert (worst.device.length_m, worst.excitation.frequency_hz) == pytest.approx((0.644, 1.96))
     assert worst.excitation.amplitude_n == pytest.approx(3.03)
-    assert not analyse(loads(text)).solution.design.motions.stable.any()
+    assert not analyse(loads(text)).solution.design.motions.stable_mask.any()
     design, share = device(example, "design-point"), outcome["worst"]["share"]
     widths = {DesignInput.LENGTH: 0.056, DesignInput.FREQUENCY: 0.04, DesignInput.AMPLITUDE: 0.03}
     for factor, stable in ((0.9999, True), (1.0001, False)):
@@ -358,7 +358,7 @@ def test_ranges_are_those_of_velocity_and_voltage(example) -> None:
     for length in (0.693, 0.707):
         solution = analyse(load(example("design-point"), {"device.length_m": length}), ["json"]).solution
         speed = solution.design.motions.velocity_bottom[0] * solution.device.velocity_unit(Parameter.LENGTH, length)
-        ends.append((speed, solution.design.voltages.average_v[0]))
+        ends.append((speed, solution.design.voltages_by_motion.average_v[0]))
     for (low, high), key in zip(np.sort(np.transpose(ends)), ("velocity_bottom_m_s", "u_ave_v"), strict=True):
         span = high - low
         assert low <= ranges[key]["least"] <= low + 1e-3 * span

@@ -83,7 +83,7 @@ def test_a_failing_device_between_the_ends_is_found_though_these_work() -> None:
     assert set(stable_motions(ends)[0]) == {0, 1, 2}
     assert found.answer is Answer.REFUTED
     worst = device.with_values(found.worst.values)
-    assert not motions_at(worst, Parameter.LENGTH)[0].stable.any()
+    assert not motions_at(worst, Parameter.LENGTH)[0].stable_mask.any()
     assert 0.5 < found.sampled.stable / 256 < 0.95
     # Stable motion ends first there: farther on all of the window lies.
     ends = (x.distance for x in design_point(device, None).endings() if x.parameter is DesignInput.LENGTH)
@@ -108,7 +108,7 @@ def test_random_devices_are_those_of_40_digits() -> None:
             trace, determinant = exact.map_of(x[0], x[2], x[3])
         assert abs(trace) < 1 + determinant  # both multipliers are within the unit circle
         stable = motions_at(one, Parameter.LENGTH)[0]
-        assert float(trace) == pytest.approx(float(stable.trace[stable.stable][0]), rel=1e-9)
+        assert float(trace) == pytest.approx(float(stable.trace[stable.stable_mask][0]), rel=1e-9)
 
 
 @pytest.mark.slow
@@ -118,7 +118,7 @@ def test_random_devices_are_judged_as_each_is_by_itself() -> None:
     widths = {varied: 3 * width for varied, width in WIDTHS.items()}
     devices = devices_off(device, widths, sample_steps(len(widths), UNIFORM, 16))
     cell, _ = stable_motions(devices)
-    judged = [bool(motions_at(one_of(devices, row), Parameter.LENGTH)[0].stable.any()) for row in range(16)]
+    judged = [bool(motions_at(one_of(devices, row), Parameter.LENGTH)[0].stable_mask.any()) for row in range(16)]
     assert judged == [row in cell for row in range(16)]
     assert 2 < sum(judged) < 16
 

@@ -443,7 +443,7 @@ def test_of_stable_motions_that_many_starts_find_a_few_find_most() -> None:
     rng, common, told = np.random.default_rng(11), 0, 0
     while common < 3:
         device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
-        if motions_at(device, Parameter.LENGTH)[0].stable.any() or found(device, True).is_motion:
+        if motions_at(device, Parameter.LENGTH)[0].stable_mask.any() or found(device, True).is_motion:
             continue
         groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
         starts = random_starts(groups.d, start_speed(groups.restitution), 20, 5)

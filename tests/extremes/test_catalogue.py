@@ -190,7 +190,7 @@ FAULTS: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
     (
         "grazing: gap +1e-14",
         "a motion called inadmissible",
-        lambda answers: [(replace(m, admissible=~m.admissible), near, device) for m, near, device in answers],
+        lambda answers: [(replace(m, admissible_mask=~m.admissible_mask), near, device) for m, near, device in answers],
     ),
     ("simulation: flight, d = 1", "a flight time", lambda answer: nudged(answer, FLIGHT, 1e-11)),
     ("simulation: flight, gbar = 1", "a velocity", lambda answer: nudged(answer, VELOCITY, 1e-11)),

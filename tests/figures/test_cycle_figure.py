@@ -21,8 +21,8 @@ def drawn(*over: str):
 def test_the_areas_that_are_drawn_are_the_energies(over: list[str]) -> None:
     study, cycles = drawn(*over)
     design = study.solution.design
-    row = np.argmax(np.where(design.motions.stable, design.conversion.power_mw, 0))
-    energies = design.conversion.energy_bottom_j[row], design.conversion.energy_top_j[row]
+    row = np.argmax(np.where(design.motions.stable_mask, design.conversion_by_motion.power_mw, 0))
+    energies = design.conversion_by_motion.energy_bottom_j[row], design.conversion_by_motion.energy_top_j[row]
     for axes, energy, where in zip(cycles.figure.axes, energies, ("bottom", "top"), strict=True):
         assert axes.get_xlabel() == "charge [nC]"
         assert axes.get_ylabel() == ("voltage [kV]" if where == "bottom" else "")

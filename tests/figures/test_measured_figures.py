@@ -37,14 +37,14 @@ def study() -> Study:
 
 
 def stable_at(value: float):
-    branch = next(branch for branch in study().solution.branches if branch.motions.stable.any())
+    branch = next(branch for branch in study().solution.branches if branch.motions.stable_mask.any())
     motions = branch.motions
     order = np.argsort(motions.sweep_value)
     return lambda y: float(np.interp(value, motions.sweep_value[order], y[order]))
 
 
 def test_points_of_figure_2_are_on_the_branch_within_their_bars():
-    at, motions = stable_at(0.72), next(b.motions for b in study().solution.branches if b.motions.stable.any())
+    at, motions = stable_at(0.72), next(b.motions for b in study().solution.branches if b.motions.stable_mask.any())
     curves = (
         (speed, (np.abs(motions.velocity_bottom), np.abs(motions.velocity_top))),
         (lambda own: phase(own, 0.0), (motions.phi_bottom % TURN, motions.phi_top % TURN)),
@@ -77,7 +77,7 @@ def test_figures_2_and_4_draw_the_points_and_name_them():
 def test_eigenvalues_are_those_of_the_branch():
     panels = panel_marks(Task.FIGURE_4, drawing_of(study()), study().measured)
     design = study().solution.design.motions
-    row = int(np.flatnonzero(design.stable)[0])
+    row = int(np.flatnonzero(design.stable_mask)[0])
     (_, (delta,)), (_, values) = panels
     assert delta[0] == pytest.approx(design.discriminant[row], abs=0.01)
     assert sum(values)[0] == pytest.approx(design.trace[row], abs=0.01)

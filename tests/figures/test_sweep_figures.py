@@ -127,7 +127,7 @@ def test_only_admissible_motions_are_drawn(name: str) -> None:
     unit = 1e3  # kV
     for admissible in (True, False):
         for index, row in rows(study, admissible):
-            motions, volts = study.solution.branches[index].motions, study.solution.branches[index].voltages
+            motions, volts = study.solution.branches[index].motions, study.solution.branches[index].voltages_by_motion
             x = float(motions.d[row])
             expected = (
                 ((x, float(abs(motions.velocity_bottom[row]))), (x, float(abs(motions.velocity_top[row])))),

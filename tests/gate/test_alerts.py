@@ -131,13 +131,13 @@ def test_restitution_effect_is_the_derivative(study_of) -> None:
     study = study_of("inclined")
     effect = restitution_effect(study.solution.device, study.solution.design.motions)
     assert effect.lost_at is None
-    row = np.flatnonzero(study.solution.design.motions.stable)[0]
+    row = np.flatnonzero(study.solution.design.motions.stable_mask)[0]
     before = study.solution.design.motions.velocity_bottom[row]
     seen = []
     for r in (0.475, 0.525):
         text = study.loaded.document.text
         other = analyse(loads(text, overrides=[f"device.restitution={r}"])).solution.design.motions
-        seen.append(abs(other.velocity_bottom[np.flatnonzero(other.stable)[0]] / before - 1) / 0.05)
+        seen.append(abs(other.velocity_bottom[np.flatnonzero(other.stable_mask)[0]] / before - 1) / 0.05)
     assert effect.elasticity == pytest.approx(max(seen), rel=1e-9)
 
 
@@ -212,12 +212,12 @@ def stretches(*stable: Stability) -> tuple[SimpleNamespace, ...]:
 
 class Rows(SimpleNamespace):
     def __len__(self) -> int:
-        return len(self.stable)
+        return len(self.stable_mask)
 
 
 def design(count: int, stable: int = 0, **more: object) -> SimpleNamespace:
     flags = np.arange(count) < stable
-    motions = Rows(stable=flags, d=np.full(count, 0.5), wall_gap=0.009 + 5e-4 * np.arange(count))
+    motions = Rows(stable_mask=flags, d=np.full(count, 0.5), wall_gap=0.009 + 5e-4 * np.arange(count))
     families = (Symmetry.ASYMMETRIC,) * count
     of = {"motions": motions, "parameter": Parameter.LENGTH, "value": 0.7, "families": families, "endings": list}
     return SimpleNamespace(**of | more)
@@ -436,8 +436,8 @@ SAID = [
         {
             "solution": known(
                 design=SimpleNamespace(
-                    conversion=SimpleNamespace(field_v_m=np.array([2.5e7, 3.1e7, 9e7])),
-                    motions=SimpleNamespace(stable=np.array([True, True, False])),
+                    conversion_by_motion=SimpleNamespace(field_v_m=np.array([2.5e7, 3.1e7, 9e7])),
+                    motions=SimpleNamespace(stable_mask=np.array([True, True, False])),
                 ),
                 membrane=SimpleNamespace(dielectric=SimpleNamespace(breakdown_field_v_m=2e7)),
             )

@@ -50,7 +50,7 @@ def test_every_key_of_the_block_is_required_by_one_row() -> None:
 
 def volts(solution) -> dict[str, float]:
     """The voltages of the stable motions at the design point, each the worst of them."""
-    stable, x = solution.design.motions.stable, solution.design.voltages
+    stable, x = solution.design.motions.stable_mask, solution.design.voltages_by_motion
     return {
         "u_ave_at_least_v": float(x.average_v[stable].min()),
         "u_bottom_top_difference_at_most_v": float(np.abs(x.bottom_v - x.top_v)[stable].max()),
@@ -75,7 +75,7 @@ def test_voltages_on_both_sides_of_their_limit(name: str, key: str) -> None:
 def test_of_two_stable_motions_the_worst_is_judged() -> None:
     two = {"inclination_deg": 1.0, "device__length_m": 0.36}
     solution = solved("horizontal", **two)
-    x, stable = solution.design.voltages, solution.design.motions.stable
+    x, stable = solution.design.voltages_by_motion, solution.design.motions.stable_mask
     for values in (x.average_v, x.bottom_v - x.top_v, x.deflection_m):
         assert np.ptp(values[stable]) > 1e-4 * values.max()
     for key, value in volts(solution).items():
@@ -91,8 +91,11 @@ ELECTRICAL = {f"device.membrane.{key}": value for key, value in DIELECTRIC.items
 @pytest.mark.parametrize("key", ["power_at_least_mw", "field_at_most_percent"])
 def test_power_and_field_on_both_sides_of_their_limit(key: str) -> None:
     x = solved("design-point", **ELECTRICAL).design
-    assert x.motions.stable.tolist() == [True, False]
-    value, least = (x.power_mw if key[0] == "p" else 1e-6 * x.field_v_m for x in [x.conversion]), key[0] == "p"
+    assert x.motions.stable_mask.tolist() == [True, False]
+    value, least = (
+        (x.power_mw if key[0] == "p" else 1e-6 * x.field_v_m for x in [x.conversion_by_motion]),
+        key[0] == "p",
+    )
     value = float(next(value)[0])
     for change in (-1e-9, 0.0, 1e-9):
         criterion = only("design-point", {key: value * (1 + change)}, **ELECTRICAL)
@@ -144,7 +147,7 @@ def test_margin_is_that_of_the_motion_that_ends_first() -> None:
     # Nearly horizontal, the stable motion at 0.42 m doubles its period at B2; the stable range goes on to B1, with
     # another motion that is not there at 0.42 m: it begins in the fold C1, near 0.375 m.
     solution = solved("horizontal", inclination_deg=1, device__length_m=0.42)
-    assert solution.design.motions.stable.sum() == 1
+    assert solution.design.motions.stable_mask.sum() == 1
     value = {point.label: point.sweep_value for point in solution.critical_points}
     assert value["B1"] == solution.stable_ranges[0].start < value["B2"] < value["C1"] < 0.42
     for at, below in ((0.42, ["B2"]), (0.36, ["C1", "B2", "B1"]), (0.40, ["B2"])):

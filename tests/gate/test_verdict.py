@@ -106,17 +106,17 @@ def test_stable_motions_are_counted_but_for_mirror_images(tilted, mirrored) -> N
 
 def test_voltages_are_of_stable_motions_alone(tilted) -> None:
     for solution in (tilted, solved("design-point")):  # which has an unstable motion besides
-        volts = solution.design.voltages.average_v[solution.design.motions.stable] / 1e3
+        volts = solution.design.voltages_by_motion.average_v[solution.design.motions.stable_mask] / 1e3
         ends = dict.fromkeys(f"{volt:.2f}" for volt in (volts.min(), volts.max()))
         assert fact(said(solution), Question.VOLTAGE).answer == "Outside the membrane model"
         wide = replace(solution, membrane=replace(solution.membrane, active_radius_m=1.0))
         assert re.findall(r"[\d.]+", fact(said(wide), Question.VOLTAGE).answer) == list(ends)
-        deep = solution.design.voltages.deflection_m[solution.design.motions.stable].max()
+        deep = solution.design.voltages_by_motion.deflection_m[solution.design.motions.stable_mask].max()
         assert f"{deep / solution.membrane.active_radius_m:.1f} times" in fact(said(solution), Question.VOLTAGE).detail
     light = solved("design-point", device__ball_mass_kg=1e-7)
     assert fact(said(light), Question.VOLTAGE).detail.endswith("inside the membrane model")
     swept = replace(tilted, design=None)
-    volts = np.concatenate([b.voltages.average_v[b.motions.stable] for b in swept.branches]) / 1e3
+    volts = np.concatenate([b.voltages_by_motion.average_v[b.motions.stable_mask] for b in swept.branches]) / 1e3
     swept = replace(swept, membrane=replace(swept.membrane, active_radius_m=1.0))
     numbers = [float(x) for x in re.findall(r"[\d.]+", fact(said(swept), Question.VOLTAGE).answer)]
     assert numbers == pytest.approx([volts.min(), volts.max()], rel=1e-3)
@@ -126,7 +126,7 @@ def test_the_stable_range_of_the_nearest_end_comes_first() -> None:
     point = solved("design-point")
     where, first = fact(said(point), Question.WHERE), point.design.endings()[0].parameter
     assert first.symbol in where.answer
-    assert len(where.detail.split("; ")) == len(point.design.stable) - 1
+    assert len(where.detail.split("; ")) == len(point.design.stable_ranges) - 1
 
 
 def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
@@ -156,7 +156,7 @@ def test_starts_that_end_elsewhere_are_cautioned_against_and_counted(study_of: C
 def test_the_deepest_of_all_stable_motions_is_held_against_the_membrane() -> None:
     def deflections(solution: Solution) -> np.ndarray:
         segments = ((branch, part) for branch in solution.branches for part in branch.family.segments if part.stable)
-        parts = [branch.voltages.deflection_m[part.first : part.last + 1] for branch, part in segments]
+        parts = [branch.voltages_by_motion.deflection_m[part.first : part.last + 1] for branch, part in segments]
         return np.concatenate(parts)
 
     solution = solved("inclined", device__length_m=None)
@@ -172,7 +172,7 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
         failed = check(passed=False, misses=(1,), phase_difference=phase, velocity_difference=velocity)
         assert "reaches 0.003 " in cause("VR020", Evidence(solution, failed))
     motions, unit = solution.design.motions, 3 / (2 * 0.1245 * 2)
-    slowest = unit * min(np.minimum(motions.velocity_bottom, -motions.velocity_top)[motions.stable])
+    slowest = unit * min(np.minimum(motions.velocity_bottom, -motions.velocity_top)[motions.stable_mask])
     share = 2 * float(contacts(np.array(slowest), solution.membrane, 0.5).duration)
     assert f"some {100 * share:.2g} % of the forcing period" in cause("VR011", Evidence(solution))
     for shift in (0.2, -0.2):
@@ -186,7 +186,7 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
     assert {"VR011", "VR013"} & {alert.code for alert in alerts(stiff)} == {"VR013"}
     membrane = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 2e7}
     charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
-    field = float(charged.design.conversion.field_v_m[charged.design.motions.stable].max())
+    field = float(charged.design.conversion_by_motion.field_v_m[charged.design.motions.stable_mask].max())
     assert f"{field:.3g} V/m, {field / 2e7:.3g} times" in cause("VR016", Evidence(charged))
 
 
@@ -200,7 +200,7 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
     ],
 )
 def test_a_range_is_too_narrow_by_the_tolerance_or_by_a_millionth(narrowest: float, over: dict[str, float]) -> None:
-    part = toleranced(sweep=None, **over).design.stable[0]
+    part = toleranced(sweep=None, **over).design.stable_ranges[0]
     assert part.parameter == "length_m"
     assert [replace(part, start=2 - narrowest * share, end=2.0).settable for share in (0.999, 1.001)] == [False, True]
 

@@ -42,17 +42,17 @@ def test_every_cell_is_what_a_scenario_says() -> None:
     for row in random.Random(1).sample(table, 8):
         text = HELD.replace("restitution", f"length_m: {row['length_m']!r}, restitution")
         study = analyse(loads(f"{text}inclination_deg: {row['inclination_deg']!r}\n"), ("json",))
-        motions, volts = study.solution.design.motions, study.solution.design.voltages
-        assert row["motions"] == motions.admissible.sum()
-        assert row["stable"] == motions.stable.sum()
+        motions, volts = study.solution.design.motions, study.solution.design.voltages_by_motion
+        assert row["motions"] == motions.admissible_mask.sum()
+        assert row["stable"] == motions.stable_mask.sum()
         if not row["motions"]:
             assert row["stability"] is row["q"] is row["u_ave_v"] is None
             continue
         compared += 1
-        same = np.flatnonzero(motions.admissible & (np.abs(motions.q - row["q"]) < 1e-9))
+        same = np.flatnonzero(motions.admissible_mask & (np.abs(motions.q - row["q"]) < 1e-9))
         i = int(same[np.argmin(np.abs(motions.phi_bottom[same] - row["phi_bottom_rad"]))])
         assert row["stability"] == motions.words[i]
-        assert bool(row["stable"]) == bool(motions.stable[i])
+        assert bool(row["stable"]) == bool(motions.stable_mask[i])
         for name in ("velocity_bottom", "velocity_top", "trace", "wall_gap"):
             assert row[name] == pytest.approx(getattr(motions, name)[i], rel=1e-9, abs=1e-9)
         assert row["u_ave_v"] == pytest.approx(volts.average_v[i], rel=1e-9)
@@ -124,9 +124,9 @@ def test_the_ball_weighs_on_a_free_capsule() -> None:
         given = {"device.ball_mass_kg": m, "excitation.amplitude_n": force, "device.capsule": "free"}
         study = analyse(loads(PRESCRIBED, overrides=[f"{key}={value}" for key, value in given.items()]), ())
         design = study.solution.design
-        assert row["stable"] == np.count_nonzero(design.motions.stable)
+        assert row["stable"] == np.count_nonzero(design.motions.stable_mask)
         if row["stable"]:
-            assert row["u_ave_v"] == pytest.approx(design.voltages.average_v[0], rel=1e-12)
+            assert row["u_ave_v"] == pytest.approx(design.voltages_by_motion.average_v[0], rel=1e-12)
     kinds = {row["ball_mass_kg"]: row["stable"] for row in whole(plan_of(FREE)).to_pylist() if row["amplitude_n"] == 3}
     assert kinds == {0.001: 1, 0.0041: 1, 0.03: 0}
 

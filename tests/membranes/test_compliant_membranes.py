@@ -170,7 +170,7 @@ def test_unlike_membranes_tend_to_the_rigid_motion_each_with_its_own_restitution
 def test_a_motion_of_two_forcing_periods_tends_to_the_rigid_one(study) -> None:
     device = replace(study.solution.device, period_ratio=2, length_m=1.654)
     motions = design_point(device, None).motions
-    (row,) = np.flatnonzero(motions.stable)
+    (row,) = np.flatnonzero(motions.stable_mask)
     model = compliant_model(device, Parameter.LENGTH, device.length_m, study.solution.membrane, K_STEEP)
     orbit = find_orbit(model, np.array([motions.velocity_bottom[row], motions.phi_bottom[row]]))
     assert orbit.bottom.velocity == pytest.approx(motions.velocity_bottom[row], abs=1e-3)

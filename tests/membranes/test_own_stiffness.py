@@ -202,10 +202,10 @@ def test_where_contacts_are_long_whatever_is_written(example) -> None:
 def test_the_newcomers_device_stays_within_its_membrane(example) -> None:
     study = analyse(load(example("stiff-membrane")))
     design = study.solution.design
-    stable, membrane = design.motions.stable, study.solution.membrane
+    stable, membrane = design.motions.stable_mask, study.solution.membrane
     assert study.solution.within_membrane
-    assert design.conversion.efficiency[stable].max() < 1
-    assert design.conversion.field_v_m[stable].max() < membrane.dielectric.breakdown_field_v_m
+    assert design.conversion_by_motion.efficiency[stable].max() < 1
+    assert design.conversion_by_motion.field_v_m[stable].max() < membrane.dielectric.breakdown_field_v_m
     assert study.verdict.status == "good"
     assert re.search(r"U_ave = [\d.]+ V\.$", study.verdict.headline)
     assert {alert.severity for alert in study.alerts} <= {"note"}

@@ -90,5 +90,5 @@ def test_a_motion_that_touches_a_membrane_is_none_and_one_that_comes_to_rest_on_
                 if point is not None and point.event is Event.GRAZING:
                     kinds.add(point.rest is not None)
                     assert (branch.motions.wall_gap[row] > 0) == (point.rest is not None)
-                    assert not branch.motions.admissible[row] or point.rest is not None
+                    assert not branch.motions.admissible_mask[row] or point.rest is not None
     assert kinds == {False, True}

@@ -44,7 +44,7 @@ def test_any_scenario_is_answered_or_refused(tree: dict) -> None:
         # Towards r = 1 motions attract so slowly that the budget of impacts may end first.
         assert study.crosscheck.passed or loaded.scenario.device.restitution > 0.99, study.crosscheck.misses
     designs = () if study.solution.design is None else (study.solution.design,)
-    for volts in (source.voltages for source in (*study.solution.branches, *designs)):
+    for volts in (source.voltages_by_motion for source in (*study.solution.branches, *designs)):
         if volts is not None:
             for name in ("bottom_v", "top_v", "average_v", "deflection_m"):
                 assert np.all(np.isfinite(getattr(volts, name)) & (getattr(volts, name) >= 0)), name
@@ -71,13 +71,13 @@ def check(m: Motions, bound: dict[str, np.ndarray], n: int) -> None:
         assert np.all(np.isfinite(getattr(m, name))), name
     assert all(np.all(b >= 0) for b in bound.values())
     # What is no motion anyway may end a hair beyond where an impact loses its velocity.
-    slack = np.where(m.admissible, 1e-14, 1e-9)
+    slack = np.where(m.admissible_mask, 1e-14, 1e-9)
     assert np.all(m.velocity_bottom >= -bound["velocity_bottom"] - slack)
     assert np.all(m.velocity_top <= bound["velocity_top"] + slack)
     assert np.all((m.d > 0) & (m.q >= 0) & (m.q <= 1) & (m.wall_gap <= m.d))
-    assert not np.any(m.admissible & (m.wall_gap <= 0))
+    assert not np.any(m.admissible_mask & (m.wall_gap <= 0))
     r = m.restitution
-    assert np.all(np.abs(m.trace[m.stable]) <= 1 + r**4 + bound["trace"][m.stable])
+    assert np.all(np.abs(m.trace[m.stable_mask]) <= 1 + r**4 + bound["trace"][m.stable_mask])
     # det DP = r^4, and the impacts take what gravity gives: (3.8).
     fast = np.minimum(m.velocity_bottom, -m.velocity_top) > 1e-2
     determinant = return_determinant(orbits(m.u[fast], m.phi_bottom[fast], r, n), r)

@@ -46,8 +46,8 @@ def _check(sweep: Sweep, m: Motions) -> None:
     assert np.all((m.velocity_bottom > -1e-12) & (m.velocity_top < 1e-12) & (m.d > 0))
     assert np.all((m.q > 0) & (m.q < 1))
     assert np.all(m.wall_gap <= m.d * (1 + 1e-12))
-    assert not np.any(m.admissible & (m.wall_gap <= 0))
-    assert np.all(np.abs(m.trace[m.stable]) <= (1 + m.restitution**4) * (1 + 1e-9))
+    assert not np.any(m.admissible_mask & (m.wall_gap <= 0))
+    assert np.all(np.abs(m.trace[m.stable_mask]) <= (1 + m.restitution**4) * (1 + 1e-9))
 
 
 def _check_design(sweep: Sweep, solution: BifurcationDiagram) -> None:

@@ -18,7 +18,7 @@ PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 def test_the_ball_flies_from_membrane_to_membrane_and_comes_back(name: str) -> None:
     solution = study(name).solution
     motions, n = solution.design.motions, solution.device.period_ratio
-    row = int(np.argmax(motions.stable))
+    row = int(np.argmax(motions.stable_mask))
     path = ball_path(solution.device, solution.parameter, motions, row)
     time, distance = path.time, path.distance
     half = len(time) // 2
@@ -40,7 +40,7 @@ def test_the_ball_flies_from_membrane_to_membrane_and_comes_back(name: str) -> N
 )
 def test_the_capsule_is_moved_by_the_force_and_by_the_ball_where_it_is_free(device: Device) -> None:
     motions, *_ = motions_at(device, Parameter.LENGTH)
-    row = int(np.argmax(motions.stable))
+    row = int(np.argmax(motions.stable_mask))
     path, mu = ball_path(device, Parameter.LENGTH, motions, row), device.mass_ratio
     gravity = float(device.groups(Parameter.LENGTH, device.length_m).gbar) / (1 + mu)
     half = len(path.time) // 2

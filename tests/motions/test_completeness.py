@@ -70,7 +70,7 @@ def test_every_motion_of_a_scan_is_found(seed: int) -> None:
 def test_small_inclination_has_two_families_and_large_has_fewer_stable_ones() -> None:
     def stable(angle: float) -> int:
         device = Device(0.1245, 0.5, 9.8, 0.33, 3.0, 2.0, angle)
-        return int(design_point(device, solve(Sweep(device, Parameter.LENGTH, 0.4, 0.5))).motions.stable.sum())
+        return int(design_point(device, solve(Sweep(device, Parameter.LENGTH, 0.4, 0.5))).motions.stable_mask.sum())
 
     assert stable(0.01) == 2
     assert stable(45.0) <= 1
@@ -85,7 +85,7 @@ def test_nearly_symmetric_branch_of_a_nearly_horizontal_capsule_is_found(angle: 
     near = [
         (m.q[row] - 0.5, m.velocity_bottom[row])
         for m in (branch.motions for branch in solution.branches)
-        for row in np.nonzero(m.stable & (m.d > 0.39) & (m.d < 0.41))[0]
+        for row in np.nonzero(m.stable_mask & (m.d > 0.39) & (m.d < 0.41))[0]
     ]
     symmetric = flat.branches[0].motions
     expected = np.interp(0.4, symmetric.d, symmetric.velocity_bottom)

@@ -90,7 +90,7 @@ def ratios_of(solution: Solution, chosen: int) -> dict[str, list[float]]:
             else:
                 exact = exact_row(sweep, m, row, MEMBRANE)
             for name, bound in bounds.items():
-                stored = getattr(branch.voltages if name in OF_IMPACTS else m, name)[row]
+                stored = getattr(branch.voltages_by_motion if name in OF_IMPACTS else m, name)[row]
                 away = error_of(stored, exact[name], name)
                 assert away <= bound[row], (sweep, branch.number, row, name, away, bound[row])
                 if away > 0 and np.isfinite(bound[row]):
@@ -128,7 +128,7 @@ def test_bounds_hold_at_the_ends_of_sweeps_next_to_horizontal(parameter: Paramet
     assert ratios_of(solution, 0)["average_v"]
     for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
         ends = sorted(ends_of_sweep(branch))
-        assert (bounds["average_v"][ends] < 1e-11 * branch.voltages.average_v[ends]).all()
+        assert (bounds["average_v"][ends] < 1e-11 * branch.voltages_by_motion.average_v[ends]).all()
 
 
 @pytest.mark.parametrize("parameter", DRIVING)
@@ -140,14 +140,14 @@ def test_bounds_hold_where_the_stated_value_is_not_that_of_the_motion(parameter:
     for branch in diagram.branches:
         motions = replace(branch.motions, sweep_value=branch.motions.sweep_value * (1 + 1e-9))
         volts = voltages(*impact_velocities(DEVICE, parameter, motions), MEMBRANE)
-        shifted.append(replace(branch, motions=motions, voltages=volts))
+        shifted.append(replace(branch, motions=motions, voltages_by_motion=volts))
     moved = replace(diagram, branches=tuple(shifted))
     bounds = bounds_of(DEVICE, MEMBRANE, moved, None).branches
     for branch, bound in zip(moved.branches, bounds, strict=True):
         row = len(branch.motions) // 2
         exact = exact_row(moved.sweep, branch.motions, row, MEMBRANE)
         for name, values in bound.items():
-            stored = getattr(branch.voltages if name in OF_IMPACTS else branch.motions, name)[row]
+            stored = getattr(branch.voltages_by_motion if name in OF_IMPACTS else branch.motions, name)[row]
             assert error_of(stored, exact[name], name) <= values[row], (branch.number, row, name)
 
 
@@ -188,8 +188,8 @@ def test_bounds_at_design_points_hold(seed: int) -> None:
             exact = exact_at(sweep, design.motions, row, float(device.length_m), MEMBRANE)
             exact |= exact_conversion(device, exact)
             for name, bound in bounds.items():
-                columns = design.voltages if name in OF_IMPACTS else design.motions
-                stored = getattr(design.conversion if name in CONVERTED else columns, name)[row]
+                columns = design.voltages_by_motion if name in OF_IMPACTS else design.motions
+                stored = getattr(design.conversion_by_motion if name in CONVERTED else columns, name)[row]
                 away = error_of(stored, exact[name], name)
                 assert away <= bound[row], (device, row, name, away, bound[row])
                 if away > 0:
@@ -269,8 +269,8 @@ def test_admissible_is_undecided_where_rounding_decides() -> None:
                 continue
             gap = exact_at(sweep, design.motions, row, float(point.length_m), MEMBRANE)["wall_gap"]
             open_count += bool(is_open[row])
-            wrong += bool(design.motions.admissible[row]) != (gap > 0)
-            assert is_open[row] or bool(design.motions.admissible[row]) == (gap > 0), (k, row)
+            wrong += bool(design.motions.admissible_mask[row]) != (gap > 0)
+            assert is_open[row] or bool(design.motions.admissible_mask[row]) == (gap > 0), (k, row)
             assert abs(k) < 1e9 or not is_open[row]
     assert open_count > 5
     assert wrong > 0
@@ -285,7 +285,7 @@ def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
     for motions, d, gbar, ends in zip(
         orbits_at(study.solution.diagram, check.values), check.groups.d, check.groups.gbar, check.found, strict=True
     ):
-        exact = [multiplier(motions, row, d, gbar, r) for row in np.flatnonzero(motions.stable)]
+        exact = [multiplier(motions, row, d, gbar, r) for row in np.flatnonzero(motions.stable_mask)]
         for end in ends:
             if end.word == "BT" and end.period == 1:
                 errors.append(min(float(abs(modulus - mpf(end.cycle.growth))) for modulus in exact))

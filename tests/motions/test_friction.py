@@ -228,7 +228,7 @@ def test_where_friction_stops_the_ball_a_motion_is_followed_no_farther() -> None
     assert stop.error_bound < 1e-15
     assert "followed no farther" in stop.detail
     for branch in diagram.branches:
-        beyond = branch.motions.stable & (branch.motions.sweep_value < stop.sweep_value * (1 - 1e-9))
+        beyond = branch.motions.stable_mask & (branch.motions.sweep_value < stop.sweep_value * (1 - 1e-9))
         assert not beyond.any()
     for share, moves_on in ((1 + 1e-4, True), (1 - 1e-4, False)):
         groups = device.groups(Parameter.LENGTH, stop.sweep_value * share).as_floats()

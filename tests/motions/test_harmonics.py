@@ -80,7 +80,7 @@ def as_in_40_digits(parts: Parts, beta: float, n: int) -> None:
     device = with_force(replace(INCLINED, inclination_deg=beta, period_ratio=n, length_m=0.6934 * n), *parts)
     motions, _, (error_u, error_phi) = motions_at(device, Parameter.LENGTH)
     groups = device.groups(Parameter.LENGTH, device.length_m)
-    assert motions.stable.any() or n == 2
+    assert motions.stable_mask.any() or n == 2
     with reference.precise():
         flights = flights_of(groups, parts)
         for row in range(len(motions)):
@@ -246,10 +246,10 @@ def as_many_along_a_sweep(parameter: Parameter, parts: Parts, beta: float) -> No
         crossed = 0
         for branch in diagram.branches:
             x = branch.motions.sweep_value
-            inner = branch.motions.admissible
+            inner = branch.motions.admissible_mask
             for (a, b), both in zip(pairwise(x), inner[:-1] & inner[1:], strict=True):
                 crossed += bool(both) and (a - share * value) * (b - share * value) < 0
-        assert crossed == np.count_nonzero(motions.admissible), (share, motions.u)
+        assert crossed == np.count_nonzero(motions.admissible_mask), (share, motions.u)
 
 
 def test_critical_points_have_the_trace_of_their_event_in_40_digits() -> None:
@@ -296,9 +296,9 @@ def test_an_even_harmonic_makes_a_fold_of_the_pitchfork_and_an_odd_one_keeps_it(
 
 def test_five_per_cent_of_the_second_harmonic_double_the_papers_period() -> None:
     """At 45 degrees and 0.6934 m: published theory has the frequency of the period doubling 2.6 % up at 2 %."""
-    stable = motions_at(with_force(INCLINED, SECOND), Parameter.LENGTH)[0].stable
+    stable = motions_at(with_force(INCLINED, SECOND), Parameter.LENGTH)[0].stable_mask
     assert stable.any()
-    assert not motions_at(with_force(INCLINED, (2, 0.05, 225.0)), Parameter.LENGTH)[0].stable.any()
+    assert not motions_at(with_force(INCLINED, (2, 0.05, 225.0)), Parameter.LENGTH)[0].stable_mask.any()
     ends = [
         solve(Sweep(device, Parameter.FREQUENCY, 1.8, 2.1)).critical_points[0].sweep_value
         for device in (INCLINED, with_force(INCLINED, (2, 0.02, 225.7)))
@@ -311,7 +311,7 @@ def test_the_simulation_ends_on_every_stable_motion(parts) -> None:
     device = with_force(INCLINED, *parts)
     motions, _, _ = motions_at(device, Parameter.LENGTH)
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    for row in np.flatnonzero(motions.stable):
+    for row in np.flatnonzero(motions.stable_mask):
         start = Impact(BOTTOM, float(motions.velocity_bottom[row]) * (1 + 1e-6), float(motions.phi_bottom[row]))
         cycle = find_attractor(groups, start, compiled=False).cycle
         assert cycle is not None

@@ -42,7 +42,7 @@ DECIMALS = [(4, 4, 1), (3, 4, 3), (3, 4, 4)]
 def test_motions_of_figure_3(row, decimals) -> None:
     _, beta, force, d, printed, solved, misprints = row
     motions = design_point(device(beta, force, length_of(d, force)), _nothing(beta, force)).motions
-    assert motions.stable[0]
+    assert motions.stable_mask[0]
     ours = (motions.velocity_bottom[0], motions.phi_bottom[0], motions.q[0])
     np.testing.assert_allclose(ours, solved, rtol=0, atol=0.6e-8)
     for i, (value, print_, places) in enumerate(zip(ours, printed, decimals, strict=True)):

@@ -290,7 +290,7 @@ def test_the_simulation_stays_on_what_is_stable_and_leaves_what_is_not(parameter
     stable = unstable = 0
     for branch in solve(Sweep(device, parameter, 0.15, 0.85)).branches:
         motions = branch.motions
-        for row in np.flatnonzero(motions.admissible)[3::47]:
+        for row in np.flatnonzero(motions.admissible_mask)[3::47]:
             if abs(abs(motions.trace[row]) - 1 - motions.determinant[row]) < 0.05:
                 continue  # so near to a critical point that it would take long
             groups = device.groups(parameter, float(motions.sweep_value[row])).as_floats()
@@ -300,7 +300,7 @@ def test_the_simulation_stays_on_what_is_stable_and_leaves_what_is_not(parameter
             end = find_attractor(groups, Impact(BOTTOM, velocity * (1 + 1e-4), phase), compiled=False)
             same = end.word == "BT" and end.cycle is not None
             same = same and abs(end.cycle.velocity[end.cycle.wall == BOTTOM][0] - velocity) < 1e-6
-            assert same == bool(motions.stable[row]), (branch.number, row)
+            assert same == bool(motions.stable_mask[row]), (branch.number, row)
             stable, unstable = stable + same, unstable + (not same)
     assert stable
     assert unstable

@@ -256,7 +256,7 @@ def test_stable_motions_of_every_sweep_are_those_of_the_simulation(
     sweep, seen = Sweep(device, parameter, low, high), 0
     for branch in solve(sweep).branches:
         motions = branch.motions
-        stable = np.flatnonzero(motions.stable)
+        stable = np.flatnonzero(motions.stable_mask)
         for row in stable[:: max(len(stable) // 3, 1)]:
             groups = device.groups(parameter, float(motions.sweep_value[row])).as_floats()
             velocity, phase = float(motions.velocity_bottom[row]), float(motions.phi_bottom[row])

@@ -85,7 +85,7 @@ def test_cells_are_what_a_run_has(objective: Objective) -> None:
     compared, outcomes = 0, set()
     for row in range(len(t)):
         study = search.study(t[row])
-        assert study.solution.design.motions.stable.any() == cells.stable[row]
+        assert study.solution.design.motions.stable_mask.any() == cells.stable[row]
         if cells.stable[row] and compared < 2:
             compared += 1
             assert cells.value[row] == pytest.approx(search.value_of(study), rel=1e-10)
@@ -343,15 +343,15 @@ def test_the_best_design_runs_and_gives_the_same_numbers(tmp_path: Path, capsys)
     assert "identical" in capsys.readouterr().err
     best = json.loads(outputs[0]["optimise.json"])["best"]
     study = analyse(load(tmp_path / "one/best.yaml"))
-    stable = study.solution.design.motions.stable
-    assert study.solution.design.voltages.average_v[stable].min() == best["value"]
+    stable = study.solution.design.motions.stable_mask
+    assert study.solution.design.voltages_by_motion.average_v[stable].min() == best["value"]
     assert study.solution.device.length_m == best["inputs"]["device.length_m"]
     assert study.solution.membrane.ball_mass_kg == best["inputs"]["device.ball_mass_kg"]
     assert study.solution.sweep is not None
     assert study.scenario.design is None
     assert [criterion.to_dict() | {"line": None} for criterion in study.criteria] == best["requirements"]
     # The membrane allows no deeper impact: the best design is on that limit.
-    assert study.solution.design.voltages.deflection_m[stable].max() == pytest.approx(0.018, rel=1e-7)
+    assert study.solution.design.voltages_by_motion.deflection_m[stable].max() == pytest.approx(0.018, rel=1e-7)
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,7 @@ def scenario(requirements: Iterable[Requirement], given: dict[str, object]) -> s
 def run(search: Problem, t: np.ndarray, formats: tuple[str, ...] = ("json",)):
     """The acceptance table that a run of a design has, by its keys, and whether it has a stable 1:1 motion."""
     study = analyse(loads(search.scenario_text(t)), formats)
-    return {line.key: line for line in study.criteria}, bool(study.solution.design.motions.stable.any())
+    return {line.key: line for line in study.criteria}, bool(study.solution.design.motions.stable_mask.any())
 
 
 def joined(limits: dict[str, dict[str, object]]) -> dict[str, object]:

@@ -61,7 +61,7 @@ def random_device(seed: int) -> str:
 
 def efficiency_of(study) -> float:
     design = study.solution.design
-    return float(design.conversion.efficiency[design.motions.stable].max())
+    return float(design.conversion_by_motion.efficiency[design.motions.stable_mask].max())
 
 
 def test_a_device_that_gains_more_than_its_impacts_lose_is_not_accepted(tmp_path: Path, capsys) -> None:
@@ -354,9 +354,9 @@ def test_the_proved_power_is_at_most_what_the_impacts_may_lose(seed: int) -> Non
     for row in t:
         study = problem.study(row)
         design = study.solution.design
-        if design.motions.stable.any() and all(line.passed for line in study.criteria):
+        if design.motions.stable_mask.any() and all(line.passed for line in study.criteria):
             met += 1
-            assert design.conversion.power_mw[design.motions.stable].min() <= bound
+            assert design.conversion_by_motion.power_mw[design.motions.stable_mask].min() <= bound
     assert best is not None or met == 0
 
 

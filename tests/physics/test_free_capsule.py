@@ -84,7 +84,7 @@ class TwoBodies(Struct):
 )
 def test_two_bodies_meet_as_the_relative_motion_does(device: Device, loose: float) -> None:
     design = design_point(device, None)
-    row = int(np.argmax(design.motions.stable))
+    row = int(np.argmax(design.motions.stable_mask))
     motions, unit = design.motions, device.velocity_unit(Parameter.LENGTH, device.length_m)
     bottom, top = (unit * float(x[row]) for x in (motions.velocity_bottom, motions.velocity_top))
     phase = float(motions.phi_bottom[row])

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from conftest import EXAMPLES, markdown
 from junitparser import Failure, JUnitXml
 from msgspec.structs import replace
@@ -184,3 +186,52 @@ def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.Monke
     assert summary.read_text().startswith(title)
     (upload,) = (step for step in job["steps"] if "upload-artifact" in step.get("uses", ""))
     assert Path(upload["with"]["path"]).is_dir()
+
+
+def steps_of(file: Path) -> list[dict]:
+    read_in = yaml.safe_load(file.read_text())
+    return read_in["runs"]["steps"] if "runs" in read_in else read_in["jobs"]["acceptance"]["steps"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "code"), [("passing", 0), ("failing", 1)])
+def test_the_action_runs_what_it_says(name: str, code: int, tmp_path: Path) -> None:
+    """Its steps in a shell, with the inputs as GitHub hands them over; nothing is installed."""
+    action = yaml.safe_load((CI / "action" / "action.yml").read_text())
+    assert action["runs"]["using"] == "composite"
+    assert {key for key, of in action["inputs"].items() if of.get("required")} == {"scenario"}
+    given = {key: of.get("default") for key, of in action["inputs"].items()}
+    given |= {"scenario": str(CI / f"{name}.yaml"), "output": "report of $(touch harm); it", "package": "vireport"}
+    (tmp_path / "pip.py").write_text("import sys; print('pip', *sys.argv[1:])")
+    environment = {"PATH": f"{Path(sys.executable).parent}:/usr/bin:/bin", "PYTHONPATH": str(tmp_path)}
+    environment["GITHUB_STEP_SUMMARY"] = str(tmp_path / "summary")
+    codes, printed = [], []
+    for step in action["runs"]["steps"]:
+        assert "${{" not in step.get("run", "")
+        if "run" in step:
+            assert step["shell"] == "bash"
+            own = {
+                key: given[text.removeprefix("${{ inputs.").removesuffix(" }}")] for key, text in step["env"].items()
+            }
+            ran = ["bash", "-eo", "pipefail", "-c", step["run"]]
+            done = subprocess.run(ran, env=environment | own, cwd=tmp_path, capture_output=True, text=True)
+            codes.append(done.returncode)
+            printed.append(done.stdout)
+    assert codes == [0, code, 0]
+    assert printed[0] == "pip install vireport\n"
+    assert (printed[1].count("::error ") > 0) == (code > 0)
+    folder = tmp_path / given["output"]
+    assert {"report.html", "report.pdf", "junit.xml", "summary.md"} <= {path.name for path in folder.iterdir()}
+    assert (tmp_path / "summary").read_text() == (folder / "summary.md").read_text()
+    assert not (tmp_path / "harm").exists()
+
+
+def test_the_action_has_the_steps_of_the_workflow() -> None:
+    action, workflow = (steps_of(CI / name) for name in ("action/action.yml", "vireport.yml"))
+    assert [step["name"] for step in action if "name" in step] == [step["name"] for step in workflow if "name" in step]
+    used = {step["uses"] for step in workflow if "uses" in step} - {"actions/checkout@v4"}
+    assert {step["uses"] for step in action if "uses" in step} == used
+    (run,) = (step["run"] for step in action if step.get("run", "").startswith("vireport "))
+    inputs = yaml.safe_load((CI / "action" / "action.yml").read_text())["inputs"]
+    run = run.replace('"$OUTPUT"', inputs["output"]["default"]).replace('"$FORMATS"', inputs["formats"]["default"])
+    assert run in [step.get("run") for step in workflow]

@@ -229,7 +229,7 @@ def test_the_design_point_is_the_results(name: str, page, study_of) -> None:
         .columns("From", "To", "room", "room 2")
     )
     near = 6e-8 if study.own_stiffness is None else 5e-3
-    for (start, end, below, above), part in zip(ranges, study.solution.design.stable, strict=True):
+    for (start, end, below, above), part in zip(ranges, study.solution.design.stable_ranges, strict=True):
         at = study.solution.device.value_of(part.parameter)
         assert [number(start), number(end)] == pytest.approx([part.start, part.end], rel=near)
         if at:
@@ -240,8 +240,8 @@ def test_the_design_point_is_the_results(name: str, page, study_of) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_voltages_are_the_results(name: str, page, study_of) -> None:
     study = study_of(name)
-    stable = study.solution.design.motions.stable
-    volts = study.solution.design.voltages
+    stable = study.solution.design.motions.stable_mask
+    volts = study.solution.design.voltages_by_motion
     rows = (
         page(name)
         .tables["Voltages of the stable motions"]

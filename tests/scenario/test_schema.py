@@ -65,6 +65,13 @@ def test_schema_is_a_schema():
     assert schema()["$schema"] == Draft202012Validator.META_SCHEMA["$id"]
 
 
+def test_the_schema_has_one_name_for_good():
+    """Editors and registries keep a schema by its `$id`; a new one belongs to a new schema_version."""
+    assert schema()["$id"] == "urn:uuid:4049c3a5-c16d-53b3-9cf7-2e6fde98309b"
+    version = schema()["properties"]["schema_version"]
+    assert version["minimum"] == version["maximum"] == 1
+
+
 @pytest.mark.parametrize("text", SCENARIOS)
 def test_schema_accepts_scenarios_and_what_is_made_of_them(text):
     VALIDATOR.validate(read(text, "text").data)

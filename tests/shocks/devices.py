@@ -44,7 +44,7 @@ def of(device: Device) -> Case:
     rows = [motion_at(found, row, device.period_ratio) for row in range(len(found))]
     return Case(
         device.groups(*at).as_floats(),
-        [rows[i] for i in np.flatnonzero(found.stable)],
-        [rows[i] for i in np.flatnonzero(found.admissible & ~found.stable)],
+        [rows[i] for i in np.flatnonzero(found.stable_mask)],
+        [rows[i] for i in np.flatnonzero(found.admissible_mask & ~found.stable_mask)],
         float(device.velocity_unit(*at)),
     )

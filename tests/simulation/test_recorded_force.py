@@ -52,7 +52,7 @@ def driven(groups: Groups, samples: np.ndarray, step: float, start: Impact, **ho
 def test_a_sampled_sine_gives_the_closed_form_to_the_fourth_order_of_the_step() -> None:
     device = Device.of(load("examples/design-point.yaml").scenario)
     motions = solution_of(device, None, None, True).design.motions
-    k = int(np.argmax(motions.stable))
+    k = int(np.argmax(motions.stable_mask))
     speed, phase = float(motions.velocity_bottom[k]), float(motions.phi_bottom[k])
     groups = Groups(float(motions.d[k]), float(motions.gbar[k]), 0.5)
     errors = []

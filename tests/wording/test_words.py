@@ -582,7 +582,9 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         ["margin 4.7 % (compliant −1 %)", "; with the membranes' own stiffness that margin is gone."],
     ),
     "unresolved": (
-        lambda: Evidence(at_design(solved("inclined"), unresolved=(DesignInput.LENGTH, DesignInput.RESTITUTION))),
+        lambda: Evidence(
+            at_design(solved("inclined"), unresolved_inputs=(DesignInput.LENGTH, DesignInput.RESTITUTION))
+        ),
         ["margin not known", "does not resolve where stable motion ends along length, restitution"],
     ),
     "endless": (
@@ -598,7 +600,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         ],
     ),
     "no range around": (
-        lambda: Evidence(at_design(solved("design-point"), stable=())),
+        lambda: Evidence(at_design(solved("design-point"), stable_ranges=())),
         ["Where is the 1:1 motion stable? Not known No stable range is resolved"],
     ),
     "proved": (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vireport.attraction.section import Section, proved_section, section_again
 from vireport.attraction.survived import Survived, survived, survived_again
 from vireport.attraction.trap import Trap, proved_trap, trap_of
-from vireport.base import NumericalError, Progress
+from vireport.base import NumericalError, Progress, brief
 from vireport.design import Solution
 from vireport.disturbances import Destination, Disturbances, FromRest
 from vireport.motions import Motion, motion_at
@@ -104,6 +104,8 @@ class Proved(Struct, frozen=True, eq=False):
     shocks: tuple[Survived, ...] = ()
     unproved: str = ""
 
+    __repr__ = brief
+
     @property
     def jump_m_s(self) -> float | None:
         """A jump of the relative velocity up to which every one dies out [m/s], rounded down; None where none is."""
@@ -153,7 +155,7 @@ def proved_of(
     here = design.motions
     motions, companions = (
         [motion_at(here, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
-        for rows in (here.stable, here.admissible & ~here.stable)
+        for rows in (here.stable_mask, here.admissible_mask & ~here.stable_mask)
     )
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)

@@ -14,8 +14,8 @@ from vireport.base.errors import (
     install_command,
 )
 from vireport.base.files import require_writable, writable, write_files, write_new, write_whole
-from vireport.base.progress import Progress
-from vireport.base.records import plain
+from vireport.base.progress import Progress, WorkStep, counted, portion
+from vireport.base.records import brief, plain
 from vireport.base.shares import share_interval
 from vireport.base.version import __version__
 
@@ -29,11 +29,15 @@ __all__ = [
     "ScenarioError",
     "UsageError",
     "VireportError",
+    "WorkStep",
     "__version__",
+    "brief",
+    "counted",
     "deferred",
     "install_command",
     "interrupts",
     "plain",
+    "portion",
     "require_writable",
     "share_interval",
     "streams",

@@ -84,6 +84,18 @@ class ScenarioError(VireportError):
         """The message as lines, one for each mistake."""
         return tuple(mistake.render(self.name) for mistake in self.mistakes)
 
+    def to_dicts(self) -> list[dict[str, str | int | None]]:
+        """The mistakes as data, ready for JSON: those of ``--set`` have neither file nor line."""
+        return [
+            {
+                "file": self.name if mistake.line else None,
+                "line": mistake.line or None,
+                "path": mistake.path,
+                "message": mistake.message,
+            }
+            for mistake in self.mistakes
+        ]
+
 
 class OutputError(VireportError):
     """What was computed cannot be written: the disk or the stream that it goes to is full or faulty."""

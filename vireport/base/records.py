@@ -6,9 +6,13 @@ Why not `dataclasses`: a run imports some hundred records, and a frozen dataclas
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import Any
 
 from msgspec import Struct
+
+LONGEST_TEXT = 40
+"""Characters of a text within a record that its one line shows."""
 
 
 def plain(value: Any) -> Any:
@@ -23,3 +27,34 @@ def plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: plain(part) for key, part in value.items()}
     return value
+
+
+def brief(record: Struct) -> str:
+    """A record as one line for a console: what is None or empty is left out, arrays are told by their shape.
+
+    It is the `__repr__` of records that hold arrays or other records, of which Struct's own would fill the screen.
+    """
+    values = {name: getattr(record, name) for name in record.__struct_fields__}
+    told = (f"{name}={_told(value)}" for name, value in values.items() if not _is_nothing(value))
+    return f"{type(record).__name__}({', '.join(told)})"
+
+
+def _is_nothing(value: Any) -> bool:
+    return value is None or (isinstance(value, str | tuple | list | dict) and not value)
+
+
+def _told(value: Any) -> str:
+    """A value within the line of a record; of a record within it the name alone."""
+    if isinstance(value, Struct):
+        return f"{type(value).__name__}(...)"
+    if hasattr(value, "dtype") and hasattr(value, "shape") and value.shape:
+        return f"{value.dtype}[{', '.join(map(str, value.shape))}]"
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, str):
+        return repr(value if len(value) <= LONGEST_TEXT else f"{value[:LONGEST_TEXT]}...")
+    if isinstance(value, tuple | list | dict):
+        return f"{type(value).__name__}[{len(value)}]"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return repr(value)

@@ -83,7 +83,7 @@ def margins_answer(solution: Solution) -> dict[str, Any]:
     design = design_point(solution.device, solution.diagram)
     return {
         "margins": [margin_data(margin) for margin in design.margins],
-        "unresolved": list(design.unresolved),
+        "unresolved": list(design.unresolved_inputs),
     }
 
 
@@ -186,7 +186,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         "mirror_of": branch.mirror_of,
         "pieces": [[part.first, part.last, part.stable] for part in branch.family.segments if part.admissible],
         "labels": {row: point.label for row, point in branch.family.critical_points.items() if point.label},
-        **motion_columns(motions, branch.voltages),
+        **motion_columns(motions, branch.voltages_by_motion),
         **real,
     }
 
@@ -196,12 +196,12 @@ def _at_design(solution: Solution) -> dict[str, Any]:
     if design is None:
         return {"motions": None, "shown": None, "path": None}
     motions = design.motions
-    told = {"family": list(design.families), **motion_columns(motions, design.voltages)}
-    if design.voltages is not None and solution.membrane is not None:
-        told["outside_membrane"] = (design.voltages.deflection_m > solution.membrane.active_radius_m).tolist()
-    if not motions.admissible.any():
+    told = {"family": list(design.families), **motion_columns(motions, design.voltages_by_motion)}
+    if design.voltages_by_motion is not None and solution.membrane is not None:
+        told["outside_membrane"] = (design.voltages_by_motion.deflection_m > solution.membrane.active_radius_m).tolist()
+    if not motions.admissible_mask.any():
         return {"motions": told, "shown": None, "path": None}
-    shown = int(np.argmax(motions.admissible * (1 + motions.stable)))  # a stable one, if there is one
+    shown = int(np.argmax(motions.admissible_mask * (1 + motions.stable_mask)))  # a stable one, if there is one
     path = ball_path(solution.device, design.parameter, motions, shown)
     return {
         "motions": told,

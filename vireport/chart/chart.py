@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.atlas import FINE, atlas
-from vireport.base import NumericalError, Progress
+from vireport.base import NumericalError, Progress, WorkStep, portion
 from vireport.chart.design import ChartedDesign, charted_design
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import (
@@ -31,6 +31,13 @@ in closed form."""
 
 LINES, STATIONS = 8, 3
 """Lines across a plane of two restitutions, along each, and devices on each line whose 1:1 motions are followed."""
+
+
+CLOSED_FORM_SHARE = 0.1
+"""Share of the time of the loci, as measured, in which those of 1:1 motions are found, in closed form."""
+
+REGIONS_SHARE = 0.9
+"""Share of the time of the regions, as measured, after which the margins of the design point follow."""
 
 
 class Chart(Struct, frozen=True, eq=False):
@@ -99,12 +106,16 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
     if not plane.swept:
         return _between_restitutions(plane, one_to_one, progress)
     network, crossed = Network(plane, limits, None if cuts else one_to_one), []
-    for line in straight_sweeps(plane, SOLVED_CUTS):
-        progress(f"1:1 motions along the {line.quantity}")
+    solved, searched = list(straight_sweeps(plane, SOLVED_CUTS)), list(straight_sweeps(plane, cuts))
+    say = portion(progress, 0.0, CLOSED_FORM_SHARE)
+    for k, line in enumerate(solved):
+        say(WorkStep(f"1:1 motions along the {line.quantity}", k / len(solved)))
         for start in _one_to_one_starts(line):
             network.explore(start)
-    for line in straight_sweeps(plane, cuts):
-        progress(f"motions along the {line.quantity}, {plane.inputs[1 - line.varied].show(line.other)}")
+    say = portion(progress, CLOSED_FORM_SHARE, 1.0)
+    for k, line in enumerate(searched):
+        at = plane.inputs[1 - line.varied].show(line.other)
+        say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(searched)))
         if not line.sweep.unresolved:
             families = atlas(line.sweep, limits, finest=FINE)
             crossed.append(Cut(line, _stable(families, line)))
@@ -125,8 +136,8 @@ def with_regions(drawn: Chart, device: Device, progress: Progress = lambda what:
     progress : callable
         Called with what is done next.
     """
-    regions = regions_of(drawn.plane, drawn.limits, drawn.loci, progress)
-    progress("margins of the design point")
+    regions = regions_of(drawn.plane, drawn.limits, drawn.loci, portion(progress, 0.0, REGIONS_SHARE))
+    progress(WorkStep("margins of the design point", REGIONS_SHARE))
     return replace(drawn, regions=regions, design=charted_design(device, drawn.plane, drawn.limits))
 
 
@@ -134,8 +145,9 @@ def _between_restitutions(plane: Plane, word: Word, progress: Progress) -> Chart
     """The chart of the 1:1 motions of a plane across which there are no sweeps."""
     limits, crossed = Limits(len(word), word.periods), []
     network = Network(plane, limits, word)
-    for line in straight_sweeps(plane, LINES):
-        progress(f"1:1 motions along the {line.quantity}")
+    lines = list(straight_sweeps(plane, LINES))
+    for k, line in enumerate(lines):
+        progress(WorkStep(f"1:1 motions along the {line.quantity}", k / len(lines)))
         starts = list(_followed_starts(line, word))
         for start in starts:
             network.explore(start)
@@ -154,7 +166,7 @@ def _followed_starts(line: StraightSweep, word: Word) -> Iterator[LocusStart]:
         low, high = float(plane.low[k]) - value, float(plane.high[k]) - value
         curve = Curve(word, moved, low, high, high - low)
         motions, *_ = motions_at(device, Parameter.LENGTH)
-        for row in motions.admissible.nonzero()[0]:
+        for row in motions.admissible_mask.nonzero()[0]:
             x = curve.vector(replace(motion_at(motions, int(row), word.periods), coordinate=0.0))
             start = PathPoint(curve, x, curve.tangent(x))
             trail = completed(curve, start, follow(curve, start))
@@ -170,7 +182,7 @@ def _stable_between(line: StraightSweep, low: float, high: float) -> tuple[float
     """A stretch of a line within which nothing happens to a 1:1 motion, with its word where one is stable."""
     device = line.plane.device_at(line.inputs((low + high) / 2).tolist())
     motions, *_ = motions_at(device, Parameter.LENGTH)
-    return low, high, ("BT",) if motions.stable.any() else ()
+    return low, high, ("BT",) if motions.stable_mask.any() else ()
 
 
 def _one_to_one_starts(line: StraightSweep) -> Iterator[LocusStart]:

@@ -6,7 +6,7 @@ from math import isfinite
 
 import numpy as np
 
-from vireport.base import Progress, UsageError
+from vireport.base import Progress, UsageError, portion
 from vireport.chart.chart import Chart, chart, with_regions
 from vireport.chart.plane import Plane, is_swept
 from vireport.design import HIGHEST_RESTITUTION, reach
@@ -19,6 +19,9 @@ LIMITS = Limits(4, 2)
 
 ASIDE = 0.5
 """Part of its value by which an input varies to either side, where no range is given."""
+
+LOCI_SHARE = 0.5
+"""Share of the time of a chart that its loci take, as measured; its regions take the other half."""
 
 FORM = "such as inclination_deg=0..90,length_m=0.3..1.0; a range may be left out"
 
@@ -33,8 +36,8 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
     """
     asked = loaded.scenario.motions
     limits = LIMITS if asked is None else Limits(asked.impacts, asked.periods)
-    drawn = chart(plane_of(loaded.scenario, over), limits, progress)
-    return with_regions(drawn, Device.of(loaded.scenario), progress)
+    drawn = chart(plane_of(loaded.scenario, over), limits, portion(progress, 0.0, LOCI_SHARE))
+    return with_regions(drawn, Device.of(loaded.scenario), portion(progress, LOCI_SHARE, 1.0))
 
 
 def plane_of(scenario: Scenario, over: str) -> Plane:

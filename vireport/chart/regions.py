@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.atlas import FINE, atlas
-from vireport.base import NumericalError, Progress
+from vireport.base import NumericalError, Progress, counted
 from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, is_swept
 from vireport.design import motions_at
@@ -252,7 +252,7 @@ def regions_of(plane: Plane, limits: Limits, loci: Sequence[FollowedLocus], prog
     shares, every = np.bincount(number.ravel(), minlength=len(order)) / number.size, []
     for n, k in enumerate(order, 1):
         x, y = (plane.low + plane.widths * (np.array(inner[k]) + 0.5) / PIXELS).tolist()
-        progress(f"stable motions of region {n} of {len(order)}")
+        progress(counted("stable motions of the regions", n, len(order)))
         every.append(ChartRegion((x, y), float(shares[n - 1]), stable_motions(plane, (x, y), limits)))
     found = Regions(plane, tuple(every), number, ())
     return replace(found, edges=tuple(_edges(found, points) & bounds for points, bounds in drawn))
@@ -319,7 +319,7 @@ def stable_motions(plane: Plane, inputs: tuple[float, float], limits: Limits) ->
     device = plane.device_at(list(inputs))
     if not plane.swept:
         (motions, *_), periods = motions_at(device, Parameter.LENGTH), device.period_ratio
-        rows = motions.stable.nonzero()[0]
+        rows = motions.stable_mask.nonzero()[0]
         found = [motion_at(motions, int(row), periods) for row in rows]
         decay = float(device.groups(Parameter.LENGTH, device.length_m, FLOATS).decay((1, -1)))
         solved = [(motion, float(motions.trace[row]), decay) for motion, row in zip(found, rows, strict=True)]

@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base import brief
 from vireport.checks.flights import FlightModel
 from vireport.design import (
     DesignPoint,
@@ -91,6 +92,8 @@ class BenchmarkProblem(Struct, frozen=True):
     symmetric: bool
     guess: Guess
 
+    __repr__ = brief
+
     @property
     def r(self) -> Any:
         """Restitution of both membranes, or the `Restitutions` of each."""
@@ -167,6 +170,8 @@ class Benchmark(Struct, frozen=True, eq=False):
     quantities: tuple[MeasuredQuantity, ...]
     exact: dict[str, Any]
     offset: float
+
+    __repr__ = brief
 
     @property
     def value(self) -> float:

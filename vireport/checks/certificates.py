@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base import brief
 from vireport.checks.confinement import stays_between
 from vireport.checks.enclosures import (
     Ball,
@@ -124,6 +125,8 @@ class Certificate(Struct, frozen=True):
     admissible: bool | None = None
     mirror_proved: bool | None = None
     beyond: tuple[str, ...] = ()
+
+    __repr__ = brief
 
 
 def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:

@@ -14,7 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import share_interval
+from vireport.base import brief, share_interval
 from vireport.checks.hysteresis import Hysteresis, follow_sweep
 from vireport.design import Solution
 from vireport.motions import (
@@ -153,6 +153,8 @@ class CrossCheck(Struct, frozen=True, eq=False):
     portraits: tuple[Portrait, ...]
     displacements: tuple[Portrait, ...]
 
+    __repr__ = brief
+
     @property
     def passed(self) -> bool:
         """Whether every orbit was found again, within the tolerance."""
@@ -269,12 +271,12 @@ def _fastest(motions: Motions | None) -> float:
     if motions is None:
         return 0.0
     # Starts reach as fast as the fastest motion, stable or not, or its basin might not be sampled.
-    speeds = np.maximum(motions.velocity_bottom, -motions.velocity_top)[motions.admissible]
+    speeds = np.maximum(motions.velocity_bottom, -motions.velocity_top)[motions.admissible_mask]
     return float(speeds.max(initial=0.0))
 
 
 def _has_stable(motions: Motions | None) -> bool:
-    return motions is not None and bool(motions.stable.any())
+    return motions is not None and bool(motions.stable_mask.any())
 
 
 def _counted(ends: Iterable[tuple[float, Attractor]]) -> tuple[MotionCount, ...]:
@@ -310,7 +312,7 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
 def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[float, float]], list[Miss]]:
     """Simulate from beside each stable orbit: differences of velocity and phase, and orbits not found again."""
     differences, misses = [], []
-    for i in np.nonzero(motions.stable)[0]:
+    for i in np.nonzero(motions.stable_mask)[0]:
         # From beside the motion: started on it, an unstable one would be confirmed as well, as long as rounding keeps
         # the ball there.
         start = Impact(BOTTOM, float(motions.velocity_bottom[i]) * (1 + ASIDE), float(motions.phi_bottom[i]))

@@ -11,6 +11,7 @@ from typing import ClassVar
 
 from msgspec import Struct
 
+from vireport.base import brief
 from vireport.motions import Sweep
 from vireport.scenario import Direction, SimulationBlock
 from vireport.simulation import (
@@ -57,6 +58,8 @@ class Hysteresis(Struct, frozen=True, eq=False):
     mirror: bool
 
     resolution: ClassVar[float] = RESOLUTION
+
+    __repr__ = brief
 
     @property
     def loops(self) -> tuple[Loop, ...]:

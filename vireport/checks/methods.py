@@ -409,7 +409,7 @@ def whole_motion(target: BenchmarkProblem, _: float, budget: Budget) -> SolvedMo
     """The motion among all that the package finds in the sweep and at the design point, without a guess."""
     device = target.sweep.device.with_values({target.sweep.parameter: target.guess.value})
     motions = design_point(device, solve(target.sweep) if target.swept else None).motions
-    k = int(np.argmax(np.where(motions.stable, np.cos(motions.phi_bottom - target.guess.phase), -2.0)))
+    k = int(np.argmax(np.where(motions.stable_mask, np.cos(motions.phi_bottom - target.guess.phase), -2.0)))
     numbers = (motions.phi_bottom[k], motions.velocity_bottom[k], motions.velocity_top[k], motions.q[k])
     return SolvedMotion(*map(float, numbers))
 

@@ -356,7 +356,7 @@ def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
     """U and phase of the first stable motion at a value of the swept parameter."""
     groups = sweep.device.groups(sweep.parameter, value).each(lambda group: np.array([group], dtype=float))
     motions = motions_of(sweep, sweep.level, find_motions(groups, 1).orbit)
-    stable = np.flatnonzero(motions.stable)
+    stable = np.flatnonzero(motions.stable_mask)
     return (float(motions.q[stable[0]]) - 0.5, float(motions.phi_bottom[stable[0]])) if stable.size else None
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Progress
+from vireport.base import Progress, counted
 
 SAMPLE, MOST_CALLS = 2e-3, 100
 """A call shorter than this [s] is timed as one of several in a row, and of how many at the most."""
@@ -71,7 +71,7 @@ def timed_in_turns(calls: Sequence[Callable[[], Any]], repeats: int, progress: P
     times = [[t] if t >= LONG else [] for t in first]
     for k in range(repeats):
         if progress is not None:
-            progress(f"accuracy: run times, round {k + 1} of {repeats}")
+            progress(counted("accuracy: run times", k + 1, repeats))
         for i, (timer, count) in enumerate(zip(timers, counts, strict=True)):
             if k < rounds[i]:
                 times[i] += [timer.timeit(count) / count for _ in range(MORE if first[i] < SHORT else 1)]

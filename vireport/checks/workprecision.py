@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, Progress, install_command, plain
+from vireport.base import NumericalError, Progress, WorkStep, brief, install_command, plain, portion
 from vireport.checks.benchmark import (
     Benchmark,
     BenchmarkProblem,
@@ -63,6 +63,9 @@ SAME_LEAGUE = 3.0
 
 LEAST_POINTS = 3
 """Fewest points that an order of convergence is fitted to."""
+
+SOLVING_SHARE = 0.6
+"""Share of the time that solving takes, as measured; timing the solutions takes the rest."""
 
 FAILURES = (NumericalError, ArithmeticError, ValueError, Warning)
 """What a method that fails raises; warnings of the integrators count as failures."""
@@ -153,6 +156,8 @@ class WorkPrecision(Struct, frozen=True, eq=False):
     machine: Machine
     repeats: int
 
+    __repr__ = brief
+
     @property
     def quantities(self) -> tuple[MeasuredQuantity, ...]:
         """The quantities that the methods had to find."""
@@ -227,12 +232,13 @@ def compare(
     trials: list[tuple[MethodRun, Callable[[], Any] | None]] = []
     orders: list[Order] = []
     absent: list[tuple[str, str]] = []
-    for method in methods:
+    every, say = list(methods), progress or (lambda what: None)
+    solving, timing = portion(say, 0.0, SOLVING_SHARE), portion(say, SOLVING_SHARE, 1.0)
+    for k, method in enumerate(every):
         if method.needs and find_spec(method.needs) is None:
             absent.append((method.name, f"needs the package {method.needs}: {install_command(method.needs)}"))
             continue
-        if progress is not None:
-            progress(f"accuracy: {method.name}")
+        solving(WorkStep(f"accuracy: {method.name}", k / len(every)))
         tasks = (
             (MethodTask.ORBIT, benchmark.motion, method.motion),
             (MethodTask.CRITICAL, benchmark.critical, method.critical),
@@ -242,7 +248,7 @@ def compare(
                 ladder = list(_ladder(method, task, target, solver, benchmark))
                 trials += ladder
                 orders += _orders(method, task, [run for run, _ in ladder])
-    spreads = iter(timed_in_turns([call for _, call in trials if call is not None], repeats, progress))
+    spreads = iter(timed_in_turns([call for _, call in trials if call is not None], repeats, timing))
     runs = tuple(run if call is None else replace(run, seconds=next(spreads)) for run, call in trials)
     return WorkPrecision("", benchmark, runs, tuple(orders), tuple(absent), machine(), repeats)
 

@@ -13,7 +13,6 @@ import os
 import re
 import sys
 from collections.abc import Callable, Collection
-from contextlib import nullcontext
 from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
@@ -30,8 +29,10 @@ from vireport.base import (
     ScenarioError,
     UsageError,
     VireportError,
+    WorkStep,
     __version__,
     interrupts,
+    portion,
     require_writable,
     writable,
     write_new,
@@ -52,6 +53,9 @@ if TYPE_CHECKING:
     from vireport.study import Task
 
 PROGRAM = "vireport"
+
+CHARTED_SHARE = 0.9
+"""Share of the time of `chart` that the chart takes, as measured; its report takes the rest."""
 
 LONGEST_HELP = 200
 """Characters of what the list of commands tells of each: none is cut."""
@@ -125,8 +129,12 @@ FigureWidth = Annotated[
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Prints errors only.")]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Writes each step with its seconds to standard error as it ends.")
+]
 QuietCheck = Annotated[bool, typer.Option("--quiet", "-q", help="Prints nothing; the exit code tells the outcome.")]
 Json = Annotated[bool, typer.Option("--json", help="Prints the results as JSON and writes no file.")]
+JsonCheck = Annotated[bool, typer.Option("--json", help="Prints it as JSON; the exit code stays the same.")]
 
 
 MEANT = {
@@ -247,6 +255,7 @@ def run(
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
     if json and figure_width is not None:
@@ -269,14 +278,14 @@ def run(
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
     command = _command("run", [scenario], *options, wide, against, _paper(paper))
     if json:
-        with progress(quiet) as say:
+        with progress(quiet, verbose) as say:
             outcome = results_outcome(loaded, command, certify, carried, say)
         deliver(outcome, quiet=quiet)
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
     width_mm = None if figure_width is None else _figure_width(figure_width, formats)
     require_writable(folder, file_names(formats))
-    with progress(quiet) as say:
+    with progress(quiet, verbose) as say:
         outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried, paper, width_mm)
     deliver(outcome, folder, quiet)
 
@@ -318,17 +327,27 @@ def explore(
 
 
 @_command_of(Panel.HELP)
-def validate(scenario: ScenarioFile, set_: SetOption = None, quiet: Quiet = False) -> None:
+def validate(scenario: ScenarioFile, json: JsonCheck = False, set_: SetOption = None, quiet: Quiet = False) -> None:
     """Check a scenario or a map file. Lists every mistake; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
-    loaded = load_any(scenario, set_ or ())
-    if not isinstance(loaded, LoadedMap) and loaded.scenario.measured:
-        from vireport.study import require_records
+    try:
+        loaded = load_any(scenario, set_ or ())
+        if not isinstance(loaded, LoadedMap) and loaded.scenario.measured:
+            from vireport.study import require_records
 
-        require_records(loaded)
+            require_records(loaded)
+    except ScenarioError as error:
+        if not json:
+            raise
+        refused = {"valid": False, "kind": None, "mistakes": error.to_dicts()}
+        deliver(CommandOutcome(_json(refused), exit_code=error.exit_code))
+        return
     name, what = (loaded.name, "map") if isinstance(loaded, LoadedMap) else (loaded.document.name, "scenario")
-    deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
+    if json:
+        deliver(CommandOutcome(_json({"valid": True, "kind": what, "mistakes": []})))
+    else:
+        deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
 
 
 @_command_of(Panel.HELP)
@@ -360,11 +379,21 @@ def init(
 
 
 @_command_of(Panel.ONE)
-def plan(scenario: ScenarioFile, set_: SetOption = None, format_: Formats = None, quiet: QuietCheck = False) -> None:
+def plan(
+    scenario: ScenarioFile,
+    json: JsonCheck = False,
+    set_: SetOption = None,
+    format_: Formats = None,
+    quiet: QuietCheck = False,
+) -> None:
     """Print what a run would compute and leave out, with the reasons. Computes nothing."""
     from vireport.study import plan as plan_of
 
     steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
+    if json:
+        told = [{"step": step.task, "runs": step.runs, "what": step.what, "why": step.why} for step in steps]
+        deliver(CommandOutcome(_json({"steps": told})))
+        return
     width = max(len(step.task) for step in steps)
     rows = [f"{'run ' if step.runs else 'skip'}  {step.task:<{width}}  {step.what} ({step.why})\n" for step in steps]
     deliver(CommandOutcome("" if quiet else "".join(rows)))
@@ -378,6 +407,7 @@ def accuracy(
     every: Annotated[bool, typer.Option("--all", help="Prints a row for every run, not only for the best.")] = False,
     set_: SetOption = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Measure the error of every method against its run time, and compare compliant with rigid membranes."""
     loaded = _loaded(scenario, set_)
@@ -387,7 +417,7 @@ def accuracy(
     refuse_special(loaded.scenario, "vireport accuracy")
     if output is not None:
         require_writable(output, accuracy_outputs.NAMES)
-    with progress(quiet) as say:
+    with progress(quiet, verbose) as say:
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study) if output is not None else {}
     printed = accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every)
@@ -414,6 +444,7 @@ def compare(
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Compare scenarios, or variants of one, and tell which is best."""
     _refuse_files_beside_json(json, "comparison", output, format_)
@@ -425,7 +456,7 @@ def compare(
     command, formats = _command("compare", scenarios, *options, _paper(paper)), _formats(format_)
     if not json:
         require_writable(output or Path(COMPARISON_FOLDER), file_names(formats, COMPARISON_FILES))
-    with progress(quiet) as say:
+    with progress(quiet, verbose) as say:
         comparison = compare_scenarios(scenarios, vary or None, None, set_ or (), say, rank_by or ())
         if not json:
             outcome = compare_outcome(comparison, formats, command, templates, say, paper)
@@ -448,6 +479,7 @@ def diff(
     json: Json = False,
     set_: SetOption = None,
     quiet: QuietCheck = False,
+    verbose: Verbose = False,
 ) -> None:
     """List what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
     from vireport.comparison import diff as changes_since
@@ -456,7 +488,7 @@ def diff(
 
     before = _baseline(baseline, scenario)
     loaded = _loaded(scenario, set_)
-    with progress(quiet) as say:
+    with progress(quiet, verbose) as say:
         changes = changes_since(before, analyse(loaded, (Task.JSON,), say), relative=tolerance)
     printed: str | bytes
     if json:
@@ -491,6 +523,7 @@ def extremes(
     json: Json = False,
     set_: SetOption = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic.
 
@@ -509,7 +542,7 @@ def extremes(
     loaded = None if scenario is None else _loaded(scenario, set_)
     if loaded is not None:
         refuse_special(loaded.scenario, "vireport extremes")
-    with progress(quiet) as say:
+    with progress(quiet, verbose) as say:
         outcomes = run_catalogue(loaded, say)
     printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)
     code, failure = exit_status(outcomes)
@@ -525,6 +558,7 @@ def optimise(
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Find the best design that meets the requirements. The scenario's design block says what may vary.
 
@@ -542,7 +576,7 @@ def optimise(
     command = _command("optimise", [scenario], ("--json", json), ("--set", set_), _paper(paper))
     provenance = provenance_of(loaded, command)
     folder = _writable_folder(output, scenario, "-best", json, outputs.NAMES)
-    with progress(quiet) as say:
+    with progress(quiet, verbose) as say:
         result = search(problem, say)
         files = {} if json else outputs.files(result, provenance)
         if "best.yaml" in files:
@@ -621,6 +655,7 @@ def identify(
     json: Json = False,
     set_: SetOption = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Identify restitutions and other inputs from measured impacts or raw signals, and test whether the model fits.
 
@@ -638,7 +673,7 @@ def identify(
     options = (("--free", free), ("--json", json), ("--set", set_))
     command = _command("identify", [scenario], *against, reference, *options)
     folder = _writable_folder(output, scenario, "-identified", json, identify_outputs.NAMES)
-    with progress(quiet) as say:
+    with progress(quiet, verbose) as say:
         outcome = identify_outputs.outcome(loaded, impacts, record, clock is not None, free or [], command, json, say)
     if json:
         outcome = replace(outcome, files={})
@@ -672,6 +707,7 @@ def chart(
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Draw the stable motions over two inputs, bounded by the exact curves along which motions change."""
     _refuse_files_beside_json(json, "chart", output, format_)
@@ -689,10 +725,10 @@ def chart(
     width_mm = None if figure_width is None else _figure_width(figure_width, formats)
     names = file_names(formats, charts.CHART_FILES)
     folder = _writable_folder(output, scenario, "-chart", json, names)
-    with progress(quiet) as say:
-        result = chart_of(loaded, over, say)
+    with progress(quiet, verbose) as say:
+        result = chart_of(loaded, over, portion(say, 0.0, 1.0 if json else CHARTED_SHARE))
         if not json:
-            say("setting the report")
+            say(WorkStep("setting the report", CHARTED_SHARE))
             files = charts.files(result, loaded, formats, command, templates, paper, width_mm)
     if json:
         deliver(CommandOutcome(charts.chart_json(result, provenance_of(loaded, command))), quiet=quiet)
@@ -717,19 +753,27 @@ def sweep(
     ] = None,
     figures: Annotated[bool, typer.Option(help="Draws heat maps of a grid over two parameters.")] = True,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Compute a map over two or more parameters. An interrupted run is resumed where it stopped."""
-    from vireport.maps import run_map, terminal_progress
+    from vireport.maps import run_map
 
     folder = output or _default_folder(map_file)
-    silent = quiet or not sys.stderr.isatty()
     try:
-        with nullcontext() if silent else terminal_progress() as shown:
-            summary = run_map(map_file, folder, scheduler, workers, shown, figures)
+        with progress(quiet, verbose) as say:
+
+            def show(done: int, total: int) -> None:
+                say(WorkStep("computing cells", done / total, f"{done:,} of {total:,}"))
+
+            summary = run_map(map_file, folder, scheduler, workers, show, figures)
         interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
     deliver(CommandOutcome(summary=summary), quiet=quiet)
+
+
+def _json(data: dict[str, Any]) -> str:
+    return plain_json.dumps(data, indent=2) + "\n"
 
 
 def _loaded(scenario: str, overrides: list[str] | None, carried: Carried | None = None) -> Loaded:
@@ -882,6 +926,8 @@ def _run(arguments: list[str]) -> int:
             group.invoke(context)
     except typer.Exit as stop:
         return stop.exit_code
+    except SystemExit as stop:  # Typer ends the process once it has shown or installed the script of completion
+        return stop.code if isinstance(stop.code, int) else 0
     except typer.TyperException as refused:
         interrupts.check()  # one that came while the arguments were read: nothing was done
         tell([f"{PROGRAM}: error: {refused.format_message()}", f"{PROGRAM} {asked} --help lists the options"], RED)

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct, to_builtins
 from scipy.special import stdtrit  # type: ignore[import-untyped]
 
-from vireport.base import NumericalError, Progress, UsageError
+from vireport.base import NumericalError, Progress, UsageError, WorkStep, portion
 from vireport.cli.outcome import CommandOutcome
 from vireport.design import Margin, MeasuredShare, design_point, measured_share
 from vireport.measurement import (
@@ -44,6 +44,12 @@ NAMES = "identified.json", "identified.yaml", RECORD, "figure-record.png"
 CONFIDENCE = 0.95
 NORMAL_HALF = 1.96
 """Half of that interval over the standard error, where that is known."""
+
+PICKED_SHARE, DRAWN_SHARE = 0.5, 0.9
+"""Shares of the time with raw signals, as measured, after which the impacts are picked, and the record is drawn."""
+
+ANSWERED_SHARE = 0.5
+"""Share of the time from the impacts on that the identification takes, as measured; random devices take the rest."""
 
 SAME_RESTITUTION = 1e-9
 """Difference of two restitutions that a scenario has as one: beyond what times tell, and before its own limit."""
@@ -94,9 +100,9 @@ def outcome(
     """
     inquiry = inquiry_of(loaded.scenario, free, referenced)
     signals = None
-    say("reading the record")
+    say(WorkStep("reading the record", 0.0))
     if recorded is not None:
-        signals = read_signals(recorded, inquiry, say)
+        signals = read_signals(recorded, inquiry, portion(say, 0.0, PICKED_SHARE))
         record = signals.record
         if signals.shaker is not None:
             if referenced:
@@ -108,10 +114,11 @@ def outcome(
     # What is given may be the file that an earlier run wrote here, and was corrected since.
     stale = tuple(name for name in NAMES if name != RECORD or signals is not None)
     if signals is not None and not json:
-        say("drawing the record")
+        say(WorkStep("drawing the record", PICKED_SHARE))
         files["figure-record.png"] = _png(signals)
+    rest = say if signals is None else portion(say, PICKED_SHARE if json else DRAWN_SHARE, 1.0)
     try:
-        answer = answered(inquiry, record, referenced, say)
+        answer = answered(inquiry, record, referenced, portion(rest, 0.0, ANSWERED_SHARE))
     except Unidentifiable as refused:
         failure = WORDS("refused", refused.left_open, Unknown.PHASE in inquiry.unknowns)
         if signals is None or json:
@@ -121,7 +128,7 @@ def outcome(
         return CommandOutcome(printed, files, failure=failure, exit_code=NumericalError.exit_code, stale=stale)
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
-    say("trying devices as the errors allow")
+    rest(WorkStep("trying devices as the errors allow", ANSWERED_SHARE))
     share, held = _share_of(answer), _held_harmonics(answer, shaker)
     data = _data(answer, scenario)
     data["devices"] = None if share is None else to_builtins(share)

@@ -5,21 +5,31 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from datetime import timedelta
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, TextIO
 
 import typer
 from msgspec import Struct, field
 
-from vireport.base import interrupts, write_files
+from vireport.base import UsageError, WorkStep, interrupts, write_files
 from vireport.text import visible
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from vireport.base import Progress
 
 REPORT = "report.html"
 """The file that a reader opens first."""
+
+TELLING = 0.01
+"""Share of the work from which on its time tells how long the rest will take."""
+
+BAR = 20
+"""Characters of the bar that shows which share of the work is done."""
 
 RED, BOLD, PLAIN = "\x1b[31m", "\x1b[1m", "\x1b[0m"
 
@@ -132,20 +142,84 @@ def _colored(lines: Iterable[str], color: str, stream: TextIO) -> list[str]:
 
 
 @contextmanager
-def progress(quiet: bool) -> Iterator[Progress]:
-    """What is told each step: shown on one line of a terminal, of which nothing is left, and nowhere else."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda what: interrupts.check()
-        return
+def progress(quiet: bool, verbose: bool = False) -> Iterator[Progress]:
+    """What is told each step: shown on one line of a terminal, of which nothing is left.
+
+    Parameters
+    ----------
+    quiet : bool
+        Whether to show nothing.
+    verbose : bool
+        Whether to write each step to standard error as it ends, with its seconds, terminal or not.
+
+    Raises
+    ------
+    UsageError
+        If both are asked for.
+    """
+    if quiet and verbose:
+        raise UsageError("--quiet and --verbose: one of them (leave the other out)")
+    shown = nullcontext() if quiet or not sys.stderr.isatty() else _on_one_line()
+    with shown as show, _logged() if verbose else nullcontext() as log:
+
+        def say(what: str) -> None:
+            interrupts.check()
+            for told in (log, show):
+                if told is not None:
+                    told(what)
+
+        yield say
+
+
+@contextmanager
+def _on_one_line() -> Iterator[Progress]:
+    """The step that is under way, and from when it is known the share of the work that is done and the time left."""
     from rich.console import Console
     from rich.live import Live
+    from rich.progress_bar import ProgressBar
+    from rich.table import Column, Table
     from rich.text import Text
 
+    known: list[tuple[float, float]] = []  # when a share was told, and which
     # Redrawn only at each step: a thread that draws a spinner would be in the way where times are measured.
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as line:
 
         def show(what: str) -> None:
-            interrupts.check()
-            line.update(Text(visible(what), overflow="ellipsis", no_wrap=True), refresh=True)
+            step = WorkStep.of(what)
+            if step.share is not None:
+                known.append((perf_counter(), step.share))
+            cells: list[RenderableType] = [Text(visible(step), overflow="ellipsis", no_wrap=True)]
+            if known:
+                # From the first share that was told, which of a map that is resumed is what was there before.
+                (begun, before), (_, done) = known[0], known[-1]
+                seconds = (perf_counter() - begun) * (1 - done) / (done - before) if done - before > TELLING else None
+                left = "" if seconds is None else f", {timedelta(seconds=round(seconds))} left"
+                share = Text(f"{int(100 * done):3d} %{left}", no_wrap=True)
+                cells += [ProgressBar(total=1.0, completed=done, width=BAR), share]
+            row = Table.grid(Column(ratio=1), padding=(0, 1), expand=True)
+            row.add_row(*cells)
+            line.update(row, refresh=True)
 
         yield show
+
+
+@contextmanager
+def _logged() -> Iterator[Progress]:
+    """Each step with its seconds, as it ends; alike ones that follow one another are one, and all of them at last."""
+    begun = first = perf_counter()
+    under_way = ""
+
+    def end() -> None:
+        if under_way:
+            tell([f"{perf_counter() - begun:8.2f} s  {under_way}"])
+
+    def log(what: str) -> None:
+        nonlocal begun, under_way
+        name = WorkStep.of(what).name
+        if name != under_way:
+            end()
+            begun, under_way = perf_counter(), name
+
+    yield log
+    end()
+    tell([f"{perf_counter() - first:8.2f} s  in all"])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
+from vireport.base import portion
 from vireport.cli.outcome import CommandOutcome
 from vireport.gate import unmet
 from vireport.scenario import Loaded
@@ -37,6 +38,10 @@ if TYPE_CHECKING:
     from vireport.report import Carried
     from vireport.text import Table
 
+
+ANALYSED_SHARE = 0.9
+"""Share of the time of a run that the study takes where it is long enough to wait for; figures and pages take the rest.
+"""
 
 NAMES = {
     Task.HTML: ("report.html",),
@@ -103,8 +108,7 @@ def run_outcome(
     width_mm : float, optional
         Of figures for a column of a paper.
     """
-    say("solving")
-    study = analyse(loaded, formats, say)
+    study = analyse(loaded, formats, portion(say, 0.0, ANALYSED_SHARE))
     if certify:
         say("proving the critical points")
         study = with_certificates(study)

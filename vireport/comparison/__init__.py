@@ -1,5 +1,8 @@
 """Scenarios, variants and earlier results side by side, in one table."""
 
+from typing import TYPE_CHECKING
+
+from vireport.base import deferred
 from vireport.comparison.baseline import changes, diff, read_baseline, require_comparable
 from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.diff_outputs import changes_table, diff_json, diff_markdown, diff_text, rerun_text, unequal
@@ -18,6 +21,11 @@ from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import Merit
 from vireport.comparison.table import ComparisonRow
 
+if TYPE_CHECKING:
+    from vireport.comparison.figures import compare_figure
+else:
+    __getattr__ = deferred(__name__, "figures")
+
 __all__ = [
     "COMPARISON_FILES",
     "COMPARISON_FOLDER",
@@ -29,6 +37,7 @@ __all__ = [
     "changes",
     "changes_table",
     "compare",
+    "compare_figure",
     "compare_json",
     "comparison_provenance",
     "diff",

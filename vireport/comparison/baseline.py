@@ -21,7 +21,7 @@ from vireport.base import UsageError
 from vireport.comparison.messages import Message, since_baseline
 from vireport.comparison.quantities import QuantityGroup, bound_in_d, compared_scenarios
 from vireport.comparison.table import Axes, ComparisonRow, axes_of, comparison_rows
-from vireport.study import SCHEMA_VERSION, Study
+from vireport.study import SCHEMA_VERSION, Study, require_study
 from vireport.text import visible
 
 RELATIVE = 1e-6
@@ -123,6 +123,7 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     """
     if not 0 <= relative < inf:
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
+    require_study(study)
     _require_results(baseline)
     return _changed_rows(baseline, study.to_dict(), relative)
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vireport.base import NumericalError, UsageError
+from vireport.base import NumericalError, UsageError, WorkStep
 from vireport.comparison.messages import Message
 from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, best_and_why, rank_studies, ranking_table
@@ -23,7 +23,7 @@ from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_o
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.scenario import to_dict
 from vireport.study import SCHEMA_VERSION, Study, Task, analyse, plan
-from vireport.text import html_table
+from vireport.text import html_table, visible
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -65,6 +65,10 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
     axes: Axes
     table: tuple[ComparisonRow, ...]
     rank_by: tuple[Merit, ...] = ()
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.names) if len(self.names) <= BESIDE_ONE_ANOTHER else f"{len(self.names)} scenarios"
+        return f"<Comparison of {visible(names)}: {self.headline}>"
 
     @property
     def by_name(self) -> dict[str, Study]:
@@ -189,7 +193,7 @@ def compare(
     say = progress or (lambda what: None)
     studies = []
     for number, variant in enumerate(chosen, 1):
-        say(f"solving {number} of {len(chosen)}: {variant.name}")
+        say(WorkStep(f"solving {variant.name}", (number - 1) / len(chosen), f"{number} of {len(chosen)}"))
         studies.append(variant.study or _solved(variant, say))
     scenarios = compared_scenarios(
         {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
@@ -214,6 +218,7 @@ def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Meri
 
 def _solved(variant: Variant, say: Progress) -> Study:
     try:
+        # Without its own share: the one that is shown is that of all scenarios.
         return analyse(variant.loaded, progress=lambda what: say(f"{variant.name}: {what}"))
     except NumericalError as error:
         raise NumericalError(f"{variant.name}: {error}") from error

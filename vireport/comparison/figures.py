@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
-from vireport.comparison.comparison import OVERLAY, Comparison, columns, left_out
+from vireport.base import UsageError
+from vireport.comparison.comparison import COMPARED_FIGURES, OVERLAY, Comparison, columns, left_out
 from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import Merit
 from vireport.figures import (
@@ -122,6 +123,12 @@ def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
     tuple of Figure
         One for each four scenarios; none where no scenario has it.
     """
+    if not isinstance(comparison, Comparison):
+        raise UsageError(
+            f"a Comparison is needed, not a value of type {type(comparison).__name__} (allowed: what compare gives)"
+        )
+    if name not in COMPARED_FIGURES:
+        raise UsageError(f"there is no figure {name!r} of a comparison (allowed: {', '.join(COMPARED_FIGURES)})")
     figure = Task(name)
     return tuple(_figure(figure, shown) for shown in _pages(comparison, figure))
 

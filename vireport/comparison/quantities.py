@@ -15,6 +15,7 @@ from typing import Any, Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base import brief
 from vireport.motions import Event, Stability
 from vireport.physics import Device, Harmonic
 from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
@@ -105,6 +106,8 @@ class ComparedQuantity(Struct, frozen=True):
     finding: bool = False
     comparable: bool = True
     missing: str = ""
+
+    __repr__ = brief
 
     @property
     def identity(self) -> Hashable:

@@ -18,7 +18,7 @@ from vireport.design import DesignPoint, Margin
 from vireport.scenario import DesignInput
 from vireport.shocks import Withstood
 from vireport.study import Study
-from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, significant, texts
+from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, significant, texts, visible
 
 RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""
@@ -100,6 +100,9 @@ class Ranked(Struct, frozen=True, eq=False):
     merits: Mapping[Merit, float | None]
     order: tuple[Merit, ...] = ALWAYS
 
+    def __repr__(self) -> str:
+        return f"<Ranked {self.rank}: {visible(self.name)}, {self.study.verdict.word}>"
+
     @property
     def stable(self) -> bool:
         """Whether there is stable motion, at the design point where there is one."""
@@ -129,7 +132,11 @@ class Ranked(Struct, frozen=True, eq=False):
             return self._disturbed(merit, value)
         if value is None:
             design = self.study.solution.design
-            return Message.NOT_KNOWN if merit is Merit.MARGIN and design is not None and design.unresolved else ABSENT
+            return (
+                Message.NOT_KNOWN
+                if merit is Merit.MARGIN and design is not None and design.unresolved_inputs
+                else ABSENT
+            )
         if merit is not Merit.MARGIN:
             return quantity(value, "V/s" if merit is Merit.RATE else "V")
         if self.margin is None:
@@ -208,15 +215,13 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     """
     solution, check = study.solution, study.crosscheck
     design = solution.design
-    stable = bool(design.motions.stable.any()) if design is not None else bool(solution.stable_ranges)
+    stable = bool(design.motions.stable_mask.any()) if design is not None else bool(solution.stable_ranges)
     margin, room = _room(design) if design is not None and stable else (None, None)
     # Metres and newtons have no order: ranges of different parameters are compared by their width over their middle.
     widths = [
         (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
     ]
-    voltage = None
-    if design is not None and stable and design.voltages is not None:
-        voltage = float(design.voltages.average_v[design.motions.stable].min())
+    voltage = None if design is None else design.u_ave_v
     found, withstood = study.disturbances, _withstood(study)
     shock = _withstands_all(study)
     if withstood is not None and withstood.jump_m_s is not None:
@@ -238,7 +243,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
 def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     """Find the nearest end of stable motion and its relative distance, infinite where there is no end."""
     # An end that rounding does not resolve may be nearer than all that are known.
-    if design.unresolved:
+    if design.unresolved_inputs:
         return None, None
     ends = [(end, abs(end.relative)) for end in design.limits() if end.relative is not None]
     return ends[0] if ends else (None, inf)
@@ -360,7 +365,7 @@ def margins_table(ranked: Sequence[Ranked]) -> Table | None:
     """Set the nearest end of stable motion along each input; None where no scenario has stable motion."""
     designs = [(scenario.name, scenario.study.solution.design) for scenario in ranked]
     rows = tuple(
-        (name, *_ends(design)) for name, design in designs if design is not None and design.motions.stable.any()
+        (name, *_ends(design)) for name, design in designs if design is not None and design.motions.stable_mask.any()
     )
     if not rows:
         return None
@@ -373,7 +378,7 @@ def _ends(design: DesignPoint) -> Iterator[str]:
     for varied in DesignInput:
         along = (end for end in design.limits() if end.parameter is varied)
         nearest = min(along, key=lambda end: abs(end.distance), default=None)
-        if varied in design.unresolved:
+        if varied in design.unresolved_inputs:
             yield Message.NOT_KNOWN
         elif nearest is None:
             yield Message.NONE

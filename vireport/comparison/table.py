@@ -16,10 +16,14 @@ from msgspec.structs import replace
 from vireport.comparison.messages import side_by_side
 from vireport.comparison.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
 from vireport.scenario import DesignInput, Parameter
+from vireport.text import significant, visible
 
 NO_DIFFERENCE = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made
 to less."""
+
+LONGEST_VALUES = 120
+"""Characters of the values that the one line of a row shows."""
 
 SAME_INPUT = 1e-12
 """Relative difference up to which a value of the scenario is the same: it is read from a text, and only rounding is
@@ -56,6 +60,10 @@ class ComparisonRow(Struct, frozen=True):
     change: float | None
     differs: bool
     sentence: str
+
+    def __repr__(self) -> str:
+        values = ", ".join(significant(value) if isinstance(value, float) else str(value) for value in self.values)
+        return f"<ComparisonRow {visible(self.heading)}: {visible(values, LONGEST_VALUES)}>"
 
     @property
     def heading(self) -> str:

@@ -11,10 +11,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import Mistake, ScenarioError, UsageError
-from vireport.scenario import Loaded, Scenario, as_texts, inputs, load, loads
+from vireport.scenario import Loaded, Scenario, Source, as_texts, inputs, load, loads
 from vireport.study import Study
 
-Item = str | Path | Loaded | Study
+Item = Source | Loaded | Study
 Vary = Sequence[str] | Mapping[str, Sequence[object]]
 
 MOST_SCENARIOS = 48
@@ -54,7 +54,8 @@ def variants(
     ScenarioError
         Where one cannot be used.
     """
-    given = [items] if isinstance(items, str | Path | Loaded | Study) else list(items)
+    one = str, bytes, Path, Mapping, Loaded, Study
+    given = list(items) if isinstance(items, Iterable) and not isinstance(items, one) else [items]
     axes, over = _axes(vary), as_texts(overrides)
     count = len(given) * prod(len(values) for _, values in axes)
     if count > MOST_SCENARIOS:
@@ -88,6 +89,8 @@ def _axes(vary: Vary | None) -> list[tuple[str, list[str]]]:
     axes = []
     if isinstance(vary, Mapping):
         for path, values in vary.items():
+            if isinstance(values, str) or not isinstance(values, Iterable):
+                raise UsageError(f"--vary {path}: {values!r} is no list of values (such as [1, 2, 3])")
             axes.append((path, [as_texts({path: value})[0].partition("=")[2] for value in values]))
     else:
         for text in [vary] if isinstance(vary, str) else vary or ():
@@ -124,7 +127,7 @@ def _split(text: str) -> list[str]:
 
 def _variant(item: Item, over: tuple[str, ...], extra: tuple[str, ...]) -> Variant:
     """Load an item with what is set over it; a study stays solved where nothing is."""
-    if isinstance(item, str | Path):
+    if not isinstance(item, Loaded | Study):
         return Variant("", load(item, (*over, *extra)))
     loaded = item.loaded if isinstance(item, Study) else item
     if over or extra:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.compliant.descent import MULTIPLIER, Floats, Rigid, descend, rigid_motion
 from vireport.compliant.model import CompliantModel, compliant_model, free_flight
 from vireport.compliant.return_map import SUBSTEPS, ReturnTrip, return_trip
@@ -139,6 +139,8 @@ class StabilityEnd(Struct, frozen=True, eq=False):
     error: float
     absence: Absence | None
 
+    __repr__ = brief
+
     @property
     def rigid(self) -> float:
         """Value of the input with rigid membranes."""
@@ -195,6 +197,8 @@ class OwnStiffness(Struct, frozen=True, eq=False):
     absence: Absence | None
     ends: tuple[StabilityEnd, ...]
 
+    __repr__ = brief
+
     @property
     def margin_gone(self) -> bool:
         """Whether the motion at the design point is known to be not stable, or not there, although the rigid one is."""
@@ -222,7 +226,7 @@ def own_stiffness(solution: Solution) -> OwnStiffness | None:
     if membrane is None or chosen is None:
         return None
     rigid, device = chosen
-    at_design = solution.design is not None and bool(solution.design.motions.stable.any())
+    at_design = solution.design is not None and bool(solution.design.motions.stable_mask.any())
     ends = tuple(
         _end(device, membrane, varied, point, at_design, swept) for varied, point, swept in _rigid_ends(solution)
     )
@@ -250,7 +254,7 @@ def _rigid_ends(solution: Solution) -> Iterator[tuple[ScalarInput, Point, bool]]
     swept = [point for part in solution.stable_ranges for _, point in part.ends if point is not None]
     for point in swept:
         yield solution.parameter, point, True
-    if solution.design is not None and solution.design.motions.stable.any():
+    if solution.design is not None and solution.design.motions.stable_mask.any():
         nearest = [
             margin for margins in (solution.design.limits(), solution.design.endings()) for margin in margins[:1]
         ]

@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.design.point import DesignPoint, around_length
 from vireport.motions import BifurcationDiagram, Branch, Motions, Sweep, one_to_one_bounds
 from vireport.physics import (
@@ -43,6 +44,8 @@ class Bounds(Struct, frozen=True, eq=False):
     branches: tuple[dict[str, Floats], ...]
     design: dict[str, Floats] | None
 
+    __repr__ = brief
+
 
 def bounds_of(
     device: Device, membrane: Membrane | None, diagram: BifurcationDiagram | None, design: DesignPoint | None
@@ -53,7 +56,7 @@ def bounds_of(
     if design is None:
         return Bounds(along, None)
     bounds = _of(membrane, around_length(device), design.motions, design.errors)
-    if membrane is not None and design.conversion is not None:
+    if membrane is not None and design.conversion_by_motion is not None:
         bounds |= _conversion_bounds(device, membrane, design, bounds)
     return Bounds(along, bounds)
 
@@ -93,7 +96,7 @@ def _conversion_bounds(
     device: Device, membrane: Membrane, design: DesignPoint, bounds: dict[str, Floats]
 ) -> dict[str, Floats]:
     """Bound the errors of what a design point's motions convert, by the names of `Conversion`."""
-    volts, dielectric = cast(Voltages, design.voltages), cast(Dielectric, membrane.dielectric)
+    volts, dielectric = cast(Voltages, design.voltages_by_motion), cast(Dielectric, membrane.dielectric)
     gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
     speeds = _speeds(around_length(device), design.motions, bounds)
     with np.errstate(all="ignore"):

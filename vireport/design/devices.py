@@ -10,6 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.motions import Orbits, find_motions
 from vireport.physics import (
     AFFINE,
@@ -75,6 +76,8 @@ class Region(Struct, frozen=True, eq=False):
     design: Device
     start: dict[DesignInput, float]
     end: dict[DesignInput, float]
+
+    __repr__ = brief
 
     @property
     def factors(self) -> int:

@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.design.distortion import with_friction
 from vireport.design.distortion import with_harmonic as followed_with
 from vireport.design.lines import (
@@ -124,6 +124,8 @@ class Shift(Struct, frozen=True):
     absence: Unmoved | None = None
     least: float | None = None
 
+    __repr__ = brief
+
     @property
     def room(self) -> float:
         """The margin that is left; infinite where no end is found, and minus that where there is no stable motion."""
@@ -157,6 +159,8 @@ class Shifts(Struct, frozen=True, eq=False):
     end: Margin | None
     rows: tuple[Shift, ...] = ()
     absence: Unmoved | None = None
+
+    __repr__ = brief
 
     @property
     def worst(self) -> Shift | None:
@@ -246,7 +250,7 @@ def shifts(
     """
     end = next((margin for margin in design.endings() if margin.relative is not None), None)
     if end is None:
-        return Shifts(None, absence=Unmoved.NO_END if design.motions.stable.any() else Unmoved.NO_MOTION)
+        return Shifts(None, absence=Unmoved.NO_END if design.motions.stable_mask.any() else Unmoved.NO_MOTION)
     rows, origin = [], _Origin(device, stable_ones(device, design.motions))
     for effect in effects:
         changed = _changed(device, design, effect, end)

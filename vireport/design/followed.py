@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.design.lines import LOSES_STABILITY, Line, along, extent, line_of, value_at
 from vireport.motions import (
     STABILITIES,
@@ -60,6 +61,8 @@ class FollowedMotion(Struct, frozen=True, eq=False):
     high: float
     below: Event
     above: Event
+
+    __repr__ = brief
 
     @property
     def name(self) -> str:

@@ -331,7 +331,9 @@ class Followed(NamedTuple):
 def stable_ones(device: Device, motions: Motions) -> list[Followed]:
     """The stable motions among those of a device."""
     n = device.period_ratio
-    return [Followed(motion_at(motions, int(row), n), float(motions.u[row])) for row in np.flatnonzero(motions.stable)]
+    return [
+        Followed(motion_at(motions, int(row), n), float(motions.u[row])) for row in np.flatnonzero(motions.stable_mask)
+    ]
 
 
 def endings(

@@ -35,6 +35,7 @@ from vireport.motions import (
 )
 from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Word, carried, force_rate, wave
 from vireport.scenario import DesignInput
+from vireport.text import percent
 
 Floats = NDArray[np.float64]
 
@@ -85,6 +86,17 @@ class Margin(Struct, frozen=True, eq=False):
     derivatives: dict[DesignInput, float | None]
     taken_over: bool = False
     by_harmonics: dict[int, tuple[float, float] | None] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<Margin to {self.shown}>"
+
+    @property
+    def shown(self) -> str:
+        """The critical point and its place as text, with the distance in per cent or, where there is none, its unit."""
+        away = percent(self.relative, signed=True)
+        if self.relative is None:
+            away = f"{'+' if self.distance > 0 else ''}{self.parameter.show(self.distance, 3)}"
+        return f"{self.name} at {self.parameter.symbol} = {self.parameter.show(self.sweep_value, 5)} ({away})"
 
     @property
     def event(self) -> Event:

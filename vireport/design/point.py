@@ -43,6 +43,7 @@ from vireport.physics import (
     Voltages,
 )
 from vireport.scenario import DesignInput, Parameter, ScalarInput
+from vireport.text import quantity, significant
 
 Floats = NDArray[np.float64]
 
@@ -73,6 +74,9 @@ class StableInterval(Struct, frozen=True, eq=False):
     start_point: Point | None
     end_point: Point | None
     off: tuple[float, float] = NO_TOLERANCE
+
+    def __repr__(self) -> str:
+        return f"<StableInterval {self.shown(6, 6)}>"
 
     @property
     def ends(self) -> tuple[tuple[float, Point | None], tuple[float, Point | None]]:
@@ -113,17 +117,17 @@ class DesignPoint(Struct, frozen=True, eq=False):
     margins : tuple of Margin
         Nearest first: to the ends of the stable motions in every input, whatever is swept, to the pitchforks at which
         another motion takes over from them, and to the other critical points of the sweep.
-    unresolved : tuple of DesignInput
+    unresolved_inputs : tuple of DesignInput
         Inputs along which rounding does not resolve where the stable motions end.
-    stable : tuple of StableInterval
+    stable_ranges : tuple of StableInterval
         For each other input, the range up to the first of these ends on either side.
     distortions : tuple of Distortion
         The least harmonics of the force that end a stable motion, see `with_distortions`; none where no motion is
         stable.
-    voltages : Voltages or None
-        Of the motions; None where no energy is evaluated.
-    conversion : Conversion or None
-        Of the motions; None where the membrane's dielectric is not given.
+    voltages_by_motion : Voltages or None
+        Of every motion, stable or not; None where no energy is evaluated.
+    conversion_by_motion : Conversion or None
+        Of every motion, stable or not; None where the membrane's dielectric is not given.
     lost : int
         Motions that are not followed to a restitution that falls with speed, see `speed_law.UnderLaw`.
     """
@@ -134,12 +138,56 @@ class DesignPoint(Struct, frozen=True, eq=False):
     families: tuple[Symmetry, ...]
     errors: tuple[Floats, Floats]
     margins: tuple[Margin, ...]
-    unresolved: tuple[DesignInput, ...]
-    stable: tuple[StableInterval, ...]
+    unresolved_inputs: tuple[DesignInput, ...]
+    stable_ranges: tuple[StableInterval, ...]
     distortions: tuple[Distortion, ...] = ()
-    voltages: Voltages | None = None
-    conversion: Conversion | None = None
+    voltages_by_motion: Voltages | None = None
+    conversion_by_motion: Conversion | None = None
     lost: int = 0
+
+    def __repr__(self) -> str:
+        stable = dict.fromkeys(self.motions.select(self.motions.stable_mask).words)
+        count = int(self.motions.admissible_mask.sum())
+        parts = [
+            f"{count} motion{'s' * (count != 1)}, {' and '.join(stable) or 'none stable'}" if count else "no motion"
+        ]
+        if self.u_ave_v is not None:
+            parts.append(f"U_ave {quantity(self.u_ave_v, 'V')}")
+        parts += [f"nearest end: {margin.shown}" for margin in self.limits()[:1]]
+        return f"<DesignPoint {self.parameter.symbol} = {self.parameter.show(self.value)}: {', '.join(parts)}>"
+
+    def _repr_html_(self) -> str:
+        """The motions and the margins, for a notebook."""
+        from html import escape  # only here: it reads the names of all characters
+
+        from vireport.text import html_table
+
+        motions, volts = self.motions, self.voltages_by_motion
+        numbers = (motions.q, motions.phi_bottom, motions.velocity_bottom, motions.velocity_top)
+        gained = np.full(len(motions), np.nan) if volts is None else volts.average_v
+        rows = [
+            (
+                words,
+                "yes" if motions.admissible_mask[row] else "no",
+                *(significant(float(column[row])) for column in numbers),
+                quantity(float(gained[row]), "V"),
+            )
+            for row, words in enumerate(motions.words)
+        ]
+        heads = ("Type", "Admissible", "q", "φ bottom [rad]", "Ż bottom [y_c]", "Ż top [y_c]", "U_ave")
+        margins = [(margin.parameter.quantity, margin.shown) for margin in self.limits()]
+        ends = html_table(("Input", "Nearest ends of stable motion"), margins) if margins else ""
+        return f"<p>{escape(repr(self)[1:-1])}</p>\n{html_table(heads, rows)}\n{ends}"
+
+    @property
+    def u_ave_v(self) -> float | None:
+        """Mean voltage of the stable motion, U_ave of Eq. (5.1) [V]; of several stable ones the least.
+
+        That is what requirements, rankings and the best design count, whichever of them the device comes to; mirror
+        images generate the same. None where no motion is stable, or no energy is evaluated.
+        """
+        volts, stable = self.voltages_by_motion, self.motions.stable_mask
+        return None if volts is None or not stable.any() else float(volts.average_v[stable].min())
 
     def endings(self, *kinds: Event) -> list[Margin]:
         """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
@@ -181,7 +229,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
         if all(distances[k].parameter.sweepable is not chosen for k in same):
             distances.append(margin_at(device, DesignInput(chosen), point, False, {}))
     distances = nearest_first(distances)
-    stable = _stable_ranges(device, distances, ends.unresolved) if motions.stable.any() else ()
+    stable = _stable_ranges(device, distances, ends.unresolved) if motions.stable_mask.any() else ()
     return DesignPoint(*found, tuple(distances), ends.unresolved, stable, lost=lost)
 
 
@@ -281,7 +329,7 @@ def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
     motions.sweep_value[:] = device.value_of(parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
-    order = np.lexsort((-motions.velocity_bottom, ~motions.stable))
+    order = np.lexsort((-motions.velocity_bottom, ~motions.stable_mask))
     families = tuple(Symmetry.SYMMETRIC if places[i].symmetric else Symmetry.ASYMMETRIC for i in order)
     return (motions.select(order), families, (error_u[order], error_phi[order])), lost
 
@@ -351,7 +399,7 @@ def ending_beyond(
     line = line_of(varied, device)
     ends = []
     own = motions.u >= 0 if mirrored(device) and parameter.keeps_symmetry else True
-    rows = np.flatnonzero(motions.stable & own)
+    rows = np.flatnonzero(motions.stable_mask & own)
     onward = [margin.point for margin in (known.endings() if known is not None else ()) if margin.parameter is varied]
     onward = [point for point in onward if known is not None and sign * (point.sweep_value - known.value) > 0]
     first = min(onward, key=lambda point: sign * point.sweep_value, default=None)

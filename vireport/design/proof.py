@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
+from vireport.base import brief
 from vireport.design.devices import (
     OTHER_SYMBOLS,
     Floats,
@@ -242,6 +243,8 @@ class Proof(Struct, frozen=True, eq=False):
     motions: Floats
     open_share: float
     failing: Floats | None
+
+    __repr__ = brief
 
     @property
     def boxes(self) -> int:

@@ -77,7 +77,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
         None where there is no stable motion, or no restitution to change.
     """
     r = device.value_of(DesignInput.RESTITUTION)
-    rows = np.flatnonzero(motions.stable)
+    rows = np.flatnonzero(motions.stable_mask)
     if not rows.size or r == 0:
         return None
     # The closed form needs a restitution below 1: upwards it is at most halfway there.
@@ -100,7 +100,7 @@ def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
     if device.law is not None:
         others = (device.with_values({DesignInput.RESTITUTION: float(r)}) for r in restitutions)
         found = (motions_at(other, Parameter.LENGTH)[0] for other in others)
-        return [motions.velocity_bottom[motions.stable] for motions in found]
+        return [motions.velocity_bottom[motions.stable_mask] for motions in found]
     moved = device.with_values({DesignInput.RESTITUTION: restitutions}).restitution
     own = device.groups(Parameter.LENGTH, device.length_m)
     known = own._replace(d=np.full(2, own.d), gbar=np.full(2, own.gbar), restitution=moved, harmonics=device.harmonics)

@@ -70,6 +70,17 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
     diagram: BifurcationDiagram | None
     design: DesignPoint | None
 
+    def __repr__(self) -> str:
+        parts = []
+        if self.sweep is not None:
+            labels = " ".join(point.label for point in self.critical_points)
+            ranges = " and ".join(part.shown(6, 6) for part in self.stable_ranges)
+            parts += [f"{len(self.branches)} branches", f"critical points {labels or 'none'}"]
+            parts.append(f"stable for {ranges}" if ranges else "nowhere stable")
+        if self.design is not None:
+            parts.append(repr(self.design)[1:-1])
+        return f"<Solution: {', '.join(parts)}>"
+
     @property
     def sweep(self) -> Sweep | None:
         """What is varied."""
@@ -155,9 +166,9 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
     def _evaluated(self) -> Iterator[Floats]:
         """Deflections of the admissible motions of the branches, and of the design point's solutions."""
         for branch in self.branches:
-            if (voltages := branch.voltages) is not None:
-                yield voltages.deflection_m[branch.motions.admissible]
-        if self.design is not None and (voltages := self.design.voltages) is not None:
+            if (voltages := branch.voltages_by_motion) is not None:
+                yield voltages.deflection_m[branch.motions.admissible_mask]
+        if self.design is not None and (voltages := self.design.voltages_by_motion) is not None:
             yield voltages.deflection_m
 
 
@@ -204,8 +215,8 @@ def solution_of(
     if point is not None and margins:
         point = with_distortions(device, point)
     if point is not None and tolerances is not None:
-        stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable)
-        point = replace(point, stable=tuple(stable))
+        stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable_ranges)
+        point = replace(point, stable_ranges=tuple(stable))
     if membrane is None:
         return Solution(device, None, diagram, point)
 
@@ -214,28 +225,28 @@ def solution_of(
 
     if diagram is not None:
         parameter = diagram.sweep.parameter
-        branches = (replace(branch, voltages=of(parameter, branch.motions)) for branch in diagram.branches)
+        branches = (replace(branch, voltages_by_motion=of(parameter, branch.motions)) for branch in diagram.branches)
         diagram = replace(diagram, branches=tuple(branches))
     if point is not None:
         volts = of(point.parameter, point.motions)
-        point = replace(point, voltages=volts)
+        point = replace(point, voltages_by_motion=volts)
         if membrane.dielectric is not None:
             gains, speeds = (volts.bottom_v, volts.top_v), impact_velocities(device, point.parameter, point.motions)
             with np.errstate(all="ignore"):  # beyond the range of doubles there is no number
                 converted = conversion(
                     gains, speeds, membrane, membrane.dielectric, point.motions.restitution, device.period_s
                 )
-            point = replace(point, conversion=converted)
+            point = replace(point, conversion_by_motion=converted)
     return Solution(device, membrane, diagram, point)
 
 
 def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
     """The design point, or one amid the first stable range, and the row of its first stable motion; None if none."""
     design = solution.design
-    if (design is None or not design.motions.stable.any()) and solution.stable_ranges:
+    if (design is None or not design.motions.stable_mask.any()) and solution.stable_ranges:
         part = solution.stable_ranges[0]
         device = solution.device.with_values({solution.parameter: (part.start + part.end) / 2})
         design = design_point(device, solution.diagram)
-    if design is None or not design.motions.stable.any():
+    if design is None or not design.motions.stable_mask.any():
         return None
-    return design, int(np.argmax(design.motions.stable))
+    return design, int(np.argmax(design.motions.stable_mask))

@@ -139,7 +139,7 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
         return UnderLaw((), Restitutions(np.array([]), np.array([]), 1 - most), 0)
     curve = Curve(word, Falling(along(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
     starts = []
-    for row in np.flatnonzero(constant_ones.admissible):
+    for row in np.flatnonzero(constant_ones.admissible_mask):
         x = curve.vector(motion_at(constant_ones, int(row), device.period_ratio))
         x[-1] = 0.0
         way = curve.tangent(x)
@@ -239,7 +239,7 @@ def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float 
     -----
     One speed for both: membranes that are alike stay alike, and the bottom, which is struck faster, rebounds less.
     """
-    rows, bottom_top = np.flatnonzero(motions.stable), stated(device.restitution)
+    rows, bottom_top = np.flatnonzero(motions.stable_mask), stated(device.restitution)
     if not rows.size or device.law is not None or min(bottom_top) == 0 or max(bottom_top) >= flight.LARGEST_RESTITUTION:
         return None
     if speed_m_s is None:

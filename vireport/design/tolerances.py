@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import share_interval
+from vireport.base import brief, share_interval
 from vireport.design.devices import (
     Floats,
     Mask,
@@ -99,6 +99,8 @@ class Tolerances(Struct, frozen=True, eq=False):
     worst: Failure | None
     sampled: Yield
     ranges: dict[str, dict[str, float]]
+
+    __repr__ = brief
 
     def of_worst(self, varied: DesignInput) -> float | None:
         """The value of an input in the worst device, where there is one; of both restitutions together their mean."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base import brief
 from vireport.design import FollowedMotion, Solution, followed_motion
 from vireport.disturbances.from_rest import (
     RAMPS,
@@ -93,6 +94,8 @@ class Disturbances(Struct, frozen=True, eq=False):
     reached: FollowedMotion | None = None
     by_starts: tuple[FollowedMotion, ...] = ()
     sampled: tuple[OutcomeRange, ...] = ()
+
+    __repr__ = brief
 
     @property
     def values_along(self) -> int:

@@ -137,7 +137,7 @@ class Target(NamedTuple):
     @staticmethod
     def of(motions: Motions) -> tuple[Target, ...]:
         """The stable ones of some motions."""
-        own = motions.select(motions.stable)
+        own = motions.select(motions.stable_mask)
         return targets_of(own.phi_bottom, own.velocity_bottom, own.trace, own.wall_gap, own.decay)
 
 

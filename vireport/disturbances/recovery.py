@@ -47,11 +47,11 @@ def recovery_of(solution: Solution) -> Recovery | None:
     small may take longer, or not die out at all. None where no motion is stable.
     """
     design, bounds = solution.design, solution.bounds.design
-    if design is None or bounds is None or not design.motions.stable.any():
+    if design is None or bounds is None or not design.motions.stable_mask.any():
         return None
     motions, device = design.motions, solution.device
-    trace, error = np.abs(motions.trace[motions.stable]), bounds["trace"][motions.stable]
-    decay = motions.select(motions.stable).decay
+    trace, error = np.abs(motions.trace[motions.stable_mask]), bounds["trace"][motions.stable_mask]
+    decay = motions.select(motions.stable_mask).decay
     # The modulus grows with that of the trace, or is the root of the determinant.
     least, found, most = (
         _periods(float(largest_modulus(size, decay).max()), device.period_ratio)

@@ -15,6 +15,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.disturbances.from_rest import FromRest, from_rest, targets_of
 from vireport.motions import PointwiseMotions, find_motions, lap_decay
 from vireport.physics import Device, Groups, each
@@ -90,6 +91,8 @@ class Window(Struct, frozen=True):
     value: float
     low: Edge
     high: Edge
+
+    __repr__ = brief
 
     @property
     def nearest(self) -> float | None:

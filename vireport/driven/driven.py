@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, Progress, UsageError
+from vireport.base import NumericalError, Progress, UsageError, brief
 from vireport.design import Solution, solution_of, stable_motion
 from vireport.driven.means import Mean, batched, parts_of
 from vireport.measurement import Recording, ShakerMotion, read_recording, shaken, shaker_of
@@ -134,6 +134,8 @@ class Driven(Struct, frozen=True, eq=False):
     power_mw: Mean | None
     deepest_m: float | None
     predicted: Prediction | None
+
+    __repr__ = brief
 
     @property
     def share_of_1_1(self) -> float:
@@ -308,7 +310,7 @@ def _predicted(solution: Solution) -> Prediction | None:
     design, row = found
     device = solution.device
     bottom, top = (abs(float(speed[row])) for speed in impact_velocities(device, design.parameter, design.motions))
-    volts = design.voltages
+    volts = design.voltages_by_motion
     gained = None if volts is None else float(volts.bottom_v[row] + volts.top_v[row]) / device.period_s
-    power = None if design.conversion is None else float(design.conversion.power_mw[row])
+    power = None if design.conversion_by_motion is None else float(design.conversion_by_motion.power_mw[row])
     return Prediction(bottom, top, 2 / device.period_s, gained, power)

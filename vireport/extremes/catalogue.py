@@ -7,7 +7,7 @@ from itertools import groupby
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, WorkStep
 from vireport.design import SMALLEST_LOSS
 from vireport.extremes.critical import critical_cases
 from vireport.extremes.harvester import harvester_of
@@ -70,10 +70,9 @@ def run_catalogue(loaded: Loaded | None = None, progress: Progress | None = None
     progress : callable, optional
         Called with each case as it begins.
     """
-    outcomes = []
-    for case in catalogue(loaded):
-        if progress is not None:
-            progress(f"{case.group}: {case.name}")
+    outcomes, cases, say = [], catalogue(loaded), progress or (lambda what: None)
+    for k, case in enumerate(cases):
+        say(WorkStep(f"{case.group}: {case.name}", k / len(cases)))
         outcomes.append(judge(case))
     return tuple(outcomes)
 

@@ -210,7 +210,7 @@ def _counted_changes(solution: Solution) -> int:
         within = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
         within &= (orbit.d >= curve.bounds[0]) & (orbit.d <= curve.bounds[1])
         orbit, place = orbit.select(within), np.flatnonzero(within)
-        admissible = motions_of(curve.sweep, curve.level, orbit).admissible
+        admissible = motions_of(curve.sweep, curve.level, orbit).admissible_mask
         orbit, place = orbit.select(admissible), place[admissible]
         trace = exact.trace((orbit.velocity_bottom, orbit.phi, orbit.u), orbit.gbar, r, curve.n, np)
         focus = np.abs(trace) < 2 * bottom * top  # written out: a count beside the one of the package
@@ -339,6 +339,6 @@ def _check_gaps(answers: Sequence[tuple[Motions, int, Device]]) -> CaseFinding:
             true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))
         gap = float(m.wall_gap[near])
         errors.append(abs(gap - true))
-        right = right and (abs(true) < GAP_BOUND or bool(m.admissible[near]) == (true > 0))
+        right = right and (abs(true) < GAP_BOUND or bool(m.admissible_mask[near]) == (true > 0))
         texts.append(f"{gap:.2e} for {true:.2e}")
     return CaseFinding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND, right)

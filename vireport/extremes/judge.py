@@ -224,7 +224,7 @@ def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> Cas
     """
     solution = study.solution
     parts: list[Any] = [solution.design, solution.stable_ranges, solution.table, solution.critical_points]
-    parts += [part for branch in solution.branches for part in (branch.motions, branch.voltages)]
+    parts += [part for branch in solution.branches for part in (branch.motions, branch.voltages_by_motion)]
     require_finite(tuple(part for part in parts if part is not None))
     findings = [_examine_design(study, degenerate)] if solution.design is not None else []
     if solution.sweep is not None:
@@ -239,7 +239,7 @@ def _examine_design(study: Study, degenerate: bool) -> CaseFinding:
     motions = design.motions
     errors = motion_errors(motions, range(len(motions)), study.solution.device, design.parameter, degenerate)
     problems = [] if degenerate else _missing_motions(study)
-    if not motions.stable.any() and AlertCode.DESIGN_NOT_STABLE not in {alert.code for alert in study.alerts}:
+    if not motions.stable_mask.any() and AlertCode.DESIGN_NOT_STABLE not in {alert.code for alert in study.alerts}:
         problems.append("no alert says that there is no stable motion")
     text = "; ".join(problems) or count(len(motions), "motion")
     return CaseFinding(text, max(errors, default=0.0), BOUND, not problems)

@@ -279,7 +279,7 @@ def _check_million(device: Device, motions: Motions) -> CaseFinding:
     """Some of them compared, chosen at random."""
     real = np.flatnonzero((motions.velocity_bottom > 0) & (motions.velocity_top < 0))
     rows = np.random.default_rng(SEED).choice(real, ROWS * 8, replace=False)
-    text = f"{len(motions):,} motions, {int(motions.admissible[real].sum()):,} admissible"
+    text = f"{len(motions):,} motions, {int(motions.admissible_mask[real].sum()):,} admissible"
     return CaseFinding(text, max(motion_errors(motions, rows, device, Parameter.LENGTH, near=True)), BOUND)
 
 

@@ -270,7 +270,11 @@ def _extents(study: Study, figure: Task, parts: Sequence[Stretch]) -> Iterator[t
 
 def _of_motions(figure: Task, parts: Sequence[Stretch], period_ratio: int) -> Iterator[Extent]:
     if figure == Task.FIGURE_7:
-        volts = [part.branch.voltages.average_v[part.rows] for part in parts if part.branch.voltages is not None]
+        volts = [
+            part.branch.voltages_by_motion.average_v[part.rows]
+            for part in parts
+            if part.branch.voltages_by_motion is not None
+        ]
         yield Extent("average", *_ends(volts), "V")
     elif figure == Task.FIGURE_4:
         yield Extent("discriminant", *_ends([part.branch.motions.discriminant[part.rows] for part in parts]))

@@ -21,7 +21,7 @@ from vireport.motions import (
     Sweep,
 )
 from vireport.physics import Voltages, deflection, generated_voltage
-from vireport.study import Study
+from vireport.study import Study, require_study
 
 if TYPE_CHECKING:
     from vireport.simulation import Attractor, Cycle
@@ -124,11 +124,14 @@ def swept_solution(study: Study) -> tuple[Solution, Sweep]:
 
     Raises
     ------
+    UsageError
+        If it is no study.
     ValueError
         If the study has no sweep.
     """
+    require_study(study)
     if study.solution.sweep is None:
-        raise ValueError("figures are drawn along a sweep, and this study has none")
+        raise ValueError("figures are drawn along a sweep, and this study has none (give its scenario a sweep block)")
     return study.solution, study.solution.sweep
 
 

@@ -58,12 +58,17 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
 def cycles_at_design(study: Study) -> tuple[ElectricalCycle, ...]:
     """The cycles at the bottom and at the top of the stable motion that gains most; () where there is none."""
     design, membrane = study.solution.design, study.solution.membrane
-    if design is None or design.conversion is None or design.voltages is None or not design.motions.stable.any():
+    if (
+        design is None
+        or design.conversion_by_motion is None
+        or design.voltages_by_motion is None
+        or not design.motions.stable_mask.any()
+    ):
         return ()
     if membrane is None or membrane.dielectric is None:
         return ()
-    row = int(np.argmax(np.where(design.motions.stable, design.conversion.power_mw, -np.inf)))
-    gains = design.voltages.bottom_v[row], design.voltages.top_v[row]
+    row = int(np.argmax(np.where(design.motions.stable_mask, design.conversion_by_motion.power_mw, -np.inf)))
+    gains = design.voltages_by_motion.bottom_v[row], design.voltages_by_motion.top_v[row]
     return tuple(cycle_of(float(gain), membrane, membrane.dielectric) for gain in gains)
 
 

@@ -96,7 +96,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
     if design is None:
         return None
     motions = design.motions
-    stable = motions.admissible & motions.stable
+    stable = motions.admissible_mask & motions.stable_mask
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
         from vireport.atlas import portrait_of
 
@@ -104,9 +104,9 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
         word = motion.word.letters
         return word, True, (periods(portrait.time), 0.5 - portrait.position / portrait.d)
-    if not motions.admissible.any():
+    if not motions.admissible_mask.any():
         return None
-    row = int(np.argmax(motions.admissible * (1 + motions.stable)))  # the first of those that rank highest
+    row = int(np.argmax(motions.admissible_mask * (1 + motions.stable_mask)))  # the first of those that rank highest
     whole = ball_path(study.solution.device, design.parameter, motions, row)
     return motions.words[row], False, (whole.time, whole.distance)
 

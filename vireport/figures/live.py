@@ -114,11 +114,11 @@ def _first(solution: Solution, branches: Sequence[Motions]) -> tuple[int, int]:
     design = solution.design
     value, q = branches[0].sweep_value[0], np.zeros(0)
     if design is not None:
-        value, q = design.value, design.motions.q[design.motions.admissible]
+        value, q = design.value, design.motions.q[design.motions.admissible_mask]
     places = []
     for number, motions in enumerate(branches):
         far = np.abs(motions.sweep_value - value) / np.ptp([value, *motions.sweep_value])
-        other = np.abs(motions.q - q[0]) if len(q) else ~motions.stable
+        other = np.abs(motions.q - q[0]) if len(q) else ~motions.stable_mask
         row = int(np.lexsort((other, far))[0])
         places.append((float(other[row]), float(far[row]), number, row))
     *_, number, row = min(places)
@@ -128,13 +128,13 @@ def _first(solution: Solution, branches: Sequence[Motions]) -> tuple[int, int]:
 def _at_the_design(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]] | None:
     """The motions of the design point, the stable ones first."""
     solution, design = study.solution, study.solution.design
-    if design is None or not design.motions.admissible.any():
+    if design is None or not design.motions.admissible_mask.any():
         return None
-    places = np.flatnonzero(design.motions.admissible)
+    places = np.flatnonzero(design.motions.admissible_mask)
     told = [
         {
             "name": f"motion {number}, {design.families[row]}",
-            **_motions(design.motions, design.voltages, solution, np.array([row])),
+            **_motions(design.motions, design.voltages_by_motion, solution, np.array([row])),
             "labels": {},
             "places": {},
         }
@@ -220,7 +220,7 @@ def _branch(branch: Branch, rows: RowNumbers, drawing: Drawing, pictures: Sequen
     points = branch.family.critical_points
     return {
         "name": f"branch {branch.number}, {branch.symmetry}{mirror}",
-        **_motions(branch.motions, branch.voltages, drawing.study.solution, rows),
+        **_motions(branch.motions, branch.voltages_by_motion, drawing.study.solution, rows),
         "labels": {k: points[row].label for k, row in enumerate(rows.tolist()) if row in points},
         "places": {picture.name: list(_places(picture, drawing, branch, rows)) for picture in pictures},
     }

@@ -81,7 +81,7 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
         voltages.average_v
         for drawing in steady
         for part in drawing.parts
-        if (voltages := part.branch.voltages) is not None
+        if (voltages := part.branch.voltages_by_motion) is not None
     ]
     if volts:
         power = prefix(volts)
@@ -118,7 +118,7 @@ def _speed(drawing: Drawing, motions: Branch | DesignPoint) -> Floats:
 
 
 def _voltage(motions: Branch | DesignPoint, power: int) -> Floats | None:
-    return None if motions.voltages is None else motions.voltages.average_v / 10.0**power
+    return None if motions.voltages_by_motion is None else motions.voltages_by_motion.average_v / 10.0**power
 
 
 def _at(motions: Branch | DesignPoint, along: Parameter | None) -> Floats:
@@ -147,7 +147,7 @@ def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values,
                 axes.add_artist(Line2D([_at(branch, along)[row]], [y[row]], **marker))
     design = drawing.study.solution.design
     if design is not None and drawing.design_at is not None and (y := values(drawing, design)) is not None:
-        chosen = design.motions.stable
+        chosen = design.motions.stable_mask
         marker = DESIGN | SMALLER | {"markerfacecolor": look["color"]}
         axes.add_artist(Line2D(_at(design, along)[chosen], y[chosen], **marker))
     *_, x, y = max(stretches, key=lambda stretch: stretch[:2], default=(False, 0.0, np.empty(0), np.empty(0)))

@@ -17,7 +17,7 @@ from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.motions import Atlas, model_of
 from vireport.physics import ARRAYS
-from vireport.study import Study, Task
+from vireport.study import Study, Task, require_study
 
 if TYPE_CHECKING:
     from vireport.study import ShownImpacts
@@ -53,6 +53,7 @@ def pictures(
     UsageError
         For another width.
     """
+    require_study(study)
     with drawn_for(Sheet.of(width_mm, style)):
         drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
         drawn += [*_design(study, templates), *measured_pictures(study, templates)]

@@ -339,6 +339,12 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     figure: Figure
     sheet: Sheet = field(default_factory=sheet)
 
+    def __repr__(self) -> str:
+        return f"<Picture {self.name}: {self.title}>"
+
+    def _repr_svg_(self) -> str:
+        return self.svg.decode()
+
     @cached_property
     def png(self) -> bytes:
         """The figure as a PNG file, made of the SVG file: Matplotlib draws each figure only once."""

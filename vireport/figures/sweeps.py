@@ -209,7 +209,7 @@ def figure_2(
     ValueError
         If the study has no sweep.
     UsageError
-        For another width.
+        For another width, and where it is no study.
     """
     with drawn_for(Sheet.of(width_mm, style)):
         return sweep_figure(Task.FIGURE_2, [drawing_of(study, simulated)])
@@ -497,7 +497,7 @@ def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
         return
     axes.axvline(at, **DESIGN_LINE)
     motions = design.motions
-    for stable, chosen in ((False, motions.admissible & ~motions.stable), (True, motions.stable)):
+    for stable, chosen in ((False, motions.admissible_mask & ~motions.stable_mask), (True, motions.stable_mask)):
         curves_of = [y[chosen] for y in row.values(drawing, design)]
         colored = list(zip(curves_of, row.colors, strict=True))
         if row.sides is not None and _coincide(*(curves_of[side] for side in row.sides)):
@@ -671,7 +671,7 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
         y[part.rows]
         for drawing in drawings
         for part in drawing.parts
-        for y in curves.voltage_curves(part.branch.voltages)
+        for y in curves.voltage_curves(part.branch.voltages_by_motion)
     ]
     overlays = [drawing.simulated.voltages for drawing in drawings if drawing.simulated and drawing.simulated.voltages]
     power = prefix(chain(seen, *map(curves.voltage_curves, overlays)))
@@ -682,7 +682,7 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
 
     row = _Row(
         f"generated voltage U [{PREFIXES[power]}V]",
-        lambda drawing, branch: scaled(branch.voltages),
+        lambda drawing, branch: scaled(branch.voltages_by_motion),
         lambda drawing, part, k: looks[k],
         (Color.VERMILION, Color.BLUE, Color.GREEN),
         lambda impacts: scaled(impacts.voltages),

@@ -84,6 +84,9 @@ class Alert(Struct, frozen=True, eq=False):
     cause: str
     remedy: str
 
+    def __repr__(self) -> str:
+        return f"<Alert {self.code}, {self.severity}: {self.title}>"
+
     def to_dict(self) -> dict[str, str]:
         """The alert as results.json has it."""
         data: dict[str, str] = plain(self)
@@ -126,7 +129,7 @@ def _inadmissible(results: Evidence) -> Iterator[Sentence]:
 
 def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     design = results.solution.design
-    if design is None or design.motions.stable.any():
+    if design is None or design.motions.stable_mask.any():
         return
     if any(criterion.names_motions and criterion.passed for criterion in results.criteria):
         return  # what is stable there is a motion that was asked for
@@ -175,7 +178,7 @@ def _shown_by(end: FromRest, results: Evidence) -> str | None:
 
 def _several_stable(results: Evidence) -> Iterator[Sentence]:
     solution, design = results.solution, results.solution.design
-    count = int(design.motions.stable.sum()) if design is not None else 0
+    count = int(design.motions.stable_mask.sum()) if design is not None else 0
     if design is None or count < 2:
         return
     if count == 2 and solution.horizontal and design.families.count(Symmetry.ASYMMETRIC) == 2:
@@ -210,7 +213,7 @@ def _near_grazing(results: Evidence) -> Iterator[Sentence]:
         return
     motions = results.solution.design.motions
     gap, d = motions.wall_gap, motions.d
-    near = motions.stable & (gap < d) & (gap < NEAR_CRITICAL * d)
+    near = motions.stable_mask & (gap < d) & (gap < NEAR_CRITICAL * d)
     if near.any():
         yield Sentence("turns", {"percent": 100 * float(np.min((gap / d)[near]))})
 
@@ -219,7 +222,7 @@ def _ill_conditioned(results: Evidence) -> Iterator[Sentence]:
     if results.solution.design is None:
         return
     motions = results.solution.design.motions
-    error = float(np.max(input_error(results.solution.device, motions)[motions.admissible], initial=0.0))
+    error = float(np.max(input_error(results.solution.device, motions)[motions.admissible_mask], initial=0.0))
     if error > ILL_CONDITIONED:
         yield Sentence("moves", {"error": error})
 
@@ -264,9 +267,9 @@ def _breakdown(results: Evidence) -> Iterator[Sentence]:
     from vireport.gate.impacts import other_motions
 
     design, membrane = results.solution.design, results.solution.membrane
-    if design is None or design.conversion is None or membrane is None or membrane.dielectric is None:
+    if design is None or design.conversion_by_motion is None or membrane is None or membrane.dielectric is None:
         return
-    highest = float(np.max(design.conversion.field_v_m[design.motions.stable], initial=0.0))
+    highest = float(np.max(design.conversion_by_motion.field_v_m[design.motions.stable_mask], initial=0.0))
     highest = max([highest, *(float(impacts.field_v_m.value) for _, impacts in other_motions(results))])
     limit = membrane.dielectric.breakdown_field_v_m
     if highest > limit:
@@ -277,14 +280,14 @@ def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
     from vireport.gate.impacts import other_motions
 
     design = results.solution.design
-    if design is None or design.conversion is None:
+    if design is None or design.conversion_by_motion is None:
         return
     for motion, impacts in other_motions(results):
         if (share := float(impacts.efficiency.value)) > 1:
             yield Sentence("gains_other", {"motion": motion, "percent": 100 * share})
-    if not design.motions.stable.any():
+    if not design.motions.stable_mask.any():
         return
-    converted, stable = design.conversion, design.motions.stable
+    converted, stable = design.conversion_by_motion, design.motions.stable_mask
     worst = int(np.argmax(np.where(stable, converted.efficiency, -np.inf)))
     efficiency = float(converted.efficiency[worst])
     if efficiency > 1:

@@ -12,7 +12,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.design import DesignPoint, Solution, contact_share
 from vireport.motions import impact_velocities
 from vireport.physics import Word, by_wall
@@ -130,6 +130,10 @@ class Criterion(Struct, frozen=True, eq=False):
     outcome: Judgement
     line: int | None
 
+    def __repr__(self) -> str:
+        met = "met" if self.passed else "not met"
+        return f"<Criterion {self.title}, {self.limit.text}: {self.outcome.text}, {met}>"
+
     @property
     def passed(self) -> bool:
         """Whether the requirement is met."""
@@ -201,6 +205,8 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     attracting: AttractingMotions | None = None
     proved: Proved | None = None
     effects: Shifts | None = None
+
+    __repr__ = brief
 
     @cached_property
     def stable(self) -> list[tuple[Family, Motion]]:
@@ -281,7 +287,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
             Where there is none.
         """
         design = self.solution.design
-        if design is None or not design.motions.stable.any():
+        if design is None or not design.motions.stable_mask.any():
             raise NumericalError("there is no stable 1:1 motion at the design point")
         return design
 
@@ -295,7 +301,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         groups = [branch.motions for branch in solution.branches]
         columns = [(np.empty(0),) * 3]
         for motions in groups if solution.design is None else [solution.design.motions]:
-            stable = motions.stable
+            stable = motions.stable_mask
             bottom, top = impact_velocities(solution.device, solution.parameter, motions)
             frequency = solution.device.at(solution.parameter, motions.sweep_value)[Parameter.FREQUENCY]
             columns.append((bottom[stable], top[stable], np.broadcast_to(frequency, len(stable))[stable]))

@@ -119,14 +119,14 @@ def at_design(results: Evidence) -> Impacts:
     motions, bounds = design.motions, cast(dict[str, Floats], solution.bounds.design)
 
     def known(values: Any, name: str) -> Rounded:
-        return Rounded(values[motions.stable], bounds[name][motions.stable])
+        return Rounded(values[motions.stable_mask], bounds[name][motions.stable_mask])
 
     def all_known(record: Any) -> Any:
         names = record.__struct_fields__
         return type(record)(*(known(getattr(record, name), name) for name in names))
 
-    volts = None if design.voltages is None else all_known(design.voltages)
-    converted = None if design.conversion is None else all_known(design.conversion)
+    volts = None if design.voltages_by_motion is None else all_known(design.voltages_by_motion)
+    converted = None if design.conversion_by_motion is None else all_known(design.conversion_by_motion)
     return impacts_of(volts, converted, solution.membrane)
 
 

@@ -117,7 +117,7 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
         samples += [_u_ave_at(solution, value) for value in (low, high)]
     bound = 0.0
     for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
-        volts = cast(Voltages, branch.voltages)
+        volts = cast(Voltages, branch.voltages_by_motion)
         for first, last in branch.family.stable_runs:
             rows = slice(first, last + 1)
             sampled = volts.average_v[rows]
@@ -161,7 +161,7 @@ def _u_ave_at(solution: Solution, value: float) -> Floats:
     device = solution.device.with_values({solution.parameter: value})
     motions, _, _ = motions_at(device, solution.parameter)
     velocities = impact_velocities(device, solution.parameter, motions)
-    return voltages(*velocities, cast(Membrane, solution.membrane)).average_v[motions.stable]
+    return voltages(*velocities, cast(Membrane, solution.membrane)).average_v[motions.stable_mask]
 
 
 def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:

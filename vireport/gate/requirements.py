@@ -153,8 +153,8 @@ class OfMargin(Struct, frozen=True, eq=False):
     def judgement(self, results: Evidence, limit: Limit) -> Judgement:
         """Hold the least relative distance against a limit in per cent."""
         design, device = results.design, results.solution.device
-        if design.unresolved:
-            names = ", ".join(design.unresolved)
+        if design.unresolved_inputs:
+            names = ", ".join(design.unresolved_inputs)
             raise NumericalError(f"rounding does not resolve where stable motion ends along {names}")
         ends = design.limits(*self.kinds)
         measured = [(abs(end.relative), end) for end in ends if end.relative is not None]

@@ -17,6 +17,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base import brief
 from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question, unmet
@@ -95,6 +96,8 @@ class Fact(Struct, Generic[Numbers], frozen=True, eq=False):
     status: Status
     data: Numbers
 
+    __repr__ = brief
+
 
 class StableMotions(Struct, frozen=True, eq=False):
     """The stable motions at the design point or, where there is none, somewhere in the sweep.
@@ -153,6 +156,8 @@ class NearestEnd(Struct, frozen=True, eq=False):
     symmetric: bool
     compliant: StabilityEnd | None
     distortion: Distortion | None
+
+    __repr__ = brief
 
     @property
     def not_known(self) -> bool:
@@ -274,6 +279,9 @@ class Verdict(Struct, frozen=True, eq=False):
     own_stiffness: Fact[OwnStiffness] | None
     rigid: Fact[Grade] | None
     simulated: Fact[CrossCheck] | None
+
+    def __repr__(self) -> str:
+        return f"<Verdict {self.word}: {self.headline}>"
 
     @property
     def status(self) -> Status:
@@ -512,9 +520,9 @@ def _stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
         types = {part.stability for branch in solution.branches for part in branch.family.segments if part.stable}
         count = admissible = 0
     else:
-        stable = design.motions.stable
+        stable = design.motions.stable_mask
         types = {Stability(design.motions.words[row]) for row in np.nonzero(stable)[0]}
-        count, admissible = int(stable.sum()), int(design.motions.admissible.sum())
+        count, admissible = int(stable.sum()), int(design.motions.admissible_mask.sum())
     ordered = tuple(kind for kind in Stability if kind in types)
     known = _known_words(solution, atlas)
     one_to_one = "BT", solution.device.period_ratio
@@ -531,7 +539,7 @@ def _narrow(solution: Solution) -> tuple[StableInterval, ...]:
     """The ranges of stable motion, where each is too narrow for a device to be set into; () where one is not."""
     design = solution.design
     if design is not None:
-        return tuple(part for part in design.stable if not part.settable)
+        return tuple(part for part in design.stable_ranges if not part.settable)
     return () if solution.settable_ranges else solution.stable_ranges
 
 
@@ -549,7 +557,7 @@ def _known_words(solution: Solution, atlas: Atlas | None) -> tuple[Word, ...]:
 
 def mirror_images(solution: Solution, design: DesignPoint) -> bool:
     """Whether the stable motions are two mirror images: asymmetric ones, where the capsule is horizontal."""
-    stable = [family for family, stable in zip(design.families, design.motions.stable, strict=True) if stable]
+    stable = [family for family, stable in zip(design.families, design.motions.stable_mask, strict=True) if stable]
     return solution.horizontal and stable == [Symmetry.ASYMMETRIC] * 2
 
 
@@ -565,7 +573,7 @@ def _where(
     if design is None:
         return None
     nearest = [limit.parameter for limit in design.limits()[:1]]
-    parts = tuple(sorted(design.stable, key=lambda part: part.parameter not in nearest))
+    parts = tuple(sorted(design.stable_ranges, key=lambda part: part.parameter not in nearest))
     return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
 
 
@@ -581,7 +589,7 @@ def _margin(design: DesignPoint, own: OwnStiffness | None) -> Fact[NearestEnd]:
     symmetric = design.families[:1] == (Symmetry.SYMMETRIC,)
     shares = [(found.share, found) for found in design.distortions if found.share is not None]
     distortion = min(shares, key=itemgetter(0))[1] if shares else None
-    nearest = NearestEnd(end, design.unresolved, handover, lost, symmetric, compliant, distortion)
+    nearest = NearestEnd(end, design.unresolved_inputs, handover, lost, symmetric, compliant, distortion)
     sizes = [end.relative if end is not None else None, compliant.compliant_margin if compliant is not None else None]
     near = any(size is not None and abs(size) < NEAR_CRITICAL for size in sizes)
     gone = own is not None and own.margin_gone
@@ -646,9 +654,9 @@ def _voltage(solution: Solution) -> Fact[StableVoltages | None]:
 def _converted(solution: Solution) -> tuple[float | None, float | None]:
     """Largest efficiency of the stable motions at the design point, and highest field over the breakdown field."""
     design, membrane = solution.design, solution.membrane
-    if design is None or design.conversion is None or membrane is None or membrane.dielectric is None:
+    if design is None or design.conversion_by_motion is None or membrane is None or membrane.dielectric is None:
         return None, None
-    stable, converted = design.motions.stable, design.conversion
+    stable, converted = design.motions.stable_mask, design.conversion_by_motion
     field = converted.field_v_m[stable].max() / membrane.dielectric.breakdown_field_v_m
     return float(converted.efficiency[stable].max()), float(field)
 
@@ -656,15 +664,15 @@ def _converted(solution: Solution) -> tuple[float | None, float | None]:
 def _generated(solution: Solution) -> tuple[np.ndarray, np.ndarray, bool]:
     """U_ave and deflection of the stable motions, and whether they are those at the design point or of the sweep."""
     design = solution.design
-    if design is not None and design.voltages is not None:
-        stable = design.motions.stable
-        return design.voltages.average_v[stable], design.voltages.deflection_m[stable], True
+    if design is not None and design.voltages_by_motion is not None:
+        stable = design.motions.stable_mask
+        return design.voltages_by_motion.average_v[stable], design.voltages_by_motion.deflection_m[stable], True
     volts, depths = [np.empty(0)], [np.empty(0)]
     for branch in solution.branches:
         for part in branch.family.segments:
-            if part.stable and branch.voltages is not None:
-                volts.append(branch.voltages.average_v[part.first : part.last + 1])
-                depths.append(branch.voltages.deflection_m[part.first : part.last + 1])
+            if part.stable and branch.voltages_by_motion is not None:
+                volts.append(branch.voltages_by_motion.average_v[part.first : part.last + 1])
+                depths.append(branch.voltages_by_motion.deflection_m[part.first : part.last + 1])
     return np.concatenate(volts), np.concatenate(depths), False
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,7 +40,7 @@ def run_map(
     workers : int, optional
         Processes on this machine otherwise; by default one for each core.
     progress : callable, optional
-        Called with cells done and cells in all, now and then; see `terminal_progress`.
+        Called with cells done and cells in all, now and then.
     draw : bool
         Whether to draw heat maps, where the map is a grid over two parameters.
 
@@ -101,15 +99,3 @@ def _summary(plan: MapPlan, counts: StabilityCounts, files: list[Path]) -> str:
         f"{plan.cells:,} cells ({' x '.join(plan.names)}): {shares[0]} with a stable 1:1 motion, {shares[1]} with an "
         f"unstable one only, {shares[2]} with none\nwrote {', '.join(map(str, files))}"
     )
-
-
-@contextmanager
-def terminal_progress() -> Iterator[CellProgress]:
-    """A bar with the share that is done, the cells and the remaining time, on standard error."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), TaskProgressColumn(), MofNCompleteColumn(), "cells", TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("")
-        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -13,7 +13,7 @@ from math import log, pi
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError, Progress
+from vireport.base import NumericalError, Progress, counted
 from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, adjusted, with_known
 from vireport.measurement.flights import (
     RESTITUTIONS,
@@ -195,7 +195,7 @@ def fit(
     begun = starts(model, times[:first], walls[:first], unknowns, priors)
     tried: list[Fitted | NoFit] = []
     for k, start in enumerate(begun):
-        say(f"fitting the impacts ({k + 1} of {len(begun)})")
+        say(counted("fitting the impacts", k + 1, len(begun)))
         tried.append(_settled(start, times, walls, unknowns, priors, within_s, relative))
     fits = [found for found in tried if isinstance(found, Fitted)]
     if Unknown.PHASE in unknowns and (doubted := [found for found in fits if found.gaps or found.false]):

@@ -7,7 +7,7 @@ from math import sqrt
 
 from msgspec import Struct
 
-from vireport.base import Progress, UsageError
+from vireport.base import Progress, UsageError, portion
 from vireport.measurement.adjustment import Prior
 from vireport.measurement.flights import RESTITUTIONS, ClockedDevice, Unknown
 from vireport.measurement.identification import Fitted, NoFit, fit
@@ -24,6 +24,9 @@ FREE = (
     Unknown.INCLINATION,
 )
 """What can be asked for."""
+
+FITTING_SHARE = 0.6
+"""Share of the time of an answer that fitting takes, as measured; testing the model takes the rest."""
 
 EACH = Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
 
@@ -124,5 +127,6 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
     if origin is None:
         origin = 0.0 if referenced else float(record.times[0])
     given = (inquiry.model, record.times - origin, record.walls, inquiry.unknowns, inquiry.priors)
-    found = fit(*given, say=say, relative=record.relative)
-    return Identification(inquiry, found, judged(found, *given, say=say, relative=record.relative), origin)
+    found = fit(*given, say=portion(say, 0.0, FITTING_SHARE), relative=record.relative)
+    misfit = judged(found, *given, say=portion(say, FITTING_SHARE, 1.0), relative=record.relative)
+    return Identification(inquiry, found, misfit, origin)

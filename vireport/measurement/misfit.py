@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Progress
+from vireport.base import Progress, WorkStep
 from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, with_known
 from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Unknown, equations
 from vireport.measurement.identification import (
@@ -131,7 +131,7 @@ def judged(
     relative: Array | None = None,
 ) -> Misfit:
     """Test a fit, and look for what would fit where it does not; parameters are those of `fit`."""
-    say("testing the model")
+    say(WorkStep("testing the model", 0.0))
     given = (model, times, walls, unknowns, priors, relative)
     if isinstance(found, NoFit):
         instead = _explanation(np.inf, *given, ALTERNATIVES)

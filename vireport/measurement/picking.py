@@ -14,7 +14,7 @@ from math import ceil, sqrt
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Progress, UsageError
+from vireport.base import Progress, UsageError, WorkStep
 from vireport.measurement.flights import Array, Indices
 from vireport.measurement.recordings import Channel, HeardPlace, Recording
 from vireport.measurement.records import FEWEST
@@ -200,8 +200,8 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
         )
     sources = recording.of(HeardPlace.BOTTOM, HeardPlace.TOP, HeardPlace.EITHER) or recording.of(HeardPlace.CAPSULE)
     heard = []
-    for channel in sources:
-        say(f"picking impacts from {channel.name}")
+    for k, channel in enumerate(sources):
+        say(WorkStep(f"picking impacts from {channel.name}", k / len(sources)))
         heard.append(_heard(recording, channel, frequency_hz))
     times, walls, errors, both = _merged(heard, 2 * WAIT / frequency_hz)
     if len(times) < FEWEST:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Mistake, ScenarioError, UsageError, VireportError, install_command
+from vireport.base import Mistake, ScenarioError, UsageError, VireportError, brief, install_command
 from vireport.measurement.decimals import decimal_rows
 from vireport.measurement.flights import Array
 from vireport.measurement.records import contents
@@ -86,6 +86,8 @@ class Channel(Struct, frozen=True, eq=False):
     place: HeardPlace
     values: Array
 
+    __repr__ = brief
+
 
 class Unbroken(Struct, frozen=True):
     """Samples without a gap: from row `first` up to but without `last`, the first of them at `start_s`."""
@@ -116,6 +118,8 @@ class Recording(Struct, frozen=True, eq=False):
     stretches: tuple[Unbroken, ...]
     channels: tuple[Channel, ...]
     uneven_s: float = 0.0
+
+    __repr__ = brief
 
     @property
     def samples(self) -> int:

@@ -15,7 +15,7 @@ from math import isfinite
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Mistake, ScenarioError, UsageError
+from vireport.base import Mistake, ScenarioError, UsageError, brief
 from vireport.measurement.flights import Array
 from vireport.scenario import Parameter
 from vireport.text import visible
@@ -94,6 +94,8 @@ class Record(Struct, frozen=True, eq=False):
     force_maximum_s: float | None = None
     swept: Array | None = None
     errors: Array | None = None
+
+    __repr__ = brief
 
     @property
     def relative(self) -> Array | None:

@@ -11,7 +11,7 @@ from math import atan2, degrees, hypot, pi, sqrt
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import UsageError
+from vireport.base import UsageError, brief
 from vireport.measurement.flights import Array
 from vireport.measurement.recordings import Channel, Recording
 
@@ -109,6 +109,8 @@ class ShakerMotion(Struct, frozen=True, eq=False):
     phases: Array
     means: Array
     fitted: Array
+
+    __repr__ = brief
 
     @property
     def maximum_error_s(self) -> float:

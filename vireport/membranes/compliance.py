@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, plain
+from vireport.base import NumericalError, WorkStep, brief, plain, portion
 from vireport.checks import Floats
 from vireport.compliant import MULTIPLIER, CompliantModel, Finder, Rigid, compliant_model, descend, rigid_motion
 from vireport.design import Solution
@@ -41,6 +41,9 @@ from vireport.scenario import Parameter
 
 if TYPE_CHECKING:
     from vireport.base import Progress
+
+MOTIONS_SHARE = 0.4
+"""Share of the time that motions and critical points take, as measured; the solvers take the rest."""
 
 FITTED = 3
 """Rungs, the stiffest, from which a rate of convergence is taken: the softer ones still have terms of higher order."""
@@ -213,6 +216,8 @@ class Compliance(Struct, frozen=True):
     quantities: tuple[Compared, ...] = ()
     runs: tuple[SolverRun, ...] = ()
 
+    __repr__ = brief
+
     @property
     def own(self) -> StiffnessRung | None:
         """The rung with the scenario's stiffness."""
@@ -266,7 +271,7 @@ def compliance(
         return Compliance(str(error), rigid)
     varied, critical = _followed(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
-    tell("compliant membranes: periodic motions")
+    tell(WorkStep("compliant membranes: periodic motions", 0.0))
     orbits = descend(factors, membrane.exponent, *_orbit_at(device, membrane, rigid))
     tell("compliant membranes: critical points")
     values = descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
@@ -283,7 +288,7 @@ def compliance(
         periods=device.period_ratio,
         rungs=rungs,
         convergence=tuple(_convergence(rigid, critical, rungs)),
-        runs=tuple(_solver_runs(device, rigid, membrane, rungs, repeats, tell)),
+        runs=tuple(_solver_runs(device, rigid, membrane, rungs, repeats, portion(tell, MOTIONS_SHARE, 1.0))),
     )
     if comparison.own is None or comparison.own.orbit is None:
         return comparison
@@ -297,9 +302,9 @@ def _solver_runs(
     device: Device, rigid: Rigid, membrane: Membrane, rungs: Sequence[StiffnessRung], repeats: int, tell: Progress
 ) -> Iterator[SolverRun]:
     """Every solver on every rung that has a motion."""
-    for rung in rungs:
+    for k, rung in enumerate(rungs):
         if rung.orbit is not None:
-            tell(f"compliant membranes: solvers at K times {rung.factor:g}")
+            tell(WorkStep(f"compliant membranes: solvers at K times {rung.factor:g}", k / len(rungs)))
             model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
             yield from run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
 

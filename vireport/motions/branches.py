@@ -35,7 +35,7 @@ class Branch(Struct, frozen=True, eq=False):
     motions : Motions
         Its rows. On a critical point itself, the type of stability is the less stable side's; where an impact has no
         velocity, the trace is that just before.
-    voltages : Voltages or None
+    voltages_by_motion : Voltages or None
         None where no energy is evaluated.
     """
 
@@ -43,7 +43,10 @@ class Branch(Struct, frozen=True, eq=False):
     symmetry: Symmetry
     mirror_of: int | None
     motions: Motions
-    voltages: Voltages | None = None
+    voltages_by_motion: Voltages | None = None
+
+    def __repr__(self) -> str:
+        return f"<Branch {self.number}, {self.symmetry}, {self.family.shown}>"
 
     @property
     def number(self) -> int:
@@ -60,7 +63,7 @@ def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
     trace = np.where((velocity == 0).any(axis=1), np.nan, motions.trace)
     low, high = sweep.coordinate_range
     curve = Curve.along_sweep(Word((1, -1), n), model_of(sweep, FLOATS), low, high)
-    return Family(0, sweep, curve, x, trace, motions.sweep_value, motions.admissible, tuple(marks))
+    return Family(0, sweep, curve, x, trace, motions.sweep_value, motions.admissible_mask, tuple(marks))
 
 
 def admissible_families(branch: Branch) -> Iterator[Family]:
@@ -82,4 +85,4 @@ def admissible_families(branch: Branch) -> Iterator[Family]:
         kept = (mark for mark in family.marks if mark.row in row_of and (whole or mark.event is not Event.CLOSED))
         marks = sorted((replace(mark, row=row_of[mark.row]) for mark in kept), key=lambda mark: mark.row)
         motions = branch.motions.select(rows)
-        yield replace(family_of(family.sweep, motions, marks), admissible=np.ones(len(rows), dtype=bool))
+        yield replace(family_of(family.sweep, motions, marks), admissible_mask=np.ones(len(rows), dtype=bool))

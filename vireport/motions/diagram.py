@@ -7,6 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.motions.branches import Branch
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
@@ -45,6 +46,8 @@ class BifurcationDiagram(Struct, frozen=True, eq=False):
     curve: LevelCurve
     branches: tuple[Branch, ...]
     critical_points: tuple[Point, ...]
+
+    __repr__ = brief
 
     @property
     def sweep(self) -> Sweep:
@@ -162,7 +165,7 @@ def _reflected(first: Branch, second: Branch) -> bool:
 
 def _near_admissible(branch: Branch, row: int) -> bool:
     """Whether a motion or a neighbour is admissible; inside an inadmissible stretch nothing is a critical point."""
-    return bool(branch.motions.admissible[max(row - 1, 0) : row + 2].any())
+    return bool(branch.motions.admissible_mask[max(row - 1, 0) : row + 2].any())
 
 
 class TableRow(Struct, frozen=True, eq=False):
@@ -195,6 +198,8 @@ class TableRow(Struct, frozen=True, eq=False):
     sweep_end: float
     first_row: int
     last_row: int
+
+    __repr__ = brief
 
     @property
     def criteria(self) -> str:

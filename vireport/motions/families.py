@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.motions.error_bounds import distance_bounds, family_bounds
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion
@@ -22,6 +23,7 @@ from vireport.motions.stability import STABILITIES, Stability, classify, multipl
 from vireport.motions.sweep import Sweep, settable
 from vireport.motions.switching import Limits
 from vireport.physics import FLOATS, Word
+from vireport.text import significant, span
 
 Floats = NDArray[np.float64]
 
@@ -39,6 +41,8 @@ class Mark(Struct, frozen=True, eq=False):
     row: int
     event: Event
     point: Point | None = None
+
+    __repr__ = brief
 
 
 class Segment(Struct, frozen=True):
@@ -70,7 +74,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         Trace of the product of the flights' Jacobians; nan where a velocity is zero.
     sweep_value : ndarray (n,)
         The swept parameter, in its unit.
-    admissible : ndarray (n,)
+    admissible_mask : ndarray (n,)
         Whether the ball stays between the membranes: a closed form has solutions of which some are no motions.
     marks : tuple of Mark
         In order.
@@ -82,8 +86,20 @@ class Family(Struct, frozen=True, eq=False, dict=True):
     x: Floats
     trace: Floats
     sweep_value: Floats
-    admissible: NDArray[np.bool_]
+    admissible_mask: NDArray[np.bool_]
     marks: tuple[Mark, ...]
+
+    def __repr__(self) -> str:
+        return f"<Family {self.number} of {self.shown}>"
+
+    @property
+    def shown(self) -> str:
+        """Its word, how many motions it has, and its range and where in it they are stable, as text."""
+        swept = self.sweep.parameter
+        low, high = float(self.sweep_value.min()), float(self.sweep_value.max())
+        stable = "; ".join(f"{significant(start)} to {significant(end)}" for start, end in self.stable_ranges)
+        told = f"stable for {swept.with_unit(stable)}" if stable else "nowhere stable"
+        return f"{self.name}: {len(self.x)} motions, {swept.symbol} = {swept.with_unit(span(low, high))}, {told}"
 
     @property
     def word(self) -> Word:
@@ -146,8 +162,8 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         inner, ends = (first + last) // 2, [first, last]
         if inner != first:
             stability = self.stability(float(self.trace[inner]), float(self.x[inner, -1]))
-            return Segment(first, last, stability, bool(self.admissible[inner]))
-        trace, admissible = float(self.trace[ends].mean()), bool(self.admissible[ends].all())
+            return Segment(first, last, stability, bool(self.admissible_mask[inner]))
+        trace, admissible = float(self.trace[ends].mean()), bool(self.admissible_mask[ends].all())
         middle = float(self.x[ends, -1].mean())
         x = self.curve.at(self.x[ends].mean(axis=0), middle)
         if x is not None:
@@ -155,7 +171,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         return Segment(first, last, self.stability(trace, middle), admissible)
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
+    def stable_mask(self) -> NDArray[np.bool_]:
         """Whether each motion lies on a stable stretch."""
         stable = np.zeros(len(self.x), dtype=bool)
         for part in self.segments:
@@ -287,6 +303,8 @@ class Atlas(Struct, frozen=True, eq=False):
     vertices: tuple[Point, ...]
     completeness: tuple[Completeness, ...]
     followed: int
+
+    __repr__ = brief
 
     @property
     def shown(self) -> tuple[Family, ...]:

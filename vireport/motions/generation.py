@@ -9,6 +9,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.motions.families import Family
 from vireport.physics import Membrane, Word, generated_voltage
 from vireport.scenario import Parameter
@@ -32,6 +33,8 @@ class Generation(Struct, frozen=True, eq=False):
     impacts_v: Floats
     average_v: Floats
     impacts_per_s: Floats
+
+    __repr__ = brief
 
     @property
     def per_second_v(self) -> Floats:
@@ -91,12 +94,12 @@ def ladder(families: Iterable[Family], membrane: Membrane | None) -> tuple[Rung,
 
 def _rung(families: list[Family], membrane: Membrane | None) -> Rung:
     value, rate = (
-        np.concatenate([values(family)[family.stable] for family in families])
+        np.concatenate([values(family)[family.stable_mask] for family in families])
         for values in (lambda family: family.sweep_value, impact_rate)
     )
     average = np.full(len(value), nan)
     if membrane is not None:
-        average = np.concatenate([generation(family, membrane).average_v[family.stable] for family in families])
+        average = np.concatenate([generation(family, membrane).average_v[family.stable_mask] for family in families])
     # Without a membrane all averages are nan, of which argmax takes the first.
     best, most = int(np.argmax(average)), int(np.argmax(average * rate))
     return Rung(

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.orbits import Orbits, coefficients, orbits, orbits_above, rubbing
@@ -282,6 +282,8 @@ class LevelCurve(Struct, frozen=True, eq=False):
     level: Level
     strands: Strands
     bounds: tuple[float, float]
+
+    __repr__ = brief
 
     @property
     def r(self) -> Any:

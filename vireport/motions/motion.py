@@ -14,6 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.physics import Word
 
 Floats = NDArray[np.float64]
@@ -59,6 +60,8 @@ class Motion(Struct, frozen=True, eq=False):
     velocity: Floats
     time: Floats
     coordinate: float
+
+    __repr__ = brief
 
     @property
     def phase(self) -> Floats:

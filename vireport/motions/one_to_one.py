@@ -53,7 +53,7 @@ class Motions(Struct, frozen=True, eq=False):
         Codes of `Stability`.
     wall_gap : ndarray
         Distance of the nearest turning point to a membrane, see `turning.wall_gap`.
-    admissible : ndarray of bool
+    admissible_mask : ndarray of bool
         Whether the ball stays between the membranes: the gap is positive.
     restitution : float or Restitutions
         r, on which the type of stability rests: of both membranes, or of each; arrays, of each motion its own, where
@@ -73,12 +73,16 @@ class Motions(Struct, frozen=True, eq=False):
     discriminant: Floats
     stability: NDArray[np.int8]
     wall_gap: Floats
-    admissible: NDArray[np.bool_]
+    admissible_mask: NDArray[np.bool_]
     restitution: Any
 
     def __len__(self) -> int:
         """Return the number of motions."""
         return len(self.d)
+
+    def __repr__(self) -> str:
+        admissible, stable = int(self.admissible_mask.sum()), int(self.stable_mask.sum())
+        return f"<Motions: {len(self)}, {admissible} admissible, {stable} stable>"
 
     @property
     def decay(self) -> Any:
@@ -103,9 +107,9 @@ class Motions(Struct, frozen=True, eq=False):
         return [STABILITIES[code].value for code in self.stability]
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
+    def stable_mask(self) -> NDArray[np.bool_]:
         """Whether each motion is admissible and attracts those nearby."""
-        return np.asarray(self.admissible & (self.stability != UNSTABLE))
+        return np.asarray(self.admissible_mask & (self.stability != UNSTABLE))
 
 
 def impact_velocities(device: Device, parameter: Parameter, motions: Motions) -> tuple[Floats, Floats]:
@@ -201,6 +205,6 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits, restitution: Any = Non
         discriminant=discriminant(trace, lap_decay(r)),
         stability=classify(trace, lap_decay(r)),
         wall_gap=gap,
-        admissible=gap > 0,
+        admissible_mask=gap > 0,
         restitution=r,
     )

@@ -19,7 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.motions.conditions import Condition
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.motion import AT_ZERO, IMAGE, Motion
@@ -487,6 +487,8 @@ class Curve(Path, frozen=True, eq=False, dict=True):
     high: float
     width: float
     passed: tuple[Condition, ...] = PASSED
+
+    __repr__ = brief
 
     @classmethod
     def along_sweep(cls, word: Word, model: Model, low: float, high: float) -> Self:

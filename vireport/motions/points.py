@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.motions.conditions import Condition, Equation, stopped
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion, Symmetry
@@ -27,6 +27,7 @@ from vireport.motions.polish import DECIMALS, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
 from vireport.physics import ARRAYS, FLOATS, Groups, Word, each
+from vireport.text import bounded, significant
 
 AT_ONCE = 1e-9
 """Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
@@ -67,6 +68,8 @@ class OneToOne(Struct, frozen=True):
     velocity_top: float
     bounds: dict[str, float]
 
+    __repr__ = brief
+
 
 class Point(Struct, frozen=True, eq=False):
     """A motion at which something happens, to the last digit of a double.
@@ -102,6 +105,12 @@ class Point(Struct, frozen=True, eq=False):
     label: str = ""
     families: tuple[int, ...] = ()
     mirror: Point | None = None
+
+    def __repr__(self) -> str:
+        named = f"Point {self.label}".rstrip()
+        return (
+            f"<{named}: {self.event.words} at {bounded(self.sweep_value, self.error_bound)}, d = {significant(self.d)}>"
+        )
 
     @property
     def closed(self) -> OneToOne:

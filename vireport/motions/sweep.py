@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import UsageError
+from vireport.base import UsageError, brief
 from vireport.motions.orbits import Coefficients, Friction, Orbits, Rubbing, coefficients, of_order, rubbing, turned
 from vireport.physics import (
     ARRAYS,
@@ -271,6 +271,8 @@ class Sweep(Struct, frozen=True):
     start: float
     end: float
     off: tuple[float, float] = NO_TOLERANCE
+
+    __repr__ = brief
 
     @property
     def level(self) -> Level:

@@ -406,11 +406,11 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
         motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
         motions.phi_top[row] = closed.phi_top
         if point.event is Event.STOP:
-            motions.wall_gap[row], motions.admissible[row] = 0.0, False
+            motions.wall_gap[row], motions.admissible_mask[row] = 0.0, False
         elif point.event is not Event.GRAZING:
             motions.stability[row] = NODE if point.event is Event.NODE_FOCUS else UNSTABLE
         elif point.rest is None:
-            motions.wall_gap[row], motions.admissible[row] = 0.0, False
+            motions.wall_gap[row], motions.admissible_mask[row] = 0.0, False
     motions.stability[at_symmetry] = UNSTABLE
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
 

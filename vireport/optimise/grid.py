@@ -168,7 +168,7 @@ class DesignGrid(Struct, frozen=True, eq=False):
         except (NumericalError, ScenarioError):
             return None
         design = study.solution.design
-        if design is None or not design.motions.stable.any():
+        if design is None or not design.motions.stable_mask.any():
             return None
         point = JudgedDesign(t, study, self.problem.value_of(study))
         self.judged.add(point)

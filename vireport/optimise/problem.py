@@ -238,8 +238,10 @@ class Problem(Struct, frozen=True):
         if self.objective is Objective.MARGIN:
             return 100 * smallest_margin(design)
         m = design.motions
-        columns = objectives(m.velocity_bottom, m.wall_gap, design.voltages, design.conversion, period)
-        return float(columns[self.objective][m.stable].min())
+        columns = objectives(
+            m.velocity_bottom, m.wall_gap, design.voltages_by_motion, design.conversion_by_motion, period
+        )
+        return float(columns[self.objective][m.stable_mask].min())
 
 
 def problem_of(loaded: Loaded) -> Problem:

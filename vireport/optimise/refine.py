@@ -196,7 +196,7 @@ def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
             point = design_point(device, None)
     except (NumericalError, ArithmeticError):
         return np.full(count, np.nan), slopes
-    if point.unresolved or not point.motions.stable.any():
+    if point.unresolved_inputs or not point.motions.stable_mask.any():
         return np.full(count, np.nan), slopes
     for which, (kinds, share) in enumerate(problem.margins):
         slack[which * len(SLOTS) :][: len(SLOTS)] -= share

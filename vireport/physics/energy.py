@@ -13,10 +13,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.numbers import ARRAYS, magnitude
 from vireport.scenario import LARGEST, SMALLEST, CapsuleMotion, MembraneBlock, Scenario
+from vireport.text import quantity
 
 Floats = NDArray[np.float64]
 
@@ -185,6 +187,10 @@ class Voltages(Struct, frozen=True, eq=False):
     average_v: Floats
     deflection_m: Floats
 
+    def __repr__(self) -> str:
+        ends = (quantity(float(end(self.average_v)), "V") for end in (np.min, np.max)) if self.average_v.size else ()
+        return f"<Voltages of {self.average_v.size} motions: U_ave {' to '.join(ends) or 'of none'}>"
+
 
 def voltages(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> Voltages:
     """Evaluate Eqs. (5.1)-(5.5) for motions with one impact on each membrane.
@@ -221,6 +227,8 @@ class Conversion(Struct, frozen=True, eq=False):
     power_mw: Any
     efficiency: Any
     field_v_m: Any
+
+    __repr__ = brief
 
 
 def flat_capacitance(membrane: Membrane, dielectric: Dielectric) -> Any:

@@ -280,7 +280,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def speeds(self) -> tuple[float, float] | None:
         """Impact speeds at bottom and top [m/s] of the first stable motion at the design point."""
-        if self.design is None or not self.design.motions.stable.any():
+        if self.design is None or not self.design.motions.stable_mask.any():
             return None
         motions, unit = (
             self.design.motions,
@@ -323,7 +323,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def ranges(self) -> Iterator[StableRange]:
         """The stable range around the design point, for each input."""
-        for part in self.design.stable if self.design is not None else ():
+        for part in self.design.stable_ranges if self.design is not None else ():
             at = float(self.solution.device.value_of(part.parameter))
             start, end = (
                 RangeEnd(None, None, None)

@@ -76,9 +76,9 @@ def places(solution: Solution) -> list[Place]:
     if design is not None:
         motions = design.motions
         states = zip(
-            motions.d[motions.stable],
-            motions.velocity_bottom[motions.stable],
-            motions.velocity_top[motions.stable],
+            motions.d[motions.stable_mask],
+            motions.velocity_bottom[motions.stable_mask],
+            motions.velocity_top[motions.stable_mask],
             strict=True,
         )
         rows += [(True, None, design.value, *state) for state in states]

@@ -38,7 +38,7 @@ from vireport.scenario.blocks import (
     to_dict,
     unit_of,
 )
-from vireport.scenario.loading import Loaded, LoadedMap, load, load_any, load_map, loads, loads_map
+from vireport.scenario.loading import Loaded, LoadedMap, Source, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.scenario.rules import SPECIAL, Special
@@ -87,6 +87,7 @@ __all__ = [
     "ScalarInput",
     "Scenario",
     "SimulationBlock",
+    "Source",
     "Special",
     "TolerancesBlock",
     "as_texts",

@@ -78,6 +78,13 @@ class Block(BaseModel):
         model_title_generator=lambda block: block.__name__.removesuffix("Block"),  # editors show the title
     )
 
+    def __repr__(self) -> str:
+        """The block without the keys that are not given."""
+        values = ", ".join(
+            f"{key}={getattr(self, key)!r}" for key in type(self).model_fields if key in self.model_fields_set
+        )
+        return f"{type(self).__name__}({values})"
+
 
 class _WhenGiven:
     """Has a block validated by its own validator, which pydantic builds when it is first used.

@@ -32,7 +32,7 @@ from yaml.events import (
     StreamEndEvent,
 )
 
-from vireport.base import Mistake, ScenarioError
+from vireport.base import Mistake, ScenarioError, brief
 
 LARGEST_FILE = 1_000_000  # bytes; a scenario has about a thousand
 DEEPEST = 20  # levels of nesting; a scenario has three
@@ -84,6 +84,8 @@ class Document(Struct, frozen=True):
     written: dict[str, str]
     mistakes: tuple[Mistake, ...] = ()
     unread: frozenset[str] = frozenset()
+
+    __repr__ = brief
 
     def line_of(self, path: str) -> int:
         """Line of a key, or of the innermost block that would hold it."""

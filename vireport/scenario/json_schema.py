@@ -32,6 +32,11 @@ from vireport.scenario.rules import (
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
+IDENTIFIER = "urn:uuid:4049c3a5-c16d-53b3-9cf7-2e6fde98309b"
+"""Names the schema of schema_version 1, wherever it lies; another version has another one. It is no address, as nobody
+could promise that one goes on answering.
+"""
+
 # What a reader looks for first.
 _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
 
@@ -250,7 +255,7 @@ def schema() -> dict[str, Any]:
         *_RECORDS,
         *_requirements(),
     ]
-    return {"$schema": DIALECT, **_declared(Scenario), "allOf": rules}
+    return {"$schema": DIALECT, "$id": IDENTIFIER, **_declared(Scenario), "allOf": rules}
 
 
 @cache

@@ -33,7 +33,7 @@ from vireport.scenario.document import (
     join,
     read,
 )
-from vireport.scenario.overrides import apply, as_texts
+from vireport.scenario.overrides import apply, as_texts, yaml_of
 from vireport.scenario.rules import (
     AXES,
     Finding,
@@ -47,6 +47,10 @@ from vireport.text import visible
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
 
+LONGEST_NAME = 60
+"""Characters that are shown of a text that is no name of a file."""
+
+Source = str | Path | Mapping[str, object]
 Overrides = str | Sequence[str] | Mapping[str, object]
 FileModel = TypeVar("FileModel", bound=Scenario)
 
@@ -71,6 +75,10 @@ class Loaded(Struct, frozen=True):
     document: Document
     given: frozenset[str]
     overrides: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        over = f" with {', '.join(self.overrides)}" if self.overrides else ""
+        return f"<Loaded {visible(self.document.name)}{visible(over)}>"
 
     def line_of(self, path: str) -> int | None:
         """Line of a key of the file, None where the key was set over it."""
@@ -115,13 +123,14 @@ class LoadedMap(Struct, frozen=True):
         return _sha256(self.text)
 
 
-def load(source: str | Path, overrides: Overrides = ()) -> Loaded:
-    """Read a scenario from a file, or from standard input where `source` is "-".
+def load(source: Source, overrides: Overrides = ()) -> Loaded:
+    """Read a scenario from a file, or from standard input where `source` is "-", or take a mapping for one.
 
     Parameters
     ----------
-    source : str or Path
-        The file.
+    source : str, Path or mapping
+        The file; or the keys of a scenario as a file has them, ``{"schema_version": 1, "device": {...}, ...}``. The
+        lines in messages are then those of its text as JSON.
     overrides : sequence of str, or mapping of str to object
         Values set over those of the file: ``"device.length_m=0.7"``, or ``{"device.length_m": 0.7}``. A later
         one wins; an empty value removes an optional key.
@@ -133,11 +142,15 @@ def load(source: str | Path, overrides: Overrides = ()) -> Loaded:
     ScenarioError
         Where the scenario cannot be used.
     """
+    if isinstance(source, Mapping):
+        return loads(yaml_of(source, indent=2), "<dict>", overrides)
     return loads(*_contents(source), overrides)
 
 
 def loads(text: str | bytes, name: str = "<text>", overrides: Overrides = ()) -> Loaded:
     """Read a scenario from text or UTF-8 bytes; `name` stands for the file in messages (see `load`)."""
+    if not isinstance(text, str | bytes):
+        raise UsageError(f"the text of a scenario cannot be of type {type(text).__name__} (allowed: str, bytes)")
     document, texts = _block_of_keys(text, name), as_texts(overrides)
     effective = apply(document, texts) if texts else document
     scenario = _validated(effective, Scenario, {})
@@ -178,6 +191,11 @@ def loads_map(text: str | bytes, name: str = "<text>") -> LoadedMap:
 
 def _contents(source: str | Path) -> tuple[bytes, str]:
     """What a file holds, as far as a scenario may be long, and its name for messages."""
+    if not isinstance(source, str | Path):
+        raise UsageError(
+            f"a scenario cannot be read from a value of type {type(source).__name__} (allowed: the path of a YAML file "
+            "as str or Path, or a dict of the scenario's keys; its text is for loads)"
+        )
     try:
         if str(source) == "-":
             return sys.stdin.buffer.read(LARGEST_FILE + 1), "<stdin>"
@@ -274,6 +292,9 @@ def _unreadable(path: Path, error: Exception) -> str:
     if str(path) == "-":
         return f"standard input cannot be read ({getattr(error, 'strerror', None) or error})"
     if isinstance(error, FileNotFoundError):
+        if "\n" in str(path) or path == Path():
+            name = visible(str(path), LONGEST_NAME) if path != Path() else "''"
+            return f"{name}: is no name of a file (the text of a scenario is for loads)"
         from vireport.scenario.hints import closest
 
         try:

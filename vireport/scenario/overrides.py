@@ -13,7 +13,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from vireport.base import Mistake, ScenarioError
+from vireport.base import Mistake, ScenarioError, UsageError
 from vireport.scenario.document import DEEPEST, Document, read
 
 
@@ -28,8 +28,29 @@ def as_texts(overrides: str | Sequence[str] | Mapping[str, object]) -> tuple[str
     if isinstance(overrides, str):
         return (overrides,)
     if isinstance(overrides, Mapping):
-        return tuple(f"{path}={json.dumps(value, ensure_ascii=False)}" for path, value in overrides.items())
+        return tuple(f"{path}={yaml_of(value)}" for path, value in overrides.items())
     return tuple(overrides)
+
+
+def yaml_of(value: object, indent: int | None = None) -> str:
+    """A value of a scenario, or a mapping of its keys, as JSON, which is YAML; numbers and arrays of NumPy as others.
+
+    Raises
+    ------
+    UsageError
+        Where it holds what a scenario cannot.
+    """
+    try:
+        return json.dumps(value, ensure_ascii=False, indent=indent, default=_of_numpy)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise UsageError(f"{error} (allowed in a scenario: texts, numbers, true or false, lists, and dicts)") from error
+
+
+def _of_numpy(value: object) -> object:
+    # Asked of the value, as to check a file takes no NumPy.
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"a scenario cannot hold a value of type {type(value).__name__}")
 
 
 def apply(document: Document, overrides: Iterable[str]) -> Document:

@@ -11,7 +11,7 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.design import Solution, mirrored
 from vireport.disturbances import Destination, Disturbances, FromRest
 from vireport.motions import SAME, Atlas, Motion
@@ -55,6 +55,8 @@ class AttractingMotion(Struct, frozen=True, eq=False):
     shock: LeastShock | None = None
     unknown: str = ""
 
+    __repr__ = brief
+
 
 class AttractingMotions(Struct, frozen=True, eq=False):
     """All stable motions known at a design point.
@@ -77,6 +79,8 @@ class AttractingMotions(Struct, frozen=True, eq=False):
     others: float | None
     velocity_unit: float
     time_unit: float
+
+    __repr__ = brief
 
     @property
     def told(self) -> list[Motion]:

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, share_interval
+from vireport.base import NumericalError, brief, share_interval
 from vireport.motions import Motion
 from vireport.physics import Groups
 from vireport.shocks.plane import OutcomePlane, Recogniser, coloured
@@ -43,6 +43,8 @@ class Basins(Struct, frozen=True, eq=False):
     motions: tuple[Motion, ...]
     hits: tuple[int, ...]
     velocity_unit: float
+
+    __repr__ = brief
 
     @property
     def impacts(self) -> int:

@@ -12,6 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.atlas import motion_of_cycle
+from vireport.base import brief
 from vireport.motions import Motion
 from vireport.physics import Groups
 from vireport.shocks.deviations import flight_times
@@ -58,6 +59,8 @@ class OutcomePlane(Struct, frozen=True, eq=False):
     outcome: Ints
     outcomes: tuple[Attractor, ...]
     evaluated: int
+
+    __repr__ = brief
 
     def share(self, outcome: int) -> float:
         """Share of the grid's points with an outcome."""

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError
+from vireport.base import NumericalError, brief
 from vireport.design import DesignPoint, Solution
 from vireport.motions import Motion, motion_at
 from vireport.physics import Device, Groups, Membrane, by_wall
@@ -73,6 +73,8 @@ class Withstood(Struct, frozen=True, eq=False):
     jitter_restitution: float = 0.0
     jitter: Jitter | NoJitter | None = None
     membrane: Membrane | None = None
+
+    __repr__ = brief
 
     @property
     def jump_m_s(self) -> float | None:
@@ -163,7 +165,7 @@ def withstood_by(
         further, up to this one.
     """
     design, device = solution.design, solution.device.plain_ball("what shocks lead to")
-    if design is None or not design.motions.stable.any():
+    if design is None or not design.motions.stable_mask.any():
         return None
     at = Parameter.LENGTH, device.length_m
     groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
@@ -215,7 +217,7 @@ def stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motio
     found = design.motions
     stable, unstable = (
         [motion_at(found, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
-        for rows in (found.stable, found.admissible & ~found.stable)
+        for rows in (found.stable_mask, found.admissible_mask & ~found.stable_mask)
     )
     return stable, unstable
 

@@ -17,6 +17,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.physics import Groups, word_name
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
@@ -112,6 +113,8 @@ class Attractor(Struct, frozen=True, eq=False):
     impacts: int
     last: Array = field(default_factory=lambda: np.empty((0, 3)))
 
+    __repr__ = brief
+
     @property
     def word(self) -> str:
         """Impacts of one period, such as BTBBT; empty if it is not periodic."""
@@ -149,6 +152,8 @@ class Diagram(Struct, frozen=True, eq=False):
     velocity: Array
     label: NDArray[np.int64]
     labels: tuple[str | Outcome, ...]
+
+    __repr__ = brief
 
 
 def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET, compiled: bool = True) -> Attractor:

@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.physics import Groups, flight, wrapped
 from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds, rubs
 from vireport.simulation.kernel import (
@@ -81,6 +82,8 @@ class Cycle(Struct, frozen=True, eq=False):
     velocity: Array
     residual: float
     multipliers: tuple[complex, complex]
+
+    __repr__ = brief
 
     @property
     def sticks(self) -> bool:

@@ -15,6 +15,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.physics import Groups
 from vireport.simulation.attractors import (
     BLOCK,
@@ -116,6 +117,8 @@ class Course(Struct, frozen=True, eq=False):
 
     stages: tuple[Stage, ...]
     jumps: tuple[Jump, ...]
+
+    __repr__ = brief
 
 
 def course(

@@ -15,6 +15,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.physics import Groups, Harmonic, flight, wave
 from vireport.simulation.attractors import Attractor, attractors
 from vireport.simulation.events import (
@@ -112,6 +113,8 @@ class Portrait(Struct, frozen=True, eq=False):
     position: Array
     velocity: Array
     harmonics: tuple[Harmonic, ...] = ()
+
+    __repr__ = brief
 
 
 def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") -> Portrait:

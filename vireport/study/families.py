@@ -65,7 +65,7 @@ def _family(family: Family, membrane: Membrane | None) -> dict[str, Any]:
         "critical_points": [_point(mark.point, mark.event) for mark in family.marks if mark.point is not None],
         "generation": [] if membrane is None else _generation(family, membrane),
         "determinant": family.determinant,
-        "stable": family.stable.tolist(),
+        "stable": family.stable_mask.tolist(),
         "multipliers": {
             "real": [_finite(row) for row in family.multipliers.real],
             "imaginary": [_finite(row) for row in family.multipliers.imag],
@@ -235,7 +235,7 @@ def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane
     """One motion of a family at a value of the swept parameter, by the names of the families."""
     x = family.curve.vector(motion)[None]
     trace, admissible = np.array([family.curve.trace(x[0])]), np.array([True])
-    alone = replace(family, x=x, trace=trace, sweep_value=np.array([value]), admissible=admissible, marks=())
+    alone = replace(family, x=x, trace=trace, sweep_value=np.array([value]), admissible_mask=admissible, marks=())
     data = _along(alone, membrane)
     bounds = data.pop("error_bounds")
     return {

@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import Mistake, Progress, ScenarioError, UsageError
+from vireport.base import Mistake, Progress, ScenarioError, UsageError, brief
 from vireport.measurement import (
     ForceMaximum,
     Measured,
@@ -138,6 +138,8 @@ class MeasuredAt(Struct, frozen=True, eq=False):
     d: float
     computed: Computed | None = None
     multipliers: Multipliers | None = None
+
+    __repr__ = brief
 
     @property
     def shown(self) -> Measured | None:

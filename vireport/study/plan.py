@@ -132,6 +132,16 @@ class Plan(Struct, frozen=True, eq=False):
 
     steps: tuple[Step, ...]
 
+    def __repr__(self) -> str:
+        return f"<Plan: {len(self.steps) - len(self.left_out)} steps run, {len(self.left_out)} are left out>"
+
+    def _repr_html_(self) -> str:
+        """The steps and why each runs or does not, for a notebook."""
+        from vireport.text import html_table
+
+        rows = [("run" if step.runs else "skip", step.task, step.what, step.why) for step in self.steps]
+        return html_table(("", "Step", "What it is", "Why"), rows)
+
     def runs(self, *tasks: Task) -> bool:
         """Whether any of the tasks is part of the run."""
         return any(step.runs for step in self.steps if step.task in tasks)

@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import isfinite
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -96,19 +96,37 @@ def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json; then those of the families."""
     head: list[str] = []
     rows: list[list[Any]] = []
-    for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
-        columns = {
-            **motion_columns(branch.motions, branch.voltages),
-            "critical_point": _labels(branch.family),
-            **_undecided(branch.motions, bounds),
-        }
-        head = ["branch", "family", *columns]
-        rows += [[branch.number, branch.symmetry, *row] for row in zip(*columns.values(), strict=True)]
+    for columns in _motions_by_branch(solution):
+        head = list(columns)
+        rows += [list(row) for row in zip(*columns.values(), strict=True)]
     families = list(family_motions(atlas, solution.membrane))
     head = list(dict.fromkeys([*head, *(families[0] if families else ())]))
     rows = [row + [None] * (len(head) - len(row)) for row in rows]
     rows += [[motion.get(name) for name in head] for motion in families]
     return csv_bytes(head, rows) if head else b""
+
+
+def motion_rows(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Every motion of every branch as a dict, by the names of branches.csv; without a sweep those of the design point.
+
+    The motions of a design point alone are on no branch.
+    """
+    design = solution.design
+    tables = _motions_by_branch(solution)
+    if solution.sweep is None and design is not None:
+        alone, bounds = [None] * len(design.motions), cast("dict[str, Any]", solution.bounds.design)
+        numbers = _of_each(design.motions, design.voltages_by_motion, alone, bounds)
+        tables = iter([{"branch": alone, "family": list(design.families), **numbers}])
+    for columns in tables:
+        for row in zip(*columns.values(), strict=True):
+            yield dict(zip(columns, row, strict=True))
+
+
+def _motions_by_branch(solution: Solution) -> Iterator[dict[str, list[Any]]]:
+    """The motions of each branch, as the columns of branches.csv."""
+    for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
+        count, numbers = len(branch.motions), _of_branch(branch, bounds)
+        yield {"branch": [branch.number] * count, "family": [branch.symmetry] * count, **numbers}
 
 
 def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
@@ -151,6 +169,7 @@ def _cell(value: Any) -> Any:
 COLUMNS = {
     "phi_bottom": "phi_bottom_rad",
     "phi_top": "phi_top_rad",
+    "admissible_mask": "admissible",
     "bottom_v": "u_bottom_v",
     "top_v": "u_top_v",
     "average_v": "u_ave_v",
@@ -174,7 +193,7 @@ def motion_columns(motions: Motions, voltages: Voltages | None) -> dict[str, lis
     """What is known of 1:1 motions and of their voltages, by the names of results.json."""
     numbers, types = _columns(motions, DIMENSIONLESS), {"stability": motions.words}
     gained = {} if voltages is None else _columns(voltages, voltages.__struct_fields__)
-    return {**numbers, **types, **_columns(motions, ("admissible", "wall_gap")), **gained}
+    return {**numbers, **types, **_columns(motions, ("admissible_mask", "wall_gap")), **gained}
 
 
 def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]]:
@@ -221,15 +240,29 @@ def _end_of_branch(end: Mark) -> str:
     return {Event.SWEEP_END: SWEEP_END, Event.CLOSED: "closed curve"}.get(end.event) or end.event.words
 
 
+def _of_each(
+    motions: Motions, voltages: Voltages | None, labels: Sequence[str | None], bounds: dict[str, Any]
+) -> dict[str, list[Any]]:
+    """What is told of each of some motions; `labels` are those of the critical points that they are."""
+    return {
+        **motion_columns(motions, voltages),
+        "critical_point": list(labels),
+        **_undecided(motions, bounds),
+    }
+
+
+def _of_branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, list[Any]]:
+    labels = [label or None for label in _labels(branch.family)]
+    return _of_each(branch.motions, branch.voltages_by_motion, labels, bounds)
+
+
 def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
     return {
         "number": branch.number,
         "family": branch.symmetry,
         "mirror_of": branch.mirror_of,
         "ends": [_end_of_branch(end) for end in branch.family.ends],
-        **motion_columns(branch.motions, branch.voltages),
-        "critical_point": [label or None for label in _labels(branch.family)],
-        **_undecided(branch.motions, bounds),
+        **_of_branch(branch, bounds),
         "error_bounds": _bounds(bounds),
     }
 
@@ -278,13 +311,13 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "parameter": design.parameter,
         "value": design.value,
         "family": list(design.families),
-        **motion_columns(design.motions, design.voltages),
-        **_conversion(design.conversion),
+        **motion_columns(design.motions, design.voltages_by_motion),
+        **_conversion(design.conversion_by_motion),
         **_undecided(design.motions, bounds),
         "error_bounds": _bounds(bounds),
         "margins": [margin_data(margin) for margin in design.margins],
-        "margins_unresolved": list(design.unresolved),
-        "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable],
+        "margins_unresolved": list(design.unresolved_inputs),
+        "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable_ranges],
         "distortion": [_distortion(distortion) for distortion in design.distortions],
         **_by_law(design),
     }
@@ -852,14 +885,3 @@ def worst_scenario(scenario: Scenario, worst: Failure) -> str:
         block, _, key = varied.path.rpartition(".")
         (tree[block] if block else tree)[key] = value
     return as_yaml(tree)
-
-
-ENDS = "ends"
-"""The one list of a branch that is not of its motions."""
-
-
-def branch_rows(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Every motion of a branch of `results` as a dict, by the names of branches.csv."""
-    columns = {name: values for name, values in branch.items() if isinstance(values, list) and name != ENDS}
-    for row in zip(*columns.values(), strict=True):
-        yield {"branch": branch["number"], "family": branch["family"], **dict(zip(columns, row, strict=True))}

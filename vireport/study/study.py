@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Progress, UsageError, plain
+from vireport.base import Progress, UsageError, plain, portion
 from vireport.design import Effect, Shift, Shifts, Solution, Unmoved, shift_to, shifts, solution_of
 from vireport.gate import (
     LONG_CONTACT,
@@ -31,9 +30,9 @@ from vireport.scenario import (
     MotionsBlock,
     Parameter,
     Scenario,
+    Source,
     TolerancesBlock,
     load,
-    loads,
     to_dict,
 )
 from vireport.study.families import families_data, motions_data
@@ -48,12 +47,12 @@ from vireport.study.provenance import Provenance
 from vireport.study.results import (
     PROVED_MOTION,
     SCHEMA_VERSION,
-    branch_rows,
     disturbances_data,
     driven_data,
     effects_data,
     family_motions,
     json_bytes,
+    motion_rows,
     simulation_data,
     solution_data,
     tolerances_data,
@@ -79,6 +78,10 @@ if TYPE_CHECKING:
     from vireport.simulation import Jump
     from vireport.study.coexistence import Coexisting
     from vireport.study.measured import Branching, MeasuredAt
+
+
+MEASURED_SHARE = 2 / 3
+"""Share of the time of an accuracy study that the methods take, as measured; compliant membranes take the rest."""
 
 
 class Study(Struct, frozen=True, eq=False, dict=True):
@@ -236,9 +239,11 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame."""
-        rows = [row for branch in self.to_dict()["branches"] for row in branch_rows(branch)]
-        return [*rows, *family_motions(self.atlas, self.solution.membrane)]
+        """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame.
+
+        Where nothing is swept, every motion of the design point.
+        """
+        return [*motion_rows(self.solution), *family_motions(self.atlas, self.solution.membrane)]
 
     def __repr__(self) -> str:
         return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.headline}>"
@@ -267,8 +272,15 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return f"{lead}\n{html_table(('Point', 'Kind', 'Motion', f'{swept.symbol} [{swept.unit}]', 'd'), rows)}"
 
 
+def require_study(value: object) -> None:
+    """Refuse what is no study, where one is needed."""
+    if not isinstance(value, Study):
+        raise UsageError(f"a Study is needed, not a value of type {type(value).__name__} (allowed: what analyse gives)")
+
+
 def results(study: Study, provenance: Provenance, shown: bool = False) -> dict[str, Any]:
     """The results of a study as plain data, ready for JSON, with where they come from; `shown` as `Study.to_dict`."""
+    require_study(study)
     return {**study.to_dict(shown), "provenance": provenance.to_dict()}
 
 
@@ -321,13 +333,13 @@ def sweep_of(scenario: Scenario) -> Sweep | None:
     return Sweep(Device.of(scenario), asked.parameter, asked.from_, asked.to, off)
 
 
-def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
+def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
     """Solve a scenario: motions, admissibility, stability, critical points, voltages, simulation, as its plan says.
 
     Parameters
     ----------
-    source : Loaded, str or Path
-        From `scenario.load`, or the file.
+    source : Loaded, str, Path or mapping
+        From `load`, or what it reads: the file, or the scenario as a mapping.
     formats : iterable of str
         Outputs that are wanted, among `plan.FORMATS`.
     progress : callable, optional
@@ -340,52 +352,63 @@ def analyse(source: Loaded | str | Path, formats: Iterable[str] = FORMATS, progr
     NumericalError
         If the scenario is outside the theory (restitution 1), or a point cannot be computed to its error bound.
     """
+    if isinstance(source, Study):
+        raise UsageError("this Study is solved already (use it as it is; analyse(study.loaded) solves it again)")
     loaded = source if isinstance(source, Loaded) else load(source)
     scenario, steps = loaded.scenario, plan(loaded.scenario, formats)
     refuse_undecidable(scenario)
-    measured = _measured(loaded, progress) if steps.runs(Task.MEASURED) else ()
+    say = progress or (lambda what: None)
+    measured = _measured(loaded, say) if steps.runs(Task.MEASURED) else ()
     device, tolerances = Device.of(scenario), scenario.tolerances
     at_design = steps.runs(Task.DESIGN)
+    say("solving for the 1:1 motions")
     solution = solution_of(device, Membrane.of(scenario), sweep_of(scenario), at_design, tolerances)
     study = Study(loaded, steps, solution, measured=measured)
     if scenario.simulation is not None:
         from vireport.checks import crosscheck
 
-        study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, progress))
+        study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, say))
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
-        study = _with_motions(study, scenario.motion_limits, progress)
+        study = _with_motions(study, scenario.motion_limits, say)
     nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
     if nowhere_stable or steps.runs(Task.FROM_REST, Task.WINDOWS):
+        say("following the ball from rest")
         study = _with_disturbances(study)
     if scenario.excitation.record is not None and steps.runs(Task.DRIVEN):
-        study = _with_driven(study, scenario.excitation.record, progress)
+        study = _with_driven(study, scenario.excitation.record, say)
     if steps.runs(Task.SHOCK, Task.JITTER):
+        say("looking for the least shock")
         study = _with_withstood(study)
     if steps.runs(Task.COEXISTENCE):
+        say("following random starts")
         study = _with_attracting(study)
     if steps.runs(Task.BASINS):
+        say("drawing the basin from impacts on the bottom")
         study = _with_basins(study)
     if steps.runs(Task.PROOF):
-        study = _with_proof(study, progress)
+        study = _with_proof(study, say)
     if scenario.accuracy is not None and steps.runs(Task.ACCURACY):
-        study = _with_accuracy(study, scenario.accuracy, progress)
+        study = _with_accuracy(study, scenario.accuracy, say)
     if steps.runs(Task.OWN_STIFFNESS):
+        say("solving with the membranes' own stiffness")
         study = _with_own_stiffness(study)
     if steps.runs(Task.EFFECTS):
+        say("moving the nearest end by what the model leaves out")
         study = _with_effects(study)
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
-        study = _with_tolerances(study, scenario.tolerances, progress)
+        study = _with_tolerances(study, scenario.tolerances, say)
     if scenario.requirements is not None:
         from vireport.gate import assess
 
+        say("judging the requirements")
         study = replace(study, criteria=assess(loaded, study.evidence))
     return study
 
 
-def _measured(loaded: Loaded, progress: Progress | None) -> tuple[MeasuredAt, ...]:
+def _measured(loaded: Loaded, say: Progress) -> tuple[MeasuredAt, ...]:
     from vireport.study.measured import measured_of
 
-    return measured_of(loaded, progress or (lambda what: None))
+    return measured_of(loaded, say)
 
 
 def _with_disturbances(study: Study) -> Study:
@@ -395,11 +418,11 @@ def _with_disturbances(study: Study) -> Study:
     return replace(study, disturbances=disturbances_of(study.solution, asked, compiled=windows, windows=windows))
 
 
-def _with_driven(study: Study, record: str, progress: Progress | None) -> Study:
+def _with_driven(study: Study, record: str, say: Progress) -> Study:
     from vireport.driven import driven_by
 
     folder = Path(study.loaded.document.name).parent
-    return replace(study, driven=driven_by(record, folder, study.solution.device, study.solution.membrane, progress))
+    return replace(study, driven=driven_by(record, folder, study.solution.device, study.solution.membrane, say))
 
 
 def _with_withstood(study: Study) -> Study:
@@ -431,16 +454,16 @@ def _with_basins(study: Study) -> Study:
     return replace(study, basins=basins_of(groups, study.attracting.told, study.attracting.velocity_unit))
 
 
-def _with_proof(study: Study, progress: Progress | None) -> Study:
+def _with_proof(study: Study, say: Progress) -> Study:
     from vireport.attraction import proved_of
 
     found, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
     if found is None:
         return study
-    return replace(study, proved=proved_of(study.solution, found, study.withstood, compiled, progress))
+    return replace(study, proved=proved_of(study.solution, found, study.withstood, compiled, say))
 
 
-def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) -> Study:
+def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
     from vireport.atlas import atlas, motion_of_cycle
 
     sweep, check = study.solution.sweep, study.crosscheck
@@ -452,17 +475,20 @@ def _with_motions(study: Study, asked: MotionsBlock, progress: Progress | None) 
         for value, end in ends
         if end.cycle is not None and not end.cycle.sticks
     )
-    return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated, progress))
+    return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated, say))
 
 
-def _with_accuracy(study: Study, asked: AccuracyBlock, progress: Progress | None) -> Study:
+def _with_accuracy(study: Study, asked: AccuracyBlock, say: Progress) -> Study:
     from vireport.checks import measure
     from vireport.membranes import compliance
 
-    study = replace(study, work=measure(study.solution, asked.repeats, progress))
-    if not study.plan.runs(Task.COMPLIANT):
+    compliant = study.plan.runs(Task.COMPLIANT)
+    measuring = portion(say, 0.0, MEASURED_SHARE if compliant else 1.0)
+    study = replace(study, work=measure(study.solution, asked.repeats, measuring))
+    if not compliant:
         return study
-    return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, progress))
+    solving = portion(say, MEASURED_SHARE, 1.0)
+    return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, solving))
 
 
 def _with_own_stiffness(study: Study) -> Study:
@@ -502,15 +528,21 @@ def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, flo
     return {varied: width for varied, width in widths.items() if width}
 
 
-def _with_tolerances(study: Study, asked: TolerancesBlock, progress: Progress | None) -> Study:
-    if progress is not None:
-        progress("proving that every device within the tolerances works")
+def _with_tolerances(study: Study, asked: TolerancesBlock, say: Progress) -> Study:
+    say("proving that every device within the tolerances works")
     from vireport.design import assess_tolerances
 
     device, membrane = study.solution.device, study.solution.membrane
     widths = half_widths(device, asked)
     tolerances = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
     return replace(study, tolerances=tolerances)
+
+
+def _block(data: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A block of results.json, {} where it is null."""
+    if not isinstance(data, Mapping) or "scenario" not in data:
+        raise UsageError("results are needed (allowed: the content of a results.json, as json.load gives it)")
+    return data.get(name) or {}
 
 
 def recheck(data: Mapping[str, Any]) -> float:
@@ -533,7 +565,8 @@ def recheck(data: Mapping[str, Any]) -> float:
     """
     from vireport.design import prove_again, region_of
 
-    scenario, proof = loads(json.dumps(data["scenario"])).scenario, (data.get("tolerances") or {}).get("proof")
+    proof = _block(data, "tolerances").get("proof")
+    scenario = load(_block(data, "scenario")).scenario
     if scenario.tolerances is None or proof is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
     device = Device.of(scenario)
@@ -561,7 +594,7 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
     """
     from vireport.attraction import ClaimedSection, ProvedRegion, prove_again
 
-    proof = (data.get("disturbances") or {}).get("proof")
+    proof = _block(data, "disturbances").get("proof")
     if proof is None:
         raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
     try:
@@ -587,7 +620,7 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
             )
             for of in proof.get("sections", ())
         ]
-        device = Device.of(loads(json.dumps(data["scenario"])).scenario)
+        device = Device.of(load(data["scenario"]).scenario)
         return prove_again(device, None if start is None else regions[start], shocks, sections)
     except (ValueError, LookupError) as error:
         raise UsageError(f"disturbances.proof: {error}") from error
