@@ -44,7 +44,7 @@ def test_each_value_works_and_half_of_the_way_does_not(case: str) -> None:
 
 def _meets(overrides: tuple[str, ...]) -> bool:
     other = study_with(overrides)
-    return bool(other.solution.design.motions.stable.any()) and all(line.passed for line in other.criteria)
+    return bool(other.solution.design.motions.stable_mask.any()) and all(line.passed for line in other.criteria)
 
 
 def _falls_short(overrides: tuple[str, ...], change: Change, value: float) -> bool:
