@@ -316,13 +316,14 @@ export function mount(root, start, backend) {
       legend.textContent = "";
       return;
     }
-    const width = Math.max(280, panels.clientWidth || 640), height = 168;
+    const width = Math.max(280, panels.clientWidth || 640);
     const inner = width - EDGE.left - EDGE.right, placeX = (x) => EDGE.left + ((x - along.from) / (along.to - along.from)) * inner;
     const shown = FIGURES[figure].filter((panel) => answer.branches.length === 0 || panel.of(answer.branches[0]).length);
     if (!shown.length) {
       panels.replaceChildren(make("p", { class: "hint" }, "Voltages are evaluated where the mass of the ball is given."));
       return;
     }
+    const height = { 1: 330, 2: 230 }[shown.length] ?? 168;
     panels.replaceChildren(...shown.map((panel, number) => {
       const [low, high] = extent(panel, told), bottom = height - EDGE.bottom;
       const placeY = (y) => bottom - ((clamp(y, low - (high - low), high + (high - low)) - low) / (high - low)) * (bottom - EDGE.top);
@@ -515,7 +516,7 @@ export function mount(root, start, backend) {
       make("tbody", {}, lines.map((line) => make("tr", { class: line.passed ? "good" : "bad" }, make("th", { scope: "row" }, line.title), make("td", {}, line.limit), make("td", {}, line.value_text), make("td", {}, line.passed ? "met" : "not met")))));
     cards.alerts.hidden = results.alerts.length === 0;
     alerts.replaceChildren(...results.alerts.map((alert) => make("details", {}, make("summary", {}, `${alert.title} (${alert.code})`), make("p", {}, alert.cause), make("p", {}, alert.remedy))));
-    leftOut.replaceChildren(...[...start.notes, ...results.left_out.map(({ what, why }) => `${what[0].toUpperCase()}${what.slice(1)}: ${why}.`)].map((text) => make("p", {}, text)));
+    leftOut.replaceChildren(...[...start.notes, ...finding.left_out.map(({ what, why }) => `${what[0].toUpperCase()}${what.slice(1)}: ${why}.`)].map((text) => make("p", {}, text)));
     cards.left.hidden = false;
     drawChanges();
     drawFigure();

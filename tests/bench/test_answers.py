@@ -16,7 +16,7 @@ from vireport.bench.session import first as first_of
 from vireport.design import motions_at
 from vireport.physics import Device
 from vireport.scenario import DesignInput, Parameter
-from vireport.study import analyse
+from vireport.study import Task, analyse
 
 NAMES = "inclined", "horizontal", "inclined-forcing", "design-point"
 SAME = ("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "phi_top_rad", "velocity_bottom", "velocity_top", "trace")
@@ -73,6 +73,9 @@ def test_what_follows_is_what_a_run_finds() -> None:
     assert told["verdict"]["headline"] == study.verdict.headline
     assert told["results"]["requirements"] == study.to_dict()["requirements"]
     assert "branches" not in told["results"]
+    whats = {row["what"]: row["why"] for row in told["left_out"]}
+    assert whats[Task.SIMULATION.what] == "the scenario has no simulation block"
+    assert not {Task.FIGURE_2.what, Task.PDF.what} & set(whats)
 
 
 @pytest.mark.parametrize("name", ["inclined", "horizontal"])

@@ -383,3 +383,35 @@ def test_the_same_page_speaks_to_a_kernel(tmp_path: Path) -> None:
     page.run("ended()")
     assert page.run("Object.keys(handlers)") == []
     page.close()
+
+
+def test_a_margin_of_five_per_cent_is_required_and_reached(tmp_path: Path) -> None:
+    """From an example to a better design, by what the page offers."""
+    with one(tmp_path, "inclined") as served:
+        page = opened_page(served, tmp_path)
+        page.run("""(() => {
+          const choice = document.querySelector('select[aria-label="Require …"]');
+          choice.closest("details").open = true;
+          choice.value = "requirements.margin_any_percent";
+          choice.dispatchEvent(new Event("change"));
+          const field = document.activeElement;
+          field.value = "5";
+          field.dispatchEvent(new Event("change"));
+        })()""")
+        settled(page)
+        assert texts(page, ".word") == ["Requirements not met"]
+        until = time.monotonic() + 60
+        while not texts(page, "button.change") and time.monotonic() < until:
+            time.sleep(0.1)
+        assert texts(page, "button.change")[0].startswith("↑ frequency f to 2.00")
+        page.run("document.querySelector('button.change').click()")
+        settled(page)
+        assert texts(page, "tr.good td")[-1] == "met"
+        press(page, "Save as scenario")
+        while not texts(page, ".told") or "Saved" not in texts(page, ".told")[0]:
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        page.end()
+    study = analyse(tmp_path / "inclined-2.yaml", ())
+    assert [line.passed for line in study.criteria] == [True]
+    assert study.solution.device.frequency_hz > 2

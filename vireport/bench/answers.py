@@ -18,7 +18,7 @@ from vireport.gate import Designs
 from vireport.motions import Branch, ball_path, eigenvalues
 from vireport.physics import Device, Membrane
 from vireport.scenario import DesignInput, Loaded, Scenario
-from vireport.study import Study, margin_data, motion_columns, sweep_of
+from vireport.study import ALL_FORMATS, FIGURES, Study, Task, margin_data, motion_columns, sweep_of
 
 Floats = NDArray[np.float64]
 
@@ -27,6 +27,9 @@ NOTHING, UNSTABLE, STABLE = 0, 1, 2
 
 PLANE = 108, 81
 """Cells of that plane, across and up."""
+
+OF_REPORTS = {*ALL_FORMATS, *FIGURES, Task.REPRODUCTION}
+"""Steps of a run that the page has no part in."""
 
 ALSO = "disturbances", "motions", "simulation"
 """Blocks that take longer, which a page can ask for."""
@@ -101,6 +104,9 @@ def study_answer(study: Study) -> dict[str, Any]:
             ],
         },
         "results": {name: part for name, part in study.to_dict(shown=True).items() if name not in DRAWN_BEFORE},
+        "left_out": [
+            {"what": step.task.what, "why": step.why} for step in study.plan.left_out if step.task not in OF_REPORTS
+        ],
     }
 
 

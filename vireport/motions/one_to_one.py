@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base import brief
 from vireport.motions.orbits import Orbits
 from vireport.motions.stability import (
     STABILITIES,
@@ -134,6 +135,8 @@ class BallPath(Struct, frozen=True, eq=False):
     time: Floats
     distance: Floats
     capsule: Floats
+
+    __repr__ = brief
 
 
 def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) -> BallPath:
