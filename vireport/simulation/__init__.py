@@ -17,7 +17,7 @@ from vireport.simulation.events import (
     start_of,
 )
 from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
-from vireport.simulation.starts import random_starts, start_speed
+from vireport.simulation.starts import even_starts, random_starts, start_speed
 
 if TYPE_CHECKING:
     from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
@@ -58,6 +58,7 @@ __all__ = [
     "check_start",
     "course",
     "diagram",
+    "even_starts",
     "find_attractor",
     "follow_impacts",
     "follow_one",
