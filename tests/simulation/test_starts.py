@@ -1,4 +1,4 @@
-"""Starts in flight: spread evenly over the states they are said to cover, each value's own, and the same in every run."""
+"""Starts in flight: spread over the states they are said to cover, each value's own, the same in every run."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ MANY = 64, 256
 
 
 def cycles_by_starts(groups: Groups[float], compiled: bool) -> Iterator[Cycle]:
-    """Periodic motions without rests that attract starts in flight, in the order in which they are found, and repeatedly.
+    """Periodic motions without rests that attract starts in flight, in the order in which they are met, and repeatedly.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 BEYOND = 1.5
 # Towards r = 1 the velocity that the forcing sustains has no limit; starts take it at this 1-r at least.
 LEAST_LOSS = 0.1
-# Multiples of three numbers fill a cube the more evenly the worse fractions approximate them: powers of 1/x, x^4 = x + 1.
+# Multiples of numbers that fractions approximate badly fill a cube evenly: powers of 1/x, x^4 = x + 1.
 STEPS = 0.8191725133961645, 0.6710436067037893, 0.5497004779019703
 
 
@@ -94,5 +94,5 @@ def even_starts(d: float, speed: ArrayLike, count: int) -> Array:
 
 def _placed(position: Array, velocity: Array, phase: Array, distance: ArrayLike, speed: ArrayLike) -> Array:
     """States by shares of what each of position, velocity and phase ranges over."""
-    columns = (position - 0.5) * distance, (2 * velocity - 1) * speed, TURN * phase
+    columns = (position - 0.5) * np.asarray(distance), (2 * velocity - 1) * np.asarray(speed), TURN * phase
     return np.stack([np.zeros_like(phase), *columns], axis=-1)
