@@ -704,6 +704,17 @@ def turned(phase: float) -> float:
     return phase
 
 
+def begins(v: float, phase: float, model: Array, harmonics: Array) -> float:
+    """The way on which a ball with friction begins in flight: that of its velocity or, where it stands, of the pull.
+
+    Parameters are those of `next_way`.
+    """
+    if v != 0.0:
+        return 1.0 if v > 0.0 else -1.0
+    pull = _pull(phase, float(model[1]), harmonics)
+    return 0.0 if abs(pull) <= model[4] else 1.0 if pull > 0.0 else -1.0
+
+
 def next_way(
     way: float, v: float, phase: float, model: Array, harmonics: Array, parts: Array, still: Array, walls: Pair
 ) -> tuple[float, float, float, float, float, float, float]:
@@ -787,7 +798,7 @@ def _follow_rubbed(
     model: Array, start: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, still: Array
 ) -> None:
     """Follow one start of a ball with friction; see `follow_rubbed_starts`."""
-    d, g, r_bottom, r_top, f = float(model[0]), float(model[1]), float(model[2]), float(model[3]), float(model[4])
+    d, r_bottom, r_top = float(model[0]), float(model[2]), float(model[3])
     wall, z, v, phase = float(start[0]), float(start[1]), float(start[2]), float(start[3])
     walls, flight, parts = (-0.5 * d - z, 0.5 * d - z), 0.0, np.empty((len(harmonics), 3))
     evaluations, status, row, count = 1.0, RUNNING, 0, 0
@@ -796,7 +807,7 @@ def _follow_rubbed(
         row = row + 1 if row + 1 < len(rows) else 0
         out[WALL], out[PHASE], out[FLIGHT] = wall, phase, flight
         out[VELOCITY], out[SETTLING], out[RIDING] = v, 0.0, 0.0
-        way = 1.0 if v > 0.0 else -1.0
+        way = 0.0
         if wall != 0.0:
             walls, way = ((-d, 0.0) if wall > 0.0 else (0.0, d)), -wall
             r = r_bottom if wall > 0.0 else r_top
@@ -808,9 +819,8 @@ def _follow_rubbed(
                     status = REST if wall > 0.0 else HELD
                     break
                 phase, v = after, 0.0
-        elif v == 0.0:
-            pull = _pull(phase, g, harmonics)
-            way = 0.0 if abs(pull) <= f else way if pull * way > 0.0 else -way
+        else:
+            way = begins(v, phase, model, harmonics)
         if count == impacts:
             break
         wall, flight, v, phase, steps, held = _next_impact_rubbed(way, v, phase, model, harmonics, parts, still, walls)
