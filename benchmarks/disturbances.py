@@ -47,8 +47,16 @@ FORCED = {"inclined": (), "horizontal": (), "inclined-forcing": ("excitation.amp
 BUDGET, GRID, KEPT = 4000, 64, 400
 """Impacts of the search for an attractor; points of the peer's grid along either axis, and impacts of each."""
 
-GROWTH = ("inclined", "horizontal", "inclined-forcing", "hysteresis")
-"""Examples that are run with and without; at the last one the ball comes to another motion, which is solved."""
+GROWTH = (
+    ("inclined", "inclined"),
+    ("horizontal", "horizontal"),
+    ("inclined-forcing", "inclined-forcing, which settles slowly"),
+    ("hysteresis", "hysteresis: another motion, which is solved"),
+    ("inclined-forcing", "inclined-forcing at 3.6 N: a rest cycle", "excitation.amplitude_n=3.6"),
+    ("inclined-forcing", "inclined-forcing at 6.9375 N: chaos", "excitation.amplitude_n=6.9375", "sweep.to=7"),
+    ("inclined-forcing", "inclined-forcing at 0.8 N: at rest", "excitation.amplitude_n=0.8", "sweep.from=0.7"),
+)
+"""Examples that are run with and without, what they are called, and what is set: one at least of each outcome."""
 
 RUN = """
 import sys
@@ -150,10 +158,11 @@ def main() -> None:
         )
     growth = []
     with tempfile.TemporaryDirectory() as folder:
-        for name in GROWTH if shutil.which(COUNTED[0]) else ():
-            json, report = growth_ms(name, "--json"), growth_ms(name, "-o", folder)
+        for example, name, *changes in GROWTH if shutil.which(COUNTED[0]) else ():
+            own = [word for change in changes for word in ("--set", change)]
+            json, report = growth_ms(example, *own, "--json"), growth_ms(example, *own, "-o", folder)
             growth.append({"scenario": name, "json_growth_ms": json, "report_growth_ms": report})
-            print(f"{name:<18} --json {json:+.1f} ms, report {report:+.1f} ms", flush=True)
+            print(f"{name:<45} --json {json:+.1f} ms, report {report:+.1f} ms", flush=True)
     record("disturbances", grid=GRID, disturbances=rows, growth=growth)
 
 

@@ -827,12 +827,13 @@ FRICTION = (
         "friction and what does not know it",
         "0.1",
         "motions: {}\nrequirements: {word: BT, inclination_from_deg: 20, inclination_to_deg: 30}\n"
-        "tolerances: {length_m: 0.01}\n",
+        "tolerances: {length_m: 0.01}\ndisturbances: {prove: true}\n",
         (21, "motions", _RUBS),
         (22, "requirements.word", _RUBS),
         (22, "requirements.inclination_from_deg", _RUBS),
         (22, "requirements.inclination_to_deg", _RUBS),
         (23, "tolerances", _RUBS),
+        (24, "disturbances.prove", _RUBS),
     ),
 )
 

@@ -1,4 +1,4 @@
-"""Random starts: spread evenly over the states they are said to cover, each value's own, and the same in every run."""
+"""Starts in flight: spread over the states they are said to cover, each value's own, the same in every run."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from vireport.simulation import (
     InFlight,
     attractors,
     check_start,
+    even_starts,
     random_starts,
     start_of,
     start_speed,
@@ -32,6 +33,21 @@ def test_starts_fill_the_states_evenly() -> None:
             assert np.abs(np.histogram(shares, 10, (0, 1))[0] / 2000 - 1).max() < 0.1
             assert (shares.min(), shares.max()) == pytest.approx((0, 1), abs=1e-3)
         assert np.abs(np.corrcoef(rows[:, 1:].T) - np.eye(3)).max() < 0.03
+
+
+def test_a_few_even_starts_fill_the_states_better_than_random_ones() -> None:
+    """By the largest difference between the share of a box at a corner that they fill and its volume."""
+    shares = even_starts(0.3, 2.0, 64)[:, 1:] / (0.3, 4.0, 2 * pi) + (0.5, 0.5, 0.0)
+    assert (shares.min(), shares.max()) == pytest.approx((0, 1), abs=0.05)
+    corners = np.random.default_rng(1).random((2000, 3))
+
+    def off(shares: np.ndarray) -> float:
+        inside = (shares[:, None] < corners).all(axis=-1).mean(axis=0)
+        return float(np.abs(inside - corners.prod(axis=1)).max())
+
+    random = min(off(np.random.default_rng(seed).random((64, 3))) for seed in range(20))
+    assert off(shares) < 0.9 * random
+    np.testing.assert_array_equal(even_starts(0.3, 2.0, 64)[:6], even_starts(0.3, 2.0, 6))
 
 
 def test_each_value_has_starts_of_its_own_and_every_run_the_same() -> None:

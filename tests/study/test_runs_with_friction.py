@@ -16,14 +16,12 @@ from vireport.checks.certificates import certify
 from vireport.comparison.quantities import ComparedScenario
 from vireport.compliant import own_stiffness
 from vireport.design import region_of
-from vireport.disturbances import disturbances_of
 from vireport.figures.device import shown_motion
 from vireport.membranes import compliance
 from vireport.motions import Event, Limits
 from vireport.physics import Device
 from vireport.report import Report, render_html
 from vireport.scenario import DesignInput, Parameter, load
-from vireport.shocks import withstood_by
 from vireport.study import Task, analyse, plan, provenance_of
 
 RUBS = {"device.friction": 0.05}
@@ -92,7 +90,8 @@ def test_a_report_says_of_an_end_at_a_stop_that_the_motion_may_go_on() -> None:
 @pytest.mark.parametrize(
     "over",
     [
-        *({block: {}} for block in ("motions", "accuracy", "disturbances")),
+        *({block: {}} for block in ("motions", "accuracy")),
+        {"disturbances": {"prove": True}},
         {"tolerances": {"length_percent": 1}},
         {"requirements": {"word": "BT"}},
         {"sweep": {"parameter": "inclination_deg", "from": 10, "to": 60}},
@@ -106,19 +105,16 @@ def test_what_knows_no_friction_is_refused_with_the_key(over, example) -> None:
     load(example("inclined"), {"device.friction": 0.0} | over)
 
 
-def test_what_is_called_from_python_refuses_as_well(rubbed, example) -> None:
+def test_what_is_called_from_python_refuses_as_well(rubbed) -> None:
     solution, device = rubbed.solution, rubbed.solution.device
-    asked = load(example("inclined"), {"disturbances": {}}).scenario.disturbances
     refused = (
         lambda: atlas(solution.sweep, Limits(4, 2)),
         lambda: certify(solution.diagram),
         lambda: region_of(device, {DesignInput.LENGTH: 0.01}),
-        lambda: withstood_by(solution, True, 0.0, 0.0, None),
         lambda: compliance(solution, (1.0,)),
         lambda: measure(solution, 1),
         lambda: own_stiffness(solution),
         lambda: plane_of(rubbed.scenario, "length_m,inclination_deg"),
-        lambda: disturbances_of(solution, asked),
     )
     for call in refused:
         with pytest.raises(UsageError, match="of a ball with friction"):

@@ -1,9 +1,16 @@
 """Every family of motions along a sweep: looked for among all flight times, followed, and joined where they meet."""
 
-from vireport.atlas.atlas import LOOKED_FOR, atlas
+from typing import TYPE_CHECKING
+
 from vireport.atlas.cycles import motion_of_cycle, portrait_of
-from vireport.atlas.exclusion import FINE
-from vireport.atlas.surface import candidates_above
+from vireport.base import deferred
+
+if TYPE_CHECKING:
+    from vireport.atlas.exclusion import FINE
+    from vireport.atlas.families import LOOKED_FOR, atlas
+    from vireport.atlas.surface import candidates_above
+else:
+    __getattr__ = deferred(__name__, "surface", "exclusion", "families")
 
 __all__ = [
     "FINE",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import nan, pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,10 +18,11 @@ from vireport.simulation import (
     Attractor,
     Cycle,
     Outcome,
-    Portrait,
     check_model,
-    path,
 )
+
+if TYPE_CHECKING:
+    from vireport.simulation import Portrait
 
 
 def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
@@ -33,6 +35,8 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     label : str
         See `Portrait`.
     """
+    from vireport.simulation import Portrait, path
+
     word, count = motion.word, len(motion.word)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
     wall = np.array(word.walls, dtype=np.int8)

@@ -143,12 +143,10 @@ def disturbances_of(
     recovery, ratio = recovery_of(solution), device.period_ratio
     if asked is None:
         found = from_rest(groups, targets, ratio, compiled)
-        if device.rubs:  # the equations of other words know no stops in flight
-            return Disturbances(found, recovery=recovery)
         reached = None if targets else _reached(solution, found)
         others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
         return Disturbances(found, recovery=recovery, reached=reached, by_starts=others)
-    device.plain_ball("what it does when the force sets in at any moment")
+    device.constant_restitution("what it does when the force sets in at any moment")
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
     ramp = None
@@ -164,11 +162,15 @@ def disturbances_of(
 def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:
     """The motion of another word that the device comes to, as its equations have it."""
     cycle = end.cycle
+    if solution.device.rubs:  # the equations of other words know no stops in flight
+        return None
     return _followed(solution, cycle) if end.destination is Destination.OTHER_MOTION and cycle is not None else None
 
 
 def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tuple[FollowedMotion, ...]:
     """The stable motions that some starts come to; without the compiler the first that is found."""
+    if solution.device.rubs:
+        return ()
     from vireport.atlas import motion_of_cycle
     from vireport.disturbances.by_starts import cycles_by_starts
 

@@ -58,8 +58,9 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
 
 def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: float, compiled: bool) -> State:
     """State after a time [t_c] with a constant amplitude, over that at the end of the ramp."""
-    d, gbar, r, harmonics, _ = groups
-    model = check_model(Groups(d / amplitude, gbar / amplitude, r, harmonics))[0]
+    d, gbar, r, harmonics, friction = groups
+    rubbing = None if friction is None else friction / amplitude
+    model = check_model(Groups(d / amplitude, gbar / amplitude, r, harmonics, rubbing))[0]
     wall, position, velocity, phase = state
     start = wall, position / amplitude, velocity / amplitude, phase
     clock, count = 0.0, ceil(BLOCK)
@@ -79,6 +80,11 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
         return hit, 0.0, float(row[VELOCITY]) * amplitude, phase
     if held[last] >= left and held[last] > 0:
         return hit, 0.0, 0.0, phase  # at rest, or in hops that are too low to tell
+    if friction is not None:
+        from vireport.simulation import moved_on
+
+        z, v = moved_on(model, row, start[1], left)
+        return 0.0, _inside(z * amplitude, d), v * amplitude, phase % TURN
     moved = float(held[last])
     place = hit * model[0] / 2 if hit else start[1]
     before = float(row[VELOCITY])
@@ -87,5 +93,10 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
     begun, end = (wave(sin(x), cos(x), harmonics) for x in (angle, angle + pi * t))
     z = place + flight.displacement(t, speed, begun.impulse, begun.path, end.path, float(model[1]))
     v = flight.velocity(t, speed, begun.impulse, end.impulse, float(model[1]))
+    return 0.0, _inside(z * amplitude, d), v * amplitude, phase % TURN
+
+
+def _inside(position: float, d: float) -> float:
+    """A position between the membranes, which rounding may have put on one."""
     most = nextafter(d / 2, -inf)
-    return 0.0, min(max(z * amplitude, -most), most), v * amplitude, phase % TURN
+    return min(max(position, -most), most)

@@ -167,12 +167,12 @@ def _shown_by(end: FromRest, results: Evidence) -> str | None:
     Families are followed of motions without rests, and found of few impacts, where nothing rubs; all else is found by
     simulation alone.
     """
-    from vireport.atlas import LOOKED_FOR
-
     cycle = end.cycle
-    short = cycle is not None and not cycle.sticks and len(end.word) <= LOOKED_FOR
-    if short and not results.solution.device.rubs:
-        return "motions" if results.atlas is None else None
+    if cycle is not None and not cycle.sticks and not results.solution.device.rubs:
+        from vireport.atlas import LOOKED_FOR
+
+        if len(end.word) <= LOOKED_FOR:
+            return "motions" if results.atlas is None else None
     return "simulation" if results.crosscheck is None else None
 
 

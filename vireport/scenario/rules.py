@@ -92,7 +92,7 @@ class Special(NamedTuple):
 
 
 SPECIAL = (
-    Special(FRICTION, "a ball without friction", ("motions", "disturbances", "measured", "tolerances", *SINE_ONLY)),
+    Special(FRICTION, "a ball without friction", ("motions", "measured", "tolerances", *SINE_ONLY)),
     Special(
         EXPONENT,
         "a restitution that does not fall with speed",
@@ -340,6 +340,8 @@ def _special(tree: _Tree) -> Iterator[Finding]:
         for path in special.blocks:
             if not tree.absent(path) or path in tree.bare:
                 yield _rule(path, special.alone)
+        if "disturbances" not in special.blocks and tree.at(PROVE) is True:
+            yield _rule(PROVE, special.alone)
         for key in PLAIN_REQUIREMENTS:
             if tree.at(f"requirements.{key}") not in (None, False):
                 yield _rule(f"requirements.{key}", special.alone)

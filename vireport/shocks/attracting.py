@@ -130,7 +130,7 @@ def attracting_motions(
     AttractingMotions or None
         None without a design point, and where nothing attracts that is known.
     """
-    design, device = solution.design, solution.device.plain_ball("the other stable motion")
+    design, device = solution.design, solution.device.constant_restitution("the other stable motion")
     if design is None:
         return None
     at = Parameter.LENGTH, device.length_m
@@ -173,7 +173,7 @@ def attracting_motions(
 
 def _known(solution: Solution, disturbances: Disturbances, atlas: Atlas | None) -> tuple[list[Motion], list[Motion]]:
     """The stable motions at the design point, and the unstable ones, each once."""
-    design, device = solution.design, solution.device.plain_ball("the other stable motion")
+    design, device = solution.design, solution.device.constant_restitution("the other stable motion")
     if design is None:
         return [], []
     stable, unstable = stable_and_unstable(design, device)

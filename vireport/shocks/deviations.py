@@ -1,7 +1,8 @@
 """Small deviations from a periodic motion: how they go from impact to impact, and what keeps up a spread of them.
 
 Turns a motion into the Jacobians of its flights in (time, velocity before the impact), by the exact derivatives of
-(2.11) and (2.12), and solves the discrete Lyapunov equations that rest on them.
+(2.11) and (2.12), and solves the discrete Lyapunov equations that rest on them. Of a ball with friction they are those
+of the simulation, over all stops between two impacts.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from vireport.motions import Motion, flight_jacobian
 from vireport.physics import FLOATS, Groups
+from vireport.simulation import FLIGHT, PHASE, RIDING, VELOCITY, WALL, check_model, jacobians
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +34,8 @@ def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
     motion : Motion
         None of whose impacts has velocity zero: the map has no derivative there.
     """
+    if groups.friction is not None:
+        return _with_friction(groups, motion)
     count, pulls = len(motion.word), [_pull(groups, t) for t in motion.time.tolist()]
     durations, velocity = flight_times(motion).tolist(), motion.velocity.tolist()
     rows = []
@@ -47,9 +51,21 @@ def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
 
     They are the second columns of `flight_matrices` over -r, and defined where r is zero as well.
     """
+    if groups.friction is not None:
+        rebounds = [groups.restitution_at(wall) for wall in motion.word.walls]
+        return np.asarray(flight_matrices(groups, motion)[:, :, 1] / -np.array(rebounds)[:, None])
     duration, ahead = flight_times(motion), np.roll(motion.velocity, -1)
     late = -duration / ahead
     return np.stack([late, 1 + late * np.array([_pull(groups, t) for t in np.roll(motion.time, -1)])], axis=1)
+
+
+def _with_friction(groups: Groups[float], motion: Motion) -> Floats:
+    """`flight_matrices` of a ball that may stop in flight, by time in place of the phase."""
+    before = np.zeros((len(motion.word), RIDING + 1))
+    before[:, WALL], before[:, PHASE], before[:, VELOCITY] = motion.word.walls, motion.phase, motion.velocity
+    before[:, FLIGHT] = np.roll(flight_times(motion), 1)
+    by_phase = jacobians(check_model(groups)[0], before, np.roll(before, -1, axis=0))
+    return np.asarray(by_phase * np.array([[1.0, 1 / pi], [pi, 1.0]]))
 
 
 def _pull(groups: Groups[float], time: float) -> float:

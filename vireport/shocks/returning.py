@@ -19,7 +19,7 @@ from vireport.base import NumericalError
 from vireport.motions import Motion
 from vireport.physics import Groups, wrapped
 from vireport.shocks.deviations import flight_matrices, stationary
-from vireport.simulation import FREE, PHASE, REST, RIDING, TURN, VELOCITY, WALL, check_model, follow_impacts
+from vireport.simulation import FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL, check_model, follow_impacts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -215,7 +215,7 @@ def _followed(
         rows, summary = follow_impacts(np.repeat(model, len(here), axis=0), here, block, None, workers, compiled)
         last, riding = rows[:, -1], np.nan_to_num(rows[:, :, RIDING], posinf=0.0) > 0
         label = np.full(len(active), Elsewhere.UNKNOWN, dtype=np.int64)
-        label[summary[:, 2] == REST] = Elsewhere.RESTS
+        label[(summary[:, 2] == REST) | (summary[:, 2] == HELD)] = Elsewhere.RESTS
         label[summary[:, 2] == FREE] = Elsewhere.DRIFTS
         for k, core in enumerate(cores):
             label[core.holds(last)] = k

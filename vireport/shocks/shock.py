@@ -169,6 +169,7 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
     groups : Groups
         Of the device.
     motion : Motion
+        Of a ball with friction one that moves from wall to wall without turning back.
     impact : int
         After which they come.
     delay : ndarray (n,)
@@ -180,11 +181,11 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
     wall, start = motion.word.walls[impact], float(motion.time[impact])
     after = float(groups.after(wall, motion.velocity[impact]))
     phase = pi * (start + delay)
-    begun, now = groups.wave(pi * start, ARRAYS), groups.wave(phase, ARRAYS)
+    begun, now, gravity = groups.wave(pi * start, ARRAYS), groups.wave(phase, ARRAYS), groups.gravity(-wall)
     rows = np.zeros((len(delay), 4))
     rows[:, 1] = wall * groups.d / 2
-    rows[:, 1] += flight.displacement(delay, after, begun.impulse, begun.path, now.path, groups.gbar)
-    rows[:, 2] = flight.velocity(delay, after, begun.impulse, now.impulse, groups.gbar) + jump
+    rows[:, 1] += flight.displacement(delay, after, begun.impulse, begun.path, now.path, gravity)
+    rows[:, 2] = flight.velocity(delay, after, begun.impulse, now.impulse, gravity) + jump
     rows[:, 3] = np.mod(phase, TURN) % TURN
     touching = delay == 0
     leaving = touching & (wall * rows[:, 2] < 0)

@@ -164,7 +164,7 @@ def withstood_by(
         Shock that must be withstood [m/s]: where none leads out up to the largest impact velocity, it is looked
         further, up to this one.
     """
-    design, device = solution.design, solution.device.plain_ball("what shocks lead to")
+    design, device = solution.design, solution.device.constant_restitution("what shocks lead to")
     if design is None or not design.motions.stable_mask.any():
         return None
     at = Parameter.LENGTH, device.length_m
@@ -205,7 +205,8 @@ def shocks_around(
     others = [motion for motion in motions if motion.distance(least.motion) > 0]
     largest = least.searched_to if least.jump is None else ROOM * least.jump
     plane = shock_plane(groups, [least.motion, *others], largest)
-    if least.companion is None or 0 in by_wall(groups.restitution):
+    # Backwards in time friction does not tell when a ball that stands began to.
+    if least.companion is None or 0 in by_wall(groups.restitution) or groups.friction is not None:
         return plane, []
     fastest = float(np.abs(least.motion.velocity).max()) + largest
     pieces = stable_manifold(groups, least.companion, fastest)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from vireport.base import deferred
 from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor, motion_name
-from vireport.simulation.cycles import Cycle, approached, chain_growth, growth_bound, rest_cycle
+from vireport.simulation.cycles import Cycle, approached, chain_growth, growth_bound, jacobians, rest_cycle
 from vireport.simulation.events import (
     BOTTOM,
     TOP,
@@ -16,20 +16,22 @@ from vireport.simulation.events import (
     follow_one,
     start_of,
 )
-from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
-from vireport.simulation.starts import random_starts, start_speed
+from vireport.simulation.kernel import FLIGHT, FREE, HELD, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
+from vireport.simulation.starts import even_starts, random_starts, start_speed
 
 if TYPE_CHECKING:
     from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Jump, Stage, course
+    from vireport.simulation.stops import moved_on
     from vireport.simulation.trajectories import Portrait, path, portrait
 else:
-    __getattr__ = deferred(__name__, "trajectories", "following")
+    __getattr__ = deferred(__name__, "stops", "trajectories", "following")
 
 __all__ = [
     "BOTTOM",
     "CLOSE",
     "FLIGHT",
     "FREE",
+    "HELD",
     "PHASE",
     "RESOLUTION",
     "REST",
@@ -58,11 +60,14 @@ __all__ = [
     "check_start",
     "course",
     "diagram",
+    "even_starts",
     "find_attractor",
     "follow_impacts",
     "follow_one",
     "growth_bound",
+    "jacobians",
     "motion_name",
+    "moved_on",
     "path",
     "portrait",
     "random_starts",

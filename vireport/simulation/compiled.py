@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cache
 from inspect import getmembers, isfunction
@@ -11,13 +10,6 @@ from typing import Any
 from vireport.simulation import kernel
 
 OPTIONS: Any = {"error_model": "numpy", "fastmath": False}
-
-MATHEMATICS = {
-    kernel.acos: lambda x: math.acos(x),
-    kernel.cos: lambda x: math.cos(x),
-    kernel.sin: lambda x: math.sin(x),
-}
-"""What compiled code calls where the kernel has a version for the interpreter."""
 
 
 @cache
@@ -54,13 +46,8 @@ def _compiled(followed: Callable[..., None]) -> Callable[..., None] | None:
 @cache
 def _teach() -> None:
     """Tell numba, once, what the functions of the kernel are in compiled code."""
-    from numba.extending import overload, register_jitable
+    from numba.extending import register_jitable
 
-    def compiled_as(implementation: Callable[[float], float]) -> Callable[..., Any]:
-        return lambda x: implementation
-
-    for function, implementation in MATHEMATICS.items():
-        overload(function, inline="always")(compiled_as(implementation))
     for _, function in getmembers(kernel, isfunction):
-        if function.__module__ == kernel.__name__ and function not in MATHEMATICS:
+        if function.__module__ == kernel.__name__:
             register_jitable(forceinline=True, **OPTIONS)(function)

@@ -38,7 +38,7 @@ CONSTANT, OF_SINE, OF_HARMONIC = 4, 6, 3
 # Parts per core: enough to even out slow and fast parameters.
 PARTS = 8
 # Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
-INTERPRETED_IMPACT, LONG = 3e-5, 5.0
+INTERPRETED_IMPACT, LONG = 1e-5, 5.0
 
 Array = NDArray[np.float64]
 

@@ -17,10 +17,7 @@ They stay in one file, and import nothing that is ours, because numba's cache lo
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from math import inf, pi
-from typing import Any, TypeVar, cast
+from math import acos, cos, inf, nan, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,21 +48,10 @@ More = tuple[Array, float] | None  # of each harmonic: order, cosine and sine at
 ORDER, COSINE, SINE = 0, 1, 2
 # Columns of `drive`: a row is a cubic of Z'', by its value and derivatives at its beginning, and does not change sign.
 LENGTH, PULL, RATE, BEND, JERK, CONCAVE = 0, 1, 2, 3, 4, 5
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def _ieee(function: F) -> F:
-    """Return numbers whose division by zero is inf or nan, as in compiled code, and no exception."""
-    return cast(F, lambda x: np.float64(function(x)))
-
-
-acos, cos, sin = _ieee(math.acos), _ieee(math.cos), _ieee(math.sin)
-floor: Callable[[float], float] = np.floor
-sqrt: Callable[[float], float] = np.sqrt
 
 
 def _long(t: float, x: float) -> FlightRow:
-    """Return 1 - cos x and x - sin x, x = pi t, with sine and cosine; for |x| of 1 or more."""
+    """Return 1 - cos x and x - sin x, x = pi t, with sine and cosine; for x of 1 or more."""
     sine, cosine = sin(x), cos(x)
     head = t * SPLIT - (t * SPLIT - t)
     rest = ((PI_HEAD * head - x) + PI_HEAD * (t - head)) + PI_TAIL * t  # what rounding cut off pi t
@@ -73,7 +59,7 @@ def _long(t: float, x: float) -> FlightRow:
 
 
 def _short(x: float, q: float) -> Pair:
-    """Return 1 - cos x and x - sin x, both over q = x^2, by their series; for |x| below 1."""
+    """Return 1 - cos x and x - sin x, both over q = x^2, by their series; for x below 1."""
     lag = 1 / 39916800 - q * (1 / 6227020800 - q * (1 / 1307674368000 - q / 355687428096000))
     lag = x * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880 - q * lag))))
     rise = 1 / 479001600 - q * (1 / 87178291200 - q * (1 / 20922789888000 - q / 6402373705728000))
@@ -99,7 +85,7 @@ def _state(t: float, flight: Leg, more: More, wall: float) -> FlightRow:
         return _quintic(t, flight, wall)
     v, g, c, s = flight
     x = pi * t
-    if abs(x) >= 1.0:
+    if x >= 1.0:
         rise, lag, sine, cosine = _long(t, x)
         y = (t * (v + 0.5 * g * t) - wall) + (c * rise - s * lag) * PER_PI2
     else:
@@ -112,9 +98,9 @@ def _state(t: float, flight: Leg, more: More, wall: float) -> FlightRow:
     if more is not None:
         parts, sign = more
         for k in range(len(parts)):
-            j, c, s = parts[k, ORDER], sign * parts[k, COSINE], sign * parts[k, SINE]
+            j, c, s = float(parts[k, ORDER]), sign * float(parts[k, COSINE]), sign * float(parts[k, SINE])
             x = pi * (j * t)
-            if abs(x) >= 1.0:
+            if x >= 1.0:
                 rise, lag, sine, cosine = _long(j * t, x)
             else:
                 q = x * x
@@ -133,8 +119,8 @@ def _snap(t: float, more: More) -> float:
     if more is not None:
         parts, sign = more
         for k in range(len(parts)):
-            j = parts[k, ORDER]
-            there = parts[k, COSINE] * cos(j * pi * t) - parts[k, SINE] * sin(j * pi * t)
+            j, c, s = float(parts[k, ORDER]), float(parts[k, COSINE]), float(parts[k, SINE])
+            there = c * cos(j * pi * t) - s * sin(j * pi * t)
             snap -= sign * pi * pi * (j * j - 1.0) * there
     return snap
 
@@ -156,11 +142,11 @@ def _size(t: float, flight: Leg) -> float:
     return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t + min(0.5 * t * t, 0.2 + abs(t))
 
 
-def _turned(flight: Leg, sign: float) -> Leg:
-    """The flight where y is Z seen with a sign."""
+def _turned(flight: Leg) -> Leg:
+    """The flight where y is -Z."""
     if len(flight) == 5:
-        return sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3], sign * flight[4]
-    return sign * flight[0], sign * flight[1], sign * flight[2], sign * flight[3]
+        return -flight[0], -flight[1], -flight[2], -flight[3], -flight[4]
+    return -flight[0], -flight[1], -flight[2], -flight[3]
 
 
 def _hop(flight: Leg, end: float) -> float:
@@ -170,14 +156,15 @@ def _hop(flight: Leg, end: float) -> float:
         turn = (4 / 3) * flight[2]
     else:
         brake, turn = -(flight[1] + flight[2]), -((4 / 3) * pi * flight[3])
-    return v * (2.0 + turn * v / (brake * brake)) / brake if 8.0 * v < brake * end else inf
+    square = brake * brake
+    return v * (2.0 + turn * v / square) / brake if 8.0 * v < brake * end and square > 0.0 else inf
 
 
-def _signed(more: More, sign: float) -> More:
-    """What harmonics add where y is Z seen with a sign."""
+def _signed(more: More) -> More:
+    """What harmonics add where y is -Z."""
     if more is None:
         return None
-    return more[0], sign * more[1]
+    return more[0], -more[1]
 
 
 def _crossing(flight: Leg, more: More, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
@@ -191,9 +178,11 @@ def _crossing(flight: Leg, more: More, wall: float, rising: float, ends: Pair, t
         f, y1, y2, y3 = _state(t, flight, more, wall)
         low, high = (t, high) if f * rising < 0.0 else (low, t)
         square = y1 * y1
-        d = -f * (square - 0.5 * f * y2) / (y1 * (square - f * y2) + f * f * y3 * (1 / 6))
+        steep = y1 * (square - f * y2) + f * f * y3 * (1 / 6)
+        d = -f * (square - 0.5 * f * y2) / steep if steep != 0.0 else inf
         if low <= t + d <= high:
-            m, scale = min(abs(y1), 1.0), abs(t) + base
+            m, scale = abs(y1), t + base
+            m = m if m < 1.0 else 1.0
             done = d * d * d * d <= STEP_TOL * scale * m * m * m or abs(d) <= 0.5 * EPS * scale
             if not done and step > 4:  # near grazing: stop at what rounding makes of y
                 done = abs(f) <= EPS * (_size(t, flight) + abs(wall))
@@ -208,10 +197,14 @@ def _parabola(flat: Node, other: Node, wall: float) -> float:
     """First guess of a crossing: parabola with value and slope of the flatter end and value of the other."""
     t0, y0, slope = flat
     span = other[0] - t0
-    bend = (other[1] - y0 - slope * span) / (span * span)
-    root = sqrt(max(slope * slope - 4.0 * bend * (y0 - wall), 0.0))
-    plus, minus = (root - slope) / (2.0 * bend), (-slope - root) / (2.0 * bend)
-    return t0 + (max(plus, minus) if span > 0.0 else min(plus, minus))
+    square, rise = span * span, other[1] - y0 - slope * span
+    bend = rise / square if square > 0.0 else 0.0
+    if bend == 0.0:
+        return nan
+    inside = slope * slope - 4.0 * bend * (y0 - wall)
+    root = sqrt(inside) if inside > 0.0 else 0.0
+    # Of the two roots the one on the side of the other end.
+    return t0 + ((root - slope) if (bend > 0.0) == (span > 0.0) else (-slope - root)) / (2.0 * bend)
 
 
 def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
@@ -230,13 +223,14 @@ def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple
             return False, m, m, float(step)
         y, p, q, j = _state(m, flight, more, wall)
         if y >= 0.0:
-            guess = m - sqrt(2.0 * y / abs(q))
+            guess = m - sqrt(2.0 * y / abs(q)) if q != 0.0 else -inf
             if p > 0.1 or m - guess > 0.3 * (m - start[0]):  # not near the peak: its curvature says little
                 guess = _parabola((m, y + wall, p), start, wall)
             return True, m, guess, step + 1.0
         t0, y0, p0 = (m, y + wall, p) if p > 0.0 else (t0, y0, p0)
         t1, y1, p1 = (t1, y1, p1) if p > 0.0 else (m, y + wall, p)
-        d = -p * q / (q * q - 0.5 * p * j)
+        steep = q * q - 0.5 * p * j
+        d = -p * q / steep if steep != 0.0 else inf
         if abs(d) <= 0.5 * EPS * abs(m):
             break
         m = m + d if t0 < m + d < t1 and step < FAST_STEPS else 0.5 * (t0 + t1)
@@ -245,10 +239,11 @@ def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple
 
 def _piece(sign: float, flight: Leg, more: More, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
-    own, turned = _turned(flight, sign), _signed(more, sign)
-    upper, lower = (walls[1], walls[0]) if sign > 0.0 else (-walls[0], -walls[1])
-    a, ya, pa = start[0], sign * start[1], sign * start[2]
-    b, yb, pb = end[0], sign * end[1], sign * end[2]
+    own, turned = flight, more
+    (lower, upper), (a, ya, pa), (b, yb, pb) = walls, start, end
+    if sign < 0.0:
+        own, turned = _turned(flight), _signed(more)
+        lower, upper, ya, pa, yb, pb = -upper, -lower, -ya, -pa, -yb, -pb
     high, guess, seen, reached = b, a, 0.0, False
     if yb >= upper and pb >= 0.0:
         reached = True
@@ -271,7 +266,7 @@ def _piece(sign: float, flight: Leg, more: More, walls: Pair, start: Node, end: 
 def _node(t: float, flight: FlightRow, end: Pair) -> Node:
     """Displacement (2.12) and velocity (2.11) after t, where cosine and sine of the phase are known."""
     v, g, c, s = flight
-    if abs(t) * pi >= 1.0:
+    if t * pi >= 1.0:
         z = t * (v + 0.5 * g * t - s * PER_PI) + (c - end[0]) * PER_PI2
         return t, z, v + g * t + (end[1] - s) * PER_PI
     z, speed, _, _ = _state(t, flight, None, 0.0)
@@ -300,7 +295,8 @@ def _idle_periods(t: float, flight: FlightRow, walls: Pair, reach: float) -> flo
     if room <= 0.0:
         return 0.0
     drift = abs(v - s * PER_PI + g * t)
-    return floor(room / (drift + sqrt(drift * drift + 2.0 * g * room)))
+    fastest = drift + sqrt(drift * drift + 2.0 * g * room)
+    return float(np.floor(room / fastest)) if fastest > 0.0 else inf
 
 
 def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hit:
@@ -340,7 +336,7 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
 def _begun(phase: float, harmonics: Array, parts: Array) -> None:
     """Fill in what each harmonic is at a phase, as the cosine and sine of a flight are."""
     for k in range(len(harmonics)):
-        j, a, b = harmonics[k]
+        j, a, b = float(harmonics[k, 0]), float(harmonics[k, 1]), float(harmonics[k, 2])
         cosine, sine = cos(j * phase), sin(j * phase)
         parts[k, ORDER], parts[k, COSINE], parts[k, SINE] = j, a * cosine + b * sine, a * sine - b * cosine
 
@@ -375,10 +371,10 @@ def _next_impact_among(flight: FlightRow, more: More, phase: float, still: Array
             k, lap = following + i, 0.0
             if k >= count:
                 k, lap = k - count, TURN
-            t = (still[k, 0] + lap - phase) * PER_PI + late
+            t = (float(still[k, 0]) + lap - phase) * PER_PI + late
             z, speed, _, _ = _state(t, now, more, 0.0)
             end = (t, z, speed)
-            wall, t, hit, steps = _piece(still[k - 1, 1], now, more, gate, node, end, periods)
+            wall, t, hit, steps = _piece(float(still[k - 1, 1]), now, more, gate, node, end, periods)
             seen += steps
             if wall != 0.0:
                 return periods, t, wall, hit, seen
@@ -409,25 +405,29 @@ def _settle_among(
         if k >= count:
             k, lap = k - count, TURN
         if still[k, 1] != sign:
-            left = (still[k, 0] + lap - phase) * PER_PI
+            left = (float(still[k, 0]) + lap - phase) * PER_PI
             break
     if v == 0.0 or sign * wall > 0.0:
         return sign * wall < 0.0, 0.0, left
     _, _, pull, rate = _state(0.0, flight, more, 0.0)
     bend = pi * pi * abs(flight[1] - pull) + abs(_snap(0.0, more))
-    return _summed(abs(v) / (1.0 - r), wall * pull, -wall * rate, bend, left)
+    return _summed(abs(v), r, wall * pull, -wall * rate, bend, left)
 
 
-def _summed(w: float, press: float, jerk: float, bend: float, left: float) -> tuple[bool, float, float]:
+def _summed(v: float, r: float, press: float, jerk: float, bend: float, left: float) -> tuple[bool, float, float]:
     """Whether all hops to come can be summed as in `_settle`, the time they take, and what is left then."""
-    time = 2.0 * w / press * (1.0 + 2.0 * jerk * w / (3.0 * press * press))
-    settled = w * w * w * (4.0 * jerk * jerk / press + 2.0 * bend) <= CHATTER_TOL * press**4
-    return settled and press > 0.0 and time < left, time, left - time
+    square = press * press
+    if press <= 0.0 or square == 0.0 or r == 1.0:
+        return False, 0.0, 0.0
+    w = v / (1.0 - r)
+    time = 2.0 * w / press * (1.0 + 2.0 * jerk * w / (3.0 * square))
+    settled = w * w * w * (4.0 * jerk * jerk / press + 2.0 * bend) <= CHATTER_TOL * (square * square)
+    return settled and time < left, time, left - time
 
 
 def _quintic_at(v: float, row: Array, since: float) -> Quintic:
     """The flight that begins some time after the beginning of a row of the drive."""
-    pull, rate, bend, jerk = row[PULL], row[RATE], row[BEND], row[JERK]
+    pull, rate, bend, jerk = float(row[PULL]), float(row[RATE]), float(row[BEND]), float(row[JERK])
     a = pull + since * (rate + since * (bend * (1 / 2) + since * jerk * (1 / 6)))
     return v, a, rate + since * (bend + since * jerk * (1 / 2)), bend + since * jerk, jerk
 
@@ -439,12 +439,12 @@ def _next_impact_along(v: float, drive: Array, place: int, since: float, walls: 
     """
     time, gone, seen = 0.0, 0.0, 0.0
     for k in range(place, len(drive)):
-        left = drive[k, LENGTH] - since
+        left = float(drive[k, LENGTH]) - since
         if left > 0.0:
             flight = _quintic_at(v, drive[k], since)
             y, speed, _, _ = _state(left, flight, None, 0.0)
-            gate = walls[0] - gone, walls[1] - gone
-            wall, t, hit, steps = _piece(drive[k, CONCAVE], flight, None, gate, (0.0, 0.0, v), (left, y, speed), time)
+            gate, concave = (walls[0] - gone, walls[1] - gone), float(drive[k, CONCAVE])
+            wall, t, hit, steps = _piece(concave, flight, None, gate, (0.0, 0.0, v), (left, y, speed), time)
             seen += steps + 1.0
             if wall != 0.0:
                 return (0.0, time + t, wall, hit, seen), k, since + t
@@ -459,15 +459,15 @@ def _settle_along(
     """Whether the ball settles on the wall as in `_settle`, and the row of the drive that lets it go; inf: none."""
     if abs(v) > CHATTER_SPEED or place == len(drive):
         return False, 0.0, 0.0, place
-    sign, left, after = drive[place, CONCAVE], drive[place, LENGTH] - since, place + 1
+    sign, left, after = float(drive[place, CONCAVE]), float(drive[place, LENGTH]) - since, place + 1
     while after < len(drive) and drive[after, CONCAVE] == sign:
-        left, after = left + drive[after, LENGTH], after + 1
+        left, after = left + float(drive[after, LENGTH]), after + 1
     if after == len(drive):
         left = inf
     if v == 0.0 or sign * wall > 0.0:
         return sign * wall < 0.0, 0.0, left, after
     _, a, b, c, _ = _quintic_at(v, drive[place], since)
-    settles, time, riding = _summed(abs(v) / (1.0 - r), wall * a, -wall * b, abs(c), left)
+    settles, time, riding = _summed(abs(v), r, wall * a, -wall * b, abs(c), left)
     return settles, time, riding, after
 
 
@@ -478,7 +478,7 @@ def _released(phase: float, still: Array) -> float:
         off = abs(phase - still[k, 0]) % TURN
         off = min(off, TURN - off)
         if off < away:
-            nearest, away = still[k, 0], off
+            nearest, away = float(still[k, 0]), float(off)
     return nearest
 
 
@@ -495,10 +495,7 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
     sign, left, _ = _breakpoint(phase, g, turn)
     if v == 0.0 or sign * wall > 0.0:
         return sign * wall < 0.0, 0.0, left
-    w, press, jerk, snap = abs(v) / (1.0 - r), wall * (g + c), wall * pi * s, pi * pi * abs(c)
-    time = 2.0 * w / press * (1.0 + 2.0 * jerk * w / (3.0 * press * press))
-    settled = w * w * w * (4.0 * jerk * jerk / press + 2.0 * snap) <= CHATTER_TOL * press**4
-    return settled and press > 0.0 and time < left, time, left - time
+    return _summed(abs(v), r, wall * (g + c), wall * pi * s, pi * pi * abs(c), left)
 
 
 def _on(phase: float, t: float) -> float:
@@ -511,10 +508,9 @@ def _on(phase: float, t: float) -> float:
 
 def _falling(stated: float, speed: float, law: Array) -> float:
     """The restitution at a speed by its law: exponent, speed at which it is stated, and the most that it is."""
-    r: float = law[2]
     if speed > 0.0:
-        r = min(r, stated * (speed / law[1]) ** law[0])
-    return r
+        return min(float(law[2]), float(stated * (speed / law[1]) ** law[0]))
+    return float(law[2])
 
 
 def _follow(
@@ -530,8 +526,8 @@ def _follow(
     drive: Array | None,
 ) -> None:
     """Follow one start; see `follow_starts`, of whose laws `which` is its own."""
-    d, g, r_bottom, r_top = model
-    wall, z, v, phase = start
+    d, g, r_bottom, r_top = float(model[0]), float(model[1]), float(model[2]), float(model[3])
+    wall, z, v, phase = float(start[0]), float(start[1]), float(start[2]), float(start[3])
     turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
     s, c = sin(phase), cos(phase)
     walls, flight = (-0.5 * d - z, 0.5 * d - z), 0.0
@@ -634,7 +630,7 @@ def _pull(phase: float, g: float, harmonics: Array) -> float:
     """The relative acceleration at a phase without friction."""
     pull = g + cos(phase)
     for k in range(len(harmonics)):
-        j, a, b = harmonics[k]
+        j, a, b = float(harmonics[k, 0]), float(harmonics[k, 1]), float(harmonics[k, 2])
         pull += a * cos(j * phase) + b * sin(j * phase)
     return pull
 
@@ -647,7 +643,7 @@ def _exit(phase: float, still: Array, sign: float) -> Pair:
         if k >= count:
             k, lap = k - count, TURN
         if still[k, 1] == sign:
-            return (still[k, 0] + lap - phase) * PER_PI, still[k, 0]
+            return (float(still[k, 0]) + lap - phase) * PER_PI, float(still[k, 0])
     return inf, phase
 
 
@@ -657,7 +653,8 @@ def _halt(flight: FlightRow, more: More, high: float) -> Pair:
     for step in range(1, MAX_STEPS):
         _, y1, y2, y3 = _state(t, flight, more, 0.0)
         low, high = (t, high) if y1 > 0.0 else (low, t)
-        d = -y1 * y2 / (y2 * y2 - 0.5 * y1 * y3)
+        steep = y2 * y2 - 0.5 * y1 * y3
+        d = -y1 * y2 / steep if steep != 0.0 else inf
         if (abs(d) <= 0.5 * EPS * t and low <= t + d <= high) or high - low <= EPS * high:
             break
         t = t + d if low < t + d < high and step < FAST_STEPS else 0.5 * (low + high)
@@ -680,7 +677,8 @@ def _onward(
         k, lap = _next_zero(phase, still), 0.0
         if k == len(still):
             k, lap = 0, TURN
-        end, left = (still[k, 0] + lap - phase) * PER_PI, room - gone
+        after = float(still[k, 0])
+        end, left = (after + lap - phase) * PER_PI, room - gone
         flight, more = (way * v, way * g, way * cos(phase), way * sin(phase)), (parts, way)
         y, y1, _, _ = _state(end, flight, more, 0.0)
         stops = y1 < 0.0
@@ -695,7 +693,7 @@ def _onward(
         time, gone = time + end, gone + y
         if stops:
             return False, time, gone, 0.0, phase + pi * end, seen
-        v, phase = way * y1, still[k, 0]
+        v, phase = way * y1, after
     return False, time, gone, 0.0, phase, seen
 
 
@@ -704,6 +702,17 @@ def turned(phase: float) -> float:
     while phase >= TURN:
         phase -= TURN
     return phase
+
+
+def begins(v: float, phase: float, model: Array, harmonics: Array) -> float:
+    """The way on which a ball with friction begins in flight: that of its velocity or, where it stands, of the pull.
+
+    Parameters are those of `next_way`.
+    """
+    if v != 0.0:
+        return 1.0 if v > 0.0 else -1.0
+    pull = _pull(phase, float(model[1]), harmonics)
+    return 0.0 if abs(pull) <= model[4] else 1.0 if pull > 0.0 else -1.0
 
 
 def next_way(
@@ -715,7 +724,7 @@ def next_way(
     time (inf: held for ever), displacement, velocity and phase at the end, whether it strikes, the sign of the way that
     follows, and the evaluations. A ball that stops stays where friction holds it, |Z''| without it being no larger.
     """
-    g, f = model[1], model[4]
+    g, f = float(model[1]), float(model[4])
     if way == 0.0:
         up, first = _exit(phase, still[0], 1.0)
         down, second = _exit(phase, still[1], -1.0)
@@ -766,8 +775,8 @@ def _settle_rubbed(
     v [1/(A + f) + rho/(A - f)]/(1 - r rho), A being constant. What A changes in that time is left out, where it is
     below the tolerance.
     """
-    f = model[4]
-    press = wall * _pull(phase, model[1], harmonics)
+    g, f = float(model[1]), float(model[4])
+    press = wall * _pull(phase, g, harmonics)
     riding, after = _exit(phase, still[0] if wall > 0.0 else still[1], wall)
     if v == 0.0:
         return press > -f, 0.0, riding, after
@@ -775,9 +784,11 @@ def _settle_rubbed(
         return False, 0.0, 0.0, phase
     rate = 1.0
     for k in range(len(harmonics)):
-        j, a, b = harmonics[k]
+        j, a, b = float(harmonics[k, 0]), float(harmonics[k, 1]), float(harmonics[k, 2])
         rate += j * sqrt(a * a + b * b)
     back = sqrt((press - f) / (press + f))
+    if r * back == 1.0:
+        return False, 0.0, 0.0, phase
     time = abs(v) * (1.0 / (press + f) + back / (press - f)) / (1.0 - r * back)
     settled = pi * rate * time * time <= CHATTER_TOL * (press - f)
     return settled and time < riding, time, riding - time, after
@@ -787,8 +798,8 @@ def _follow_rubbed(
     model: Array, start: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, still: Array
 ) -> None:
     """Follow one start of a ball with friction; see `follow_rubbed_starts`."""
-    d, g, r_bottom, r_top, f = model
-    wall, z, v, phase = start
+    d, r_bottom, r_top = float(model[0]), float(model[2]), float(model[3])
+    wall, z, v, phase = float(start[0]), float(start[1]), float(start[2]), float(start[3])
     walls, flight, parts = (-0.5 * d - z, 0.5 * d - z), 0.0, np.empty((len(harmonics), 3))
     evaluations, status, row, count = 1.0, RUNNING, 0, 0
     while True:
@@ -796,7 +807,7 @@ def _follow_rubbed(
         row = row + 1 if row + 1 < len(rows) else 0
         out[WALL], out[PHASE], out[FLIGHT] = wall, phase, flight
         out[VELOCITY], out[SETTLING], out[RIDING] = v, 0.0, 0.0
-        way = 1.0 if v > 0.0 else -1.0
+        way = 0.0
         if wall != 0.0:
             walls, way = ((-d, 0.0) if wall > 0.0 else (0.0, d)), -wall
             r = r_bottom if wall > 0.0 else r_top
@@ -808,9 +819,8 @@ def _follow_rubbed(
                     status = REST if wall > 0.0 else HELD
                     break
                 phase, v = after, 0.0
-        elif v == 0.0:
-            pull = _pull(phase, g, harmonics)
-            way = 0.0 if abs(pull) <= f else way if pull * way > 0.0 else -way
+        else:
+            way = begins(v, phase, model, harmonics)
         if count == impacts:
             break
         wall, flight, v, phase, steps, held = _next_impact_rubbed(way, v, phase, model, harmonics, parts, still, walls)

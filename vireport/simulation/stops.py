@@ -44,14 +44,21 @@ class Way(NamedTuple):
     end: float
 
 
-def ways(model: Array, before: Array) -> Iterator[Way]:
-    """The ways from one impact to the next, of a row of `check_model` and a row of impacts, see `kernel`."""
+def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
+    """The ways from one impact to the next, of a row of `check_model` and a row of impacts, see `kernel`.
+
+    Where the row is a start in flight, from its position [x_c] to the first impact: without end, if there is none.
+    """
     groups = groups_of(model)
     plain, harmonics, still = (each[0] for each in search_data(model[None]))
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
-    velocity = 0.0 if held else float(groups.after(int(wall), before[VELOCITY]))
-    phase, sign = kernel.turned(float(before[PHASE]) + pi * held), -wall
-    walls, gone = ((-groups.d, 0.0) if wall > 0 else (0.0, groups.d)), 0.0
+    phase, gone = kernel.turned(float(before[PHASE]) + pi * held), 0.0
+    if wall:
+        velocity, sign = 0.0 if held else float(groups.after(int(wall), before[VELOCITY])), -wall
+        walls = (-groups.d, 0.0) if wall > 0 else (0.0, groups.d)
+    else:
+        velocity, walls = float(before[VELOCITY]), (-groups.d / 2 - position, groups.d / 2 - position)
+        sign = kernel.begins(velocity, phase, plain, harmonics)
     parts, strikes = np.empty((len(harmonics), 3)), 0.0
     with np.errstate(all="ignore"):
         while not strikes:
@@ -62,6 +69,28 @@ def ways(model: Array, before: Array) -> Iterator[Way]:
             )
             yield Way(sign, float(time), *begun, float(velocity))
             gone, sign = gone + covered, onward
+
+
+def moved_on(model: Array, before: Array, position: float, left: float) -> tuple[float, float]:
+    """Position [x_c] and velocity [y_c] of a ball with friction a time after an impact or a start in flight.
+
+    Parameters are those of `ways`, and that time [t_c], which is before the next impact.
+    """
+    groups = groups_of(model)
+    wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
+    place, left = (wall * groups.d / 2 if wall else position), left - held
+    for way in ways(model, before, position):
+        t, sign = min(left, way.time), int(way.sign)
+        begun, now = groups.wave(way.phase, ARRAYS), groups.wave(way.phase + pi * t, ARRAYS)
+        if not sign:
+            t = 0.0
+        gravity = groups.gravity(sign)
+        covered = flight.displacement(t, way.velocity, begun.impulse, begun.path, now.path, gravity) if sign else 0.0
+        place += float(covered)
+        if left <= way.time:
+            return place, float(flight.velocity(t, way.velocity, begun.impulse, now.impulse, gravity)) if sign else 0.0
+        left -= way.time
+    return place, 0.0
 
 
 def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Array, Array]:
