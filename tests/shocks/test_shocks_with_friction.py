@@ -31,7 +31,7 @@ def rubbed(
 def test_jacobians_are_differences_of_the_simulation_and_those_of_the_closed_form() -> None:
     device = Device(0.1245, 0.5, 9.8, 0.75, 4.0, 2.0, 45.0, friction=0.1)
     found, _, _ = motions_at(device, Parameter.LENGTH)
-    (row,) = np.flatnonzero(found.stable)
+    (row,) = np.flatnonzero(found.stable_mask)
     groups, motion = device.groups(Parameter.LENGTH, 0.75).as_floats(), motion_at(found, int(row), 1)
     matrices, effects, step = flight_matrices(groups, motion), kick_effects(groups, motion), 1e-6
     lap = matrices[1] @ matrices[0]
