@@ -51,12 +51,13 @@ GROWTH = (
     ("inclined", "inclined"),
     ("horizontal", "horizontal"),
     ("inclined-forcing", "inclined-forcing, which settles slowly"),
-    ("hysteresis", "hysteresis: another motion, which is solved"),
+    ("hysteresis", "hysteresis: another motion, which is solved", "simulation="),
     ("inclined-forcing", "inclined-forcing at 3.6 N: a rest cycle", "excitation.amplitude_n=3.6"),
     ("inclined-forcing", "inclined-forcing at 6.9375 N: chaos", "excitation.amplitude_n=6.9375", "sweep.to=7"),
     ("inclined-forcing", "inclined-forcing at 0.8 N: at rest", "excitation.amplitude_n=0.8", "sweep.from=0.7"),
 )
-"""Examples that are run with and without, what they are called, and what is set: one at least of each outcome."""
+"""Examples that are run with and without, what they are called, and what is set: one at least of each outcome. Without
+its block of simulation, as Valgrind takes minutes for what the compiler does."""
 
 RUN = """
 import sys
