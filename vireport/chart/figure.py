@@ -20,6 +20,7 @@ from vireport.chart.design import ChartMargin
 from vireport.chart.regions import PIXELS, RegionSet, block, pieces, pixel
 from vireport.chart.words import Naming, naming, words_given
 from vireport.figures import (
+    DESIGN,
     FILLS,
     LOCI,
     PER_LETTER,
@@ -31,6 +32,7 @@ from vireport.figures import (
     blank,
     finished,
     held_by,
+    mark_design,
     round_ticks,
     sheet,
     style,
@@ -71,19 +73,10 @@ BAND: Look = {"color": Color.GREY, "linewidth": 0.5, "zorder": 1.9}
 
 MEETING: Look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "color": Color.BLACK, "zorder": 3.0}
 
-DESIGN: Look = {
-    "linestyle": "none", "marker": "P", "markersize": 9.0, "zorder": 4.0,
-    "markerfacecolor": Color.WHITE, "markeredgecolor": Color.BLACK, "markeredgewidth": 1.2,
-}  # fmt: skip
-
 AREA: Look = {
     "linestyle": "none", "marker": "s", "markersize": 7.5, "markeredgecolor": Color.GREY, "markeredgewidth": 0.5,
 }  # fmt: skip
 """Look of a fill in the legend."""
-
-BAR: Look = {"color": Color.BLACK, "linewidth": 1.1, "zorder": 3.5}
-CAP: Look = BAR | {"marker": "o", "markersize": 3.6, "markerfacecolor": Color.WHITE, "linestyle": "none", "zorder": 3.6}
-"""Look of a margin, and of the place where it ends."""
 
 
 Colored = tuple[tuple[RegionSet, str | None], ...]
@@ -243,20 +236,14 @@ def _names(axes: Axes, chart: Chart, shown: Colored, named: Naming, size: tuple[
 
 def _design(axes: Axes, chart: Chart) -> Iterator[Label]:
     """Draw the design point with its margins, and give what is written on them."""
-    design, plane = chart.design, chart.plane
+    design = chart.design
     if design is None:
         return
     at = np.array(design.inputs)
-    axes.add_artist(Line2D(*at[:, None], **DESIGN))
+    ends = mark_design(axes, design.inputs, ((margin.varied, margin.value) for margin in design.margins))
     yield Label("design point", at[:1], at[1:], sheet().small)
-    for margin in design.margins:
-        end = at.copy()
-        end[margin.varied] = np.clip(margin.value, plane.low[margin.varied], plane.high[margin.varied])
-        axes.add_artist(Line2D(*np.array([at, end]).T, **BAR))
-        inside = end[margin.varied] == margin.value
-        onward = (("<", ">"), ("v", "^"))[margin.varied][margin.distance > 0]
-        axes.add_artist(Line2D(*end[:, None], **CAP | ({} if inside else {"marker": onward, "markersize": 6.0})))
-        x, y = (at + (end - at) * np.array([[0.5], [0.7], [0.3]])).T
+    for margin, end in zip(design.margins, ends, strict=True):
+        x, y = (at + (np.array(end) - at) * np.array([[0.5], [0.7], [0.3]])).T
         yield Label(margin_text(chart, margin), x, y, sheet().small)
 
 

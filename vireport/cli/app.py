@@ -678,17 +678,41 @@ def sweep(
         int | None,
         typer.Option(min=1, metavar="N", help="Uses so many processes on this machine; by default one per core."),
     ] = None,
-    figures: Annotated[bool, typer.Option(help="Draws heat maps of a grid over two parameters.")] = True,
+    figures: Annotated[
+        bool, typer.Option(help="Writes a report, with heat maps of a grid over two parameters, beside the cells.")
+    ] = True,
+    format_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="Writes only these formats beside the cells, separated by commas: html, pdf, png, svg, figure-pdf.",
+        ),
+    ] = None,
+    templates: Templates = None,
+    paper: Paper = PaperSize.A4,
+    figure_width: FigureWidth = None,
     quiet: Quiet = False,
 ) -> None:
     """Compute a map over two or more parameters. An interrupted run is resumed where it stopped."""
-    from vireport.maps import run_map, terminal_progress
+    if not figures and (format_ or figure_width):
+        raise UsageError("--no-figures writes the cells alone: leave out --format and --figure-width")
+    from vireport.cli.outputs import file_names
+    from vireport.maps import FORMATS, MAP_FILES, MapOutput, run_map, terminal_progress
 
+    wide = ("--figure-width", None if figure_width is None else [figure_width])
+    command, formats = (
+        _command("sweep", [map_file], ("--format", format_), wide, _paper(paper)),
+        _formats(format_, MAP_FILES, FORMATS),
+    )
+    width_mm = None if figure_width is None else _figure_width(figure_width, formats)
     folder = output or _default_folder(map_file)
+    require_writable(folder, file_names(formats, MAP_FILES) if figures else ())
+    asked = MapOutput(formats, command, templates, paper, width_mm)
     silent = quiet or not sys.stderr.isatty()
     try:
         with nullcontext() if silent else terminal_progress() as shown:
-            summary = run_map(map_file, folder, scheduler, workers, shown, figures)
+            summary = run_map(map_file, folder, scheduler, workers, shown, figures, asked)
         interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
