@@ -12,6 +12,8 @@ import pytest
 
 pytest.importorskip("pyarrow")
 
+import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 from map_texts import HELD, TEXT, sampled
 from pages import HtmlTable, Page
@@ -20,7 +22,11 @@ from shown import Amount, Cell, Row, Said, table_faults
 
 from vireport.base import RenderError, ScenarioError
 from vireport.cli import main
-from vireport.maps import MapOutput, run_map
+from vireport.maps import MapOutput, map_plan, run_map
+from vireport.maps.design import map_design
+from vireport.maps.evaluation import CODES
+from vireport.maps.findings import MapQuantity, findings_of
+from vireport.motions import STABILITIES
 from vireport.scenario import loads, loads_map
 from vireport.study import Task, analyse
 
@@ -232,3 +238,38 @@ def test_a_wrong_name_in_a_template_is_told_with_its_place(file: str, source: st
     text = MAP.replace("count: 20", "count: 3").replace("count: 25", "count: 3")
     with pytest.raises(RenderError, match=place):
         reported(tmp_path, text, templates=own)
+
+
+@pytest.mark.parametrize(("length", "inside"), [(0.19, False), (0.2, True), (0.91, False)])
+def test_a_design_point_is_inside_where_every_axis_has_its_value(length: float, inside: bool) -> None:
+    loaded = loads_map(MAP.replace("length_m: 0.7", f"length_m: {length}"))
+    found = map_design(loaded.design, map_plan(loaded))
+    assert found is not None
+    assert (found.inputs, found.inside) == ((45.0, length), inside)
+
+
+def test_a_map_that_is_read_in_pieces_is_counted_as_a_whole(tmp_path: Path) -> None:
+    """The largest value stands in the second piece, and is that of a cell with a stable motion."""
+    plan = map_plan(loads_map(TEXT.replace("map:", "map:\n  from_rest: true")))
+    count, rng = 70_000, np.random.default_rng(1)
+    words = {name: rng.integers(-1, len(CODES[name]), count) for name in ("stability", "from_rest")}
+    names = "inclination_deg", "length_m", "multiplier_margin", "u_ave_v"
+    numbers = {name: rng.uniform(0, 1, count) for name in names}
+    numbers["u_ave_v"][69_000] = 2.0
+    words["stability"][69_000] = 0
+    numbers["deflection_m"] = rng.uniform(0, 2 * plan.membrane.active_radius_m, count)
+    coded = {
+        name: pa.DictionaryArray.from_arrays(pa.array(code, pa.int8(), mask=code < 0), pa.array(map(str, CODES[name])))
+        for name, code in words.items()
+    }
+    pq.write_table(pa.table(numbers | coded), tmp_path / "map.parquet")
+    found = findings_of(plan, tmp_path / "map.parquet")
+    stable = np.isin(words["stability"], [0, 1])
+    assert {kind: found.stability[kind] for kind in (*STABILITIES, None)} == {
+        kind: int((words["stability"] == code).sum()) for code, kind in [*enumerate(STABILITIES), (-1, None)]
+    }
+    assert found.missed == int((stable & (words["from_rest"] != 0)).sum())
+    assert found.outside == int((numbers["deflection_m"] > plan.membrane.active_radius_m).sum())
+    best = found.largest[MapQuantity.VOLTAGE]
+    assert (best.value, best.inputs) == (2.0, (numbers["inclination_deg"][69_000], numbers["length_m"][69_000]))
+    assert found.largest[MapQuantity.MARGIN].value == numbers["multiplier_margin"][stable].max() / (1 + R4)
