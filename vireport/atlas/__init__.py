@@ -3,6 +3,7 @@
 from vireport.atlas.atlas import LOOKED_FOR, atlas
 from vireport.atlas.cycles import motion_of_cycle, portrait_of
 from vireport.atlas.exclusion import FINE
+from vireport.atlas.given import motions_of
 from vireport.atlas.surface import candidates_above
 
 __all__ = [
@@ -11,5 +12,6 @@ __all__ = [
     "atlas",
     "candidates_above",
     "motion_of_cycle",
+    "motions_of",
     "portrait_of",
 ]
