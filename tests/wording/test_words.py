@@ -382,14 +382,14 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "reached from rest": (
         lambda: switched_on(recovery=Recovery(30.84, 15.42, 1e-9)),
         [
-            "reached from rest after 17 periods, deflection",
+            "reached from rest after 17 periods; deflection",
             "Yes, after 17 periods 1 % of a small disturbance is left after 30.8 periods (15.4 s)",
             "Switched on from rest, the device gets there after 17 periods.",
         ],
     ),
     "reached from rest, not known when": (
         lambda: switched_on(settles=None),
-        ["reached from rest, deflection", "Is it reached from rest? Yes", "gets there. Along"],
+        ["reached from rest; deflection", "Is it reached from rest? Yes", "gets there. Along"],
     ),
     "reached by a ramp": (
         lambda: switched_on(settles=1, ramp_periods=20.0, share=1.0),
@@ -527,7 +527,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: compliant(),
         [
             "Stable 1:1 motion for 0.629 m < s",
-            "margin 4.7 % (compliant 8.0 %) in frequency, to period doubling B1, B1 in s: rigid 0.629 m, compliant",
+            "margin 4.7 % (compliant 8.0 %) in frequency, to period doubling B1; B1 in s: rigid 0.629 m, compliant",
             "And with compliant membranes? B1 in s: rigid 0.629 m, compliant 0.582 m With their own stiffness contacts",
             "4.7 % away in frequency by the model of rigid impacts, and 8.0 % with the membranes' own stiffness.",
         ],

@@ -405,14 +405,17 @@ def diff(
     ],
     scenario: ScenarioFile,
     tolerance: Annotated[
-        float, typer.Option(metavar="SHARE", min=0.0, help="Ignores relative changes up to this.")
+        float, typer.Option(metavar="SHARE", min=0.0, help="Ignores relative changes up to this share.")
     ] = 1e-6,
     markdown: Annotated[bool, typer.Option("--markdown", help="Prints a table for a pull request.")] = False,
     json: Json = False,
     set_: SetOption = None,
     quiet: QuietCheck = False,
 ) -> None:
-    """List what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
+    """List what has changed since earlier results.
+
+    The exit code is 1 if anything has changed by more than the tolerance.
+    """
     from vireport.comparison import diff as changes_since
     from vireport.comparison import diff_json, diff_markdown, diff_text
     from vireport.study import Task, analyse
@@ -457,7 +460,7 @@ def extremes(
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic.
 
-    The exit code is 1 if one fails, and 3 if some could not be run or none applies.
+    The exit code is 1 if one fails, and 3 if some could not be run or if none applies.
     """
     from vireport.extremes import (
         exit_status,
@@ -501,7 +504,7 @@ def optimise(
 ) -> None:
     """Find the best design that meets the requirements. The scenario's design block says what may vary.
 
-    The exit code is 1 if no design meets them.
+    The exit code is 1 if no design meets the requirements.
     """
     _refuse_files_beside_json(json, "result", output, format_, figure_width)
     loaded = _loaded(scenario, set_)
@@ -602,7 +605,7 @@ def identify(
 ) -> None:
     """Identify restitutions and other inputs from measured impacts or raw signals, and test whether the model fits.
 
-    Exit code 1 if the impacts contradict the model; 3 if they do not hold what is asked for.
+    The exit code is 1 if the impacts contradict the model, and 3 if they do not determine what is asked for.
     """
     _refuse_files_beside_json(json, "result", output, None)
     loaded = _loaded(scenario, set_)
@@ -685,7 +688,7 @@ def sweep(
     ],
     output: Folder = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Computes on the workers of a Dask scheduler.")
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Computes on the workers of this Dask scheduler.")
     ] = None,
     workers: Annotated[
         int | None,
