@@ -356,9 +356,7 @@ SAID = [
             "solution": known(design=design(1), device=SimpleNamespace(rubs=True, law=None)),
             "from_rest": come_to("BT"),
         },
-        [
-            "begins comes to: BT. A block 'simulation:' shows it. In that motion friction stops the ball between two impacts"
-        ],
+        ["comes to: BT. A block 'simulation:' shows it. In that motion friction stops the ball between two impacts"],
     ),
     (
         "VR003",
@@ -373,7 +371,8 @@ SAID = [
             ),
         },
         [
-            "Solved by its equations, that motion is a stable focus from s = 0.6543 m (grazing) to 0.7654 m (followed no farther)."
+            "Solved by its equations, that motion is a stable focus from s = 0.6543 m (grazing) to 0.7654 m "
+            "(followed no farther)."
         ],
     ),
     (

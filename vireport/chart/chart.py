@@ -22,6 +22,7 @@ from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, straight_swe
 from vireport.chart.regions import NarrowBand, Regions, narrow_bands, pieces, regions_of
 from vireport.design import along, line_of, motions_at
 from vireport.motions import (
+    NO_TOLERANCE,
     Atlas,
     Curve,
     Event,
@@ -78,6 +79,8 @@ class Chart(Struct, frozen=True, eq=False):
         What is stable between the loci; None where that was not asked for, see `with_regions`.
     design : ChartedDesign or None
         None where the scenario has no design point in the plane.
+    off : tuple of (float, float)
+        The tolerance of each input, in its unit and in per cent; zeros where none is told.
     """
 
     plane: Plane
@@ -87,11 +90,12 @@ class Chart(Struct, frozen=True, eq=False):
     cuts: tuple[Cut, ...]
     regions: Regions | None = None
     design: ChartedDesign | None = None
+    off: tuple[tuple[float, float], tuple[float, float]] = NO_TOLERANCE, NO_TOLERANCE
 
     @property
     def narrow(self) -> tuple[NarrowBand, ...]:
         """Words that are stable in bands which the regions do not show."""
-        return () if self.regions is None else narrow_bands(self.regions, self.cuts)
+        return () if self.regions is None else narrow_bands(self.regions, self.cuts, self.off)
 
     @property
     def unmeasured(self) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from math import isfinite
 
 import numpy as np
+from msgspec.structs import replace
 
 from vireport.atlas import LOOKED_FOR
 from vireport.base import Progress, UsageError
@@ -37,6 +38,9 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
     limits = LIMITS if asked is None else Limits(asked.impacts, asked.periods)
     plane = plane_of(loaded.scenario, over)
     drawn = chart(plane, limits, progress, given=list(_starts(loaded.scenario, plane)))
+    told = loaded.scenario.tolerances
+    if told is not None:
+        drawn = replace(drawn, off=(told.off(plane.inputs[0]), told.off(plane.inputs[1])))
     return with_regions(drawn, Device.of(loaded.scenario), progress)
 
 
