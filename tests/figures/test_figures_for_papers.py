@@ -65,8 +65,7 @@ def mapped(folder: Path) -> tuple[Picture, ...]:
     """All heat maps of a map, with its design point."""
     text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
     text = text.replace("count: 60", "count: 12").replace("count: 80", "count: 16")
-    text = f"inclination_deg: 45\n{text}  from_rest: true\n  shock: true\n"
-    (folder / "map.yaml").write_text(text.replace("device:", "device:\n  length_m: 0.7"), encoding="utf-8")
+    (folder / "map.yaml").write_text(f"{text}  from_rest: true\n  shock: true\n", encoding="utf-8")
     run_map(str(folder / "map.yaml"), folder, workers=1, draw=False)
     loaded = load_map(folder / "map.yaml")
     plan, result = map_plan(loaded), folder / "map.parquet"
