@@ -18,7 +18,7 @@ from mpmath import mp, mpf
 
 from vireport import load
 from vireport.base import RenderError
-from vireport.chart import Chart, Plane, StraightSweep, chart, outputs, plane_of, with_regions
+from vireport.chart import Chart, Plane, StraightSweep, chart, chart_of, outputs, plane_of, with_regions
 from vireport.chart.design import BEYOND, charted_design
 from vireport.chart.figure import colored, picture
 from vireport.chart.plane import Cut
@@ -223,6 +223,20 @@ def test_what_is_stable_in_a_narrow_range_of_a_sweep_is_a_band() -> None:
     narrow = tuple((low, high, words if high - low < 1e-7 else ("BT",)) for low, high, words in stable)
     assert not narrow_bands(stub(("BT",), plane), [Cut(line, narrow)])[0].settable
     assert narrow_bands(stub(("BT", "BBT"), plane), [Cut(line, stable)]) == ()
+    off = [(0.0, 0.0), (0.0, 0.0)]
+    off[line.varied] = (11 * band.most, 0.0)
+    assert not narrow_bands(stub(("BT",), plane), [Cut(line, stable)], off)[0].settable
+    off[line.varied] = (9 * band.most, 0.0)
+    assert narrow_bands(stub(("BT",), plane), [Cut(line, stable)], off)[0].settable
+    assert narrow_bands(stub(("BT",), plane), [Cut(line, stable)], [off[1], off[0]])[0].settable
+
+
+def test_a_chart_has_the_tolerances_of_its_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = load(EXAMPLES / "inclined.yaml", {"tolerances": {"length_m": 0.01, "inclination_percent": 2.0}})
+    monkeypatch.setattr("vireport.chart.over.chart", lambda plane, limits, *_, **__: Chart(plane, limits, (), (), ()))
+    monkeypatch.setattr("vireport.chart.over.with_regions", lambda drawn, *_: drawn)
+    drawn = chart_of(own, "length_m=0.5..0.9,inclination_deg=0..90", lambda what: None)
+    assert drawn.off == ((0.01, 0.0), (0.0, 2.0))
 
 
 @pytest.mark.parametrize("make", EACH)

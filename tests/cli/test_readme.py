@@ -81,7 +81,7 @@ def test_the_python_of_the_docs_runs(page: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_first_run_prints_what_the_readme_says(study_of) -> None:
-    (printed,) = re.findall(r"^    (Stable .*), \.\.\.$", text_of(README), re.MULTILINE)
+    (printed,) = re.findall(r"^    (Stable .*); \.\.\.$", text_of(README), re.MULTILINE)
     assert study_of("stiff-membrane").verdict.headline.startswith(printed)
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable
 from functools import cache
 from io import BytesIO
 from itertools import product
+from pathlib import Path
 
 import pytest
 from conftest import first
@@ -15,9 +17,21 @@ from pypdf import PdfReader
 
 from vireport import figure_2, figure_4, figure_7
 from vireport.base import UsageError
+from vireport.chart import chart, plane_of, with_regions
+from vireport.chart.figure import picture as chart_picture
 from vireport.cli import main
-from vireport.figures import pictures
-from vireport.scenario import load
+from vireport.comparison import Comparison, compare
+from vireport.comparison.figures import compare_figure, compare_pictures
+from vireport.figures import Picture, Sheet, drawn_for, pictures
+from vireport.maps import map_plan, run_map
+from vireport.maps.design import map_design
+from vireport.maps.figures import map_pictures
+from vireport.maps.findings import findings_of
+from vireport.motions import Limits
+from vireport.optimise import optimise, problem_of
+from vireport.optimise.outputs import picture_front
+from vireport.physics import Device
+from vireport.scenario import load, load_map
 from vireport.study import Study, analyse
 
 WIDTHS = 86, 178
@@ -42,12 +56,52 @@ def of_horizontal_type(figure) -> list[Text]:
     return [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
 
 
+@cache
+def compared() -> Comparison:
+    return compare([ROOT / "examples" / "inclined.yaml"], ["inclination_deg=0,30,45"])
+
+
+def mapped(folder: Path) -> tuple[Picture, ...]:
+    """All heat maps of a map, with its design point."""
+    text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
+    text = text.replace("count: 60", "count: 12").replace("count: 80", "count: 16")
+    (folder / "map.yaml").write_text(f"{text}  from_rest: true\n  shock: true\n", encoding="utf-8")
+    run_map(str(folder / "map.yaml"), folder, workers=1, draw=False)
+    loaded = load_map(folder / "map.yaml")
+    plan, result = map_plan(loaded), folder / "map.parquet"
+    return map_pictures(plan, result, findings_of(plan, result), map_design(loaded.design, plan))
+
+
+def charted(_: Path) -> list[Picture]:
+    """A chart of 1:1 motions, with the design point and its margins."""
+    loaded = load(ROOT / "examples" / "inclined.yaml")
+    plane = plane_of(loaded.scenario, "restitution=0.4..0.6,length_m=0.55..0.75")
+    return [chart_picture(with_regions(chart(plane, Limits(2, 1), cuts=0), Device.of(loaded.scenario)))]
+
+
+def searched(_: Path) -> list[Picture]:
+    """What margin costs."""
+    return [picture_front(optimise(problem_of(load(ROOT / "examples" / "best-design.yaml"))))]
+
+
+DRAWN: dict[str, tuple[int, Callable[[Path], Iterable[Picture]]]] = {
+    "comparison": (4, lambda _: compare_pictures(compared())),
+    "map": (5, mapped),
+    "chart": (1, charted),
+    "optimise": (1, searched),
+}
+"""What else is drawn than the figures of a run, and how many figures at least."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_every_figure_is_readable_at_the_width_of_a_paper(name: str, width: int) -> None:
-    drawn = pictures(study(name), width_mm=width)
-    assert len(drawn) >= 3
+@pytest.mark.parametrize("name", [*SCENARIOS, *DRAWN])
+@pytest.mark.usefixtures("short_front")
+def test_every_figure_is_readable_at_the_width_of_a_paper(name: str, width: int, tmp_path: Path) -> None:
+    least, draw = DRAWN.get(name, (3, lambda _: pictures(study(name))))
+    with drawn_for(Sheet.of(width)):
+        drawn = list(draw(tmp_path))
+    assert len(drawn) >= least
     for picture in drawn:
         assert picture.figure.get_figwidth() * 25.4 == pytest.approx(width)
         assert_readable(picture.figure)
@@ -90,6 +144,63 @@ def test_a_figure_as_pdf_has_its_width_and_truetype_fonts_and_the_same_bytes() -
     assert re.search(r"/FontFile2", first.pdf.decode("latin-1"))
     assert "impact velocity" in page.extract_text()
     assert "CreationDate" not in first.pdf.decode("latin-1")
+
+
+@pytest.mark.slow
+def test_a_comparison_in_a_column_has_as_many_scenarios_beside_one_another_as_fit() -> None:
+    wide, narrow = (compare_figure(compared(), "figure-2", width_mm=width) for width in (178, 86))
+    titles = [
+        [[text for text in texts_of(figure) if text.startswith("inclination ")] for figure in figures]
+        for figures in (wide, narrow)
+    ]
+    assert [list(map(len, own)) for own in titles] == [[3], [2, 1]]
+    (own,) = compare_figure(compared(), "figure-7", width_mm=178, style={"font.size": 7.0})
+    assert {text.get_size() for text in of_horizontal_type(own) if text.get_text() == "generated voltage U [kV]"} == {
+        7.0
+    }
+
+
+@pytest.mark.slow
+def test_a_chart_in_a_column_refers_to_no_table(tmp_path: Path) -> None:
+    """Its points have no numbers, and what is stable in narrow bands stands in the caption."""
+    loaded = load(ROOT / "examples" / "inclined.yaml")
+    plane = plane_of(loaded.scenario, "inclination_deg=0..90,length_m=0.5..0.9")
+    drawn = with_regions(chart(plane, Limits(4, 2)), Device.of(loaded.scenario))
+    assert drawn.meetings
+    assert drawn.narrow
+    page = chart_picture(drawn)
+    with drawn_for(Sheet.of(86)):
+        column = chart_picture(drawn)
+    note = "Stable as well in bands too narrow to be seen"
+    for picture, headed in ((page, True), (column, False)):
+        texts = " ".join(texts_of(picture.figure))
+        assert ("point of the table" in texts) is headed
+        assert ("design point" in texts.replace("design point with its margins", "")) is headed
+        assert (note in texts.replace("\n", " ")) is headed
+        assert (note in picture.caption) is not headed
+    assert_readable(column.figure)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("short_front")
+@pytest.mark.parametrize(
+    ("command", "figure"),
+    [
+        (["compare", "inclined.yaml", "--vary", "inclination_deg=0,45"], "figure-variants"),
+        (["optimise", "best-design.yaml"], "front"),
+    ],
+)
+def test_other_commands_draw_figures_of_a_width(command: list[str], figure: str, tmp_path, capsys) -> None:
+    name, scenario, *options = command
+    asked = ["-o", str(tmp_path), "--figure-width", "86mm", "--format", "svg,figure-pdf", "-q"]
+    assert main([name, str(ROOT / "examples" / scenario), *options, *asked]) == 0
+    width = float(re.search(r'width="([\d.]+)pt"', (tmp_path / f"{figure}.svg").read_text())[1])
+    assert width / 72 * 25.4 == pytest.approx(86, abs=0.01)
+    (page,) = PdfReader(tmp_path / f"{figure}.pdf").pages
+    assert float(page.mediabox.width) / 72 * 25.4 == pytest.approx(86, abs=0.01)
+    assert not (tmp_path / "report.html").exists()
+    for refused in (["--json", "--figure-width", "86mm"], ["--figure-width", "86mm"]):
+        assert main([name, str(ROOT / "examples" / scenario), *options, *refused]) == 2
 
 
 @pytest.mark.parametrize("width", [59.9, 250.1, float("nan")])

@@ -288,7 +288,7 @@ SAID = [
             "disturbances": sampled(come_to("BBT"), come_to("B~T", sticks=True)),
             "from_rest_along": (come_to("BBT"), come_to("B~T", sticks=True)),
         },
-        ["by simulation: s = 0.25 m: BBT; s = 0.26 m: B~T. A block 'motions:' or 'simulation:' shows it."],
+        ["begins comes to: s = 0.25 m: BBT; s = 0.26 m: B~T. A block 'motions:' or 'simulation:' shows it."],
     ),
     (
         "VR002",
@@ -338,7 +338,7 @@ SAID = [
     (
         "VR003",
         {"solution": known(design=design(1)), "from_rest": come_to("BBT")},
-        ["comes to this by simulation: BBT. A block 'motions:' shows it."],
+        ["when the shaking begins comes to: BBT. A block 'motions:' shows it."],
     ),
     (
         "VR003",
@@ -356,7 +356,7 @@ SAID = [
             "solution": known(design=design(1), device=SimpleNamespace(rubs=True, law=None)),
             "from_rest": come_to("BT"),
         },
-        ["simulation: BT. A block 'simulation:' shows it. In that motion friction stops the ball between two impacts"],
+        ["comes to: BT. A block 'simulation:' shows it. In that motion friction stops the ball between two impacts"],
     ),
     (
         "VR003",
@@ -370,7 +370,10 @@ SAID = [
                 ends=("grazing", "followed no farther"),
             ),
         },
-        ["By its equations it is a stable focus from s = 0.6543 m (grazing) to 0.7654 m (followed no farther)."],
+        [
+            "Solved by its equations, that motion is a stable focus from s = 0.6543 m (grazing) to 0.7654 m "
+            "(followed no farther)."
+        ],
     ),
     (
         "VR003",
@@ -395,7 +398,7 @@ SAID = [
     (
         "VR003",
         {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None, reached=False)},
-        ["comes to this by simulation: chaotic. A block 'simulation:' shows it."],
+        ["when the shaking begins comes to: chaotic. A block 'simulation:' shows it."],
     ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),
     ("VR005", {"solution": known(design=ending(-0.0123))}, ["ends 1.23 % below the design point in length: fold D1."]),

@@ -291,7 +291,7 @@ def test_the_verdict_carries_the_answer(study_of) -> None:
         (
             ["device.ball_mass_kg="],
             "good",
-            "margin 4.7 % in frequency, to period doubling B1, reached from rest after 23 periods.",
+            "margin 4.7 % in frequency, to period doubling B1; reached from rest after 23 periods.",
         ),
         (["device.ball_mass_kg=1e-9"], "good", "V."),
     ],

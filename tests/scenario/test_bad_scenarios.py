@@ -61,7 +61,9 @@ def texts_of(kind: Any) -> Iterator[Any]:
     """The types of text, with what they are held to, that a type is made of; not the patterns and enumerations."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is Annotated and parts[0] is str:
-        if not any(getattr(part, "pattern", None) for field in parts[1:] for part in getattr(field, "metadata", [])):
+        # Where a key has such a type by itself, pydantic keeps what it is held to beside the type.
+        held = [own for field in parts[1:] for own in (field, *getattr(field, "metadata", []))]
+        if not any(getattr(own, "pattern", None) for own in held):
             yield kind
     elif kind is str:
         yield kind

@@ -46,6 +46,9 @@ BEYOND = {
     "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
     "required margin_any_percent: 6 margin_any_percent",
     *(f"design {name}" for name in ("out of range", "of one value", "twice", "heavy ball", "of power")),
+    "key motions: {starts: [{word: BBT, value: 9}]}",
+    "key motions: {impacts: 2, starts: [{word: BBT, value: 0.6}]}",
+    "key motions: {starts: [{word: B, value: 0.6, periods: 5}]}",
     *(f"design {name}" for name in ("light capsule", "wide ball", "of no dielectric")),
     "design of a membrane, no ball mass",
     *("off length_m: 0.7, amplitude_percent: 3", "off restitution: 0.5", "off inclination_percent: 1"),
@@ -134,7 +137,7 @@ def test_template_has_every_key_and_the_defaults():
     assert loaded.given == {path for path in KEYS if "*" not in path} - instead - {"excitation.record"}
     plain = to_dict(loaded.scenario)
     without = {path: key["default"] for path, key in KEYS.items() if key.get("default") is not None and "*" not in path}
-    assert len(without) == 31
+    assert len(without) == 32
     for path, default in without.items():
         value = plain
         for step in path.split("."):

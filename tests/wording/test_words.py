@@ -21,6 +21,7 @@ from vireport.design import MeasuredShare, Solution, Unmoved
 from vireport.disturbances import Destination, Disturbances, Edge, FromRest, OutcomeRange, Ramp, Recovery, Window
 from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
 from vireport.gate import Evidence, verdict_of
+from vireport.maps.cells import AxisName
 from vireport.measurement import BetterFit, NoFit, Open, Unfit, Unknown
 from vireport.membranes import Grade
 from vireport.motions import Event, Limits
@@ -384,14 +385,14 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "reached from rest": (
         lambda: switched_on(recovery=Recovery(30.84, 15.42, 1e-9)),
         [
-            "reached from rest after 17 periods, deflection",
+            "reached from rest after 17 periods; deflection",
             "Yes, after 17 periods 1 % of a small disturbance is left after 30.8 periods (15.4 s)",
             "Switched on from rest, the device gets there after 17 periods.",
         ],
     ),
     "reached from rest, not known when": (
         lambda: switched_on(settles=None),
-        ["reached from rest, deflection", "Is it reached from rest? Yes", "gets there. Along"],
+        ["reached from rest; deflection", "Is it reached from rest? Yes", "gets there. Along"],
     ),
     "reached by a ramp": (
         lambda: switched_on(settles=1, ramp_periods=20.0, share=1.0),
@@ -529,7 +530,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: compliant(),
         [
             "Stable 1:1 motion for 0.629 m < s",
-            "margin 4.7 % (compliant 8.0 %) in frequency, to period doubling B1, B1 in s: rigid 0.629 m, compliant",
+            "margin 4.7 % (compliant 8.0 %) in frequency, to period doubling B1; B1 in s: rigid 0.629 m, compliant",
             "And with compliant membranes? B1 in s: rigid 0.629 m, compliant 0.582 m With their own stiffness contacts",
             "4.7 % away in frequency by the model of rigid impacts, and 8.0 % with the membranes' own stiffness.",
         ],
@@ -1108,6 +1109,10 @@ CHARTED = [
     ("stable_meaning", ([], Limits(4, 2)), "no stable motion of up to 4 impacts in 2 forcing periods"),
     ("stable_meaning", ([("BT", "BT", 1)], Limits(4, 2)), "BT (1:1)"),
     ("stable_meaning", ([("BT", "BT", 1), ("BBT", "BBT", 1)], Limits(4, 2)), "BT and BBT"),
+    ("others", (True,), "others, see the table of regions"),
+    ("others", (False,), "other motions"),
+    ("meeting", (True,), "numbered: point of the table"),
+    ("meeting", (False,), "where curves meet, end or turn"),
     ("narrow_note", ([], [], PLANE.inputs), ""),
     ("narrow_note", ([thing(**BAND)], [], PLANE.inputs), "to 0.08° wide in inclination."),
     ("narrow_note", ([thing(**BAND), thing(**BAND | {"least": 0.08})], ["BB"], PLANE.inputs), "; BBT, 0.08° wide in"),
@@ -1144,8 +1149,64 @@ CHARTED = [
 ]
 """What is said of charts, by macro."""
 
+MAP = thing(
+    named=(AxisName("inclination", "β", "°"), AxisName("length", "s", "m")), ends=((0, 90), (0.2, 0.9)), shape=(60, 80)
+)
+CELLS = thing(cells=4800, stable=2093, with_motion=4730, missed=240, outside=946)
+MAPPED = {"plan": MAP, "held": ["F = 3 N", "r = 0.5"], "found": CELLS, "marked": thing(), "curves": True}
+MAPPED |= {"outcomes": [("1:1", 3600), ("chaotic", 1200)]}
+ON_MAPS = [
+    ("title", ("map-shock",), "Least shock"),
+    ("heading", ("map-stability",), "Stability of the 1:1 motion; hatched: no 1:1 motion"),
+    ("heading", ("map-margin",), "Stability margin: 0 % where a multiplier reaches 1 or −1; hatched: no 1:1 motion"),
+    ("heading", ("map-voltage",), "Average voltage; generated at an impact; hatched: no 1:1 motion"),
+    ("heading", ("map-from-rest",), "What the device comes to that is switched on from rest"),
+    (
+        "heading",
+        ("map-shock",),
+        "Least shock; the least jump of the velocity found that leads out of the stable",
+    ),
+    ("curves", (), "where any of the 1:1 motions changes or ends"),
+    ("design_margins", (), "design point with its margins"),
+    ("missed", (CELLS,), "not reached from rest at 5 % of the cells"),
+    ("outside", (CELLS, "outside it"), "Outside it, at 20 % of the cells with a motion"),
+    (
+        "caption",
+        ("map-stability", MAPPED),
+        "Length against inclination; hatched: no 1:1 motion. 60 × 80 cells, with F",
+    ),
+    ("caption", ("map-stability", MAPPED), "beside a stable one. Cross: the design point, with its margins."),
+    (
+        "caption",
+        ("map-from-rest", MAPPED | {"marked": None, "curves": False}),
+        "comes to. 60 × 80 cells, with F = 3 N, r = 0.5.",
+    ),
+    (
+        "alt",
+        ("map-margin", MAPPED),
+        "over inclination from 0 to 90° and length from 0.2 to 0.9 m. Stability",
+    ),
+    (
+        "alt",
+        ("map-margin", MAPPED),
+        "4,800 cells (inclination × length): 43.6 % with a stable 1:1 motion, 54.9 % with",
+    ),
+    ("alt", ("map-from-rest", MAPPED), "from rest. 1:1: 75 %, chaotic: 25 %."),
+    ("word", (), "No design point"),
+    ("headline", (MAP, CELLS), "1.46 % with none. For a verdict, give"),
+    ("place", (MAP, (45.0, 0.7)), "β = 45°, s = 0.7 m"),
+    ("quantity", ("least_jump_m_s",), "least shock"),
+    ("value", ("multiplier_margin", 0.5234), "52.34 %"),
+    ("value", ("u_ave_v", 52690.0), "52.69 kV"),
+    ("value", ("least_jump_m_s", 0.12345), "123.5 mm/s"),
+    ("signed", (-0.0705, MAP.named[1]), "−0.0705 m"),
+    ("signed", (7.37, MAP.named[0]), "+7.37°"),
+]
+"""What is said of maps, by macro."""
+
 SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     *(("chart", *row) for row in CHARTED),
+    *(("map", *row) for row in ON_MAPS),
     ("accuracy", "task", ("orbit", None), "the motion"),
     ("verdict", "from_rest", (FromRest(Destination.OTHER_MOTION, "BBT", 1),), "; from rest the ball comes to BBT"),
     ("verdict", "comes_to", (FromRest(Destination.CHAOTIC),), "moves in a way that is chaotic, or not periodic"),

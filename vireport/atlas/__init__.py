@@ -8,9 +8,10 @@ from vireport.base import deferred
 if TYPE_CHECKING:
     from vireport.atlas.exclusion import FINE
     from vireport.atlas.families import LOOKED_FOR, atlas
+    from vireport.atlas.given import motions_of
     from vireport.atlas.surface import candidates_above
 else:
-    __getattr__ = deferred(__name__, "surface", "exclusion", "families")
+    __getattr__ = deferred(__name__, "surface", "exclusion", "families", "given")
 
 __all__ = [
     "FINE",
@@ -18,5 +19,6 @@ __all__ = [
     "atlas",
     "candidates_above",
     "motion_of_cycle",
+    "motions_of",
     "portrait_of",
 ]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.atlas import FINE, atlas
-from vireport.base import NumericalError, Progress, WorkStep, portion
+from vireport.atlas import FINE, atlas, motions_of
+from vireport.base import NumericalError, Progress, UsageError, WorkStep, portion
 from vireport.chart.design import ChartedDesign, charted_design
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import (
@@ -21,8 +21,22 @@ from vireport.chart.network import (
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, straight_sweeps
 from vireport.chart.regions import NarrowBand, Regions, narrow_bands, pieces, regions_of
 from vireport.design import along, line_of, motions_at
-from vireport.motions import Atlas, Curve, Event, Limits, PathPoint, completed, follow, motion_at, solve, touching
-from vireport.physics import FLOATS, Device, Word
+from vireport.motions import (
+    NO_TOLERANCE,
+    Atlas,
+    Curve,
+    Event,
+    Limits,
+    Motion,
+    PathPoint,
+    completed,
+    follow,
+    model_of,
+    motion_at,
+    solve,
+    touching,
+)
+from vireport.physics import ARRAYS, FLOATS, Device, Word
 from vireport.scenario import Parameter
 
 CUTS, SOLVED_CUTS = 3, 16
@@ -40,6 +54,23 @@ REGIONS_SHARE = 0.9
 """Share of the time of the regions, as measured, after which the margins of the design point follow."""
 
 
+class ChartStart(Struct, frozen=True):
+    """Motions of a word at a point of a plane, from which families are followed.
+
+    Attributes
+    ----------
+    word : Word
+    varied : int
+        Along which of the two inputs.
+    inputs : tuple of float
+        The point.
+    """
+
+    word: Word
+    varied: int
+    inputs: tuple[float, float]
+
+
 class Chart(Struct, frozen=True, eq=False):
     """Loci in a plane, the points where they meet, and what is stable along some sweeps across it.
 
@@ -55,6 +86,8 @@ class Chart(Struct, frozen=True, eq=False):
         What is stable between the loci; None where that was not asked for, see `with_regions`.
     design : ChartedDesign or None
         None where the scenario has no design point in the plane.
+    off : tuple of (float, float)
+        The tolerance of each input, in its unit and in per cent; zeros where none is told.
     """
 
     plane: Plane
@@ -64,11 +97,12 @@ class Chart(Struct, frozen=True, eq=False):
     cuts: tuple[Cut, ...]
     regions: Regions | None = None
     design: ChartedDesign | None = None
+    off: tuple[tuple[float, float], tuple[float, float]] = NO_TOLERANCE, NO_TOLERANCE
 
     @property
     def narrow(self) -> tuple[NarrowBand, ...]:
         """Words that are stable in bands which the regions do not show."""
-        return () if self.regions is None else narrow_bands(self.regions, self.cuts)
+        return () if self.regions is None else narrow_bands(self.regions, self.cuts, self.off)
 
     @property
     def unmeasured(self) -> tuple[str, ...]:
@@ -89,7 +123,13 @@ class Chart(Struct, frozen=True, eq=False):
         return sum(self.plane.room(p) > AT_EDGE for p in lost)
 
 
-def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, cuts: int = CUTS) -> Chart:
+def chart(
+    plane: Plane,
+    limits: Limits,
+    progress: Progress = lambda what: None,
+    cuts: int = CUTS,
+    given: Sequence[ChartStart] = (),
+) -> Chart:
     """Find the loci of the events of motions in a plane, and the points of codimension two.
 
     Parameters
@@ -101,6 +141,13 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
         Called with what is done next.
     cuts : int
         Sweeps along each input on which motions of any sequence are looked for; none where only 1:1 motions are wanted.
+    given : sequence of ChartStart
+        Motions that a sweep across the plane goes through as well.
+
+    Raises
+    ------
+    UsageError
+        If there is no motion of a word that is given.
     """
     one_to_one = Word((1, -1), plane.device.period_ratio)
     if not plane.swept:
@@ -113,11 +160,14 @@ def chart(plane: Plane, limits: Limits, progress: Progress = lambda what: None, 
         for start in _one_to_one_starts(line):
             network.explore(start)
     say = portion(progress, CLOSED_FORM_SHARE, 1.0)
-    for k, line in enumerate(searched):
+    through = [(StraightSweep(plane, own.varied, own.inputs[1 - own.varied]), own) for own in given]
+    lines = [*((line, None) for line in searched), *through]
+    for k, (line, own) in enumerate(lines):
         at = plane.inputs[1 - line.varied].show(line.other)
-        say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(searched)))
+        say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(lines)))
         if not line.sweep.unresolved:
-            families = atlas(line.sweep, limits, finest=FINE)
+            found = () if own is None else _given(line, own)
+            families = atlas(line.sweep, limits, found, finest=FINE)
             crossed.append(Cut(line, _stable(families, line)))
             for start in _starts(families, line):
                 progress(f"loci of {start.motion.word.letters}")
@@ -139,6 +189,20 @@ def with_regions(drawn: Chart, device: Device, progress: Progress = lambda what:
     regions = regions_of(drawn.plane, drawn.limits, drawn.loci, portion(progress, 0.0, REGIONS_SHARE))
     progress(WorkStep("margins of the design point", REGIONS_SHARE))
     return replace(drawn, regions=regions, design=charted_design(device, drawn.plane, drawn.limits))
+
+
+def _given(line: StraightSweep, start: ChartStart) -> list[Motion]:
+    """The motions of a word that is asked for at a point of a line."""
+    sweep, word = line.sweep, start.word
+    low, high = map(float, sweep.coordinate_range)
+    coordinate = float(sweep.coordinate_of(line.swept(start.inputs[line.varied])))
+    found = motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate)
+    if not found:
+        at = " and ".join(varied.show(value) for varied, value in zip(line.plane.inputs, start.inputs, strict=True))
+        raise UsageError(
+            f"motions.starts: no motion {word.name} was found at {at} (leave it out, or give another value)"
+        )
+    return found
 
 
 def _between_restitutions(plane: Plane, word: Word, progress: Progress) -> Chart:

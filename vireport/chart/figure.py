@@ -20,6 +20,7 @@ from vireport.chart.design import ChartMargin
 from vireport.chart.regions import PIXELS, RegionSet, block, pieces, pixel
 from vireport.chart.words import Naming, naming, words_given
 from vireport.figures import (
+    DESIGN,
     FILLS,
     LOCI,
     PER_LETTER,
@@ -31,6 +32,7 @@ from vireport.figures import (
     blank,
     finished,
     held_by,
+    mark_design,
     round_ticks,
     sheet,
     style,
@@ -71,19 +73,10 @@ BAND: Look = {"color": Color.GREY, "linewidth": 0.5, "zorder": 1.9}
 
 MEETING: Look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "color": Color.BLACK, "zorder": 3.0}
 
-DESIGN: Look = {
-    "linestyle": "none", "marker": "P", "markersize": 9.0, "zorder": 4.0,
-    "markerfacecolor": Color.WHITE, "markeredgecolor": Color.BLACK, "markeredgewidth": 1.2,
-}  # fmt: skip
-
 AREA: Look = {
     "linestyle": "none", "marker": "s", "markersize": 7.5, "markeredgecolor": Color.GREY, "markeredgewidth": 0.5,
 }  # fmt: skip
 """Look of a fill in the legend."""
-
-BAR: Look = {"color": Color.BLACK, "linewidth": 1.1, "zorder": 3.5}
-CAP: Look = BAR | {"marker": "o", "markersize": 3.6, "markerfacecolor": Color.WHITE, "linestyle": "none", "zorder": 3.6}
-"""Look of a margin, and of the place where it ends."""
 
 
 Colored = tuple[tuple[RegionSet, str | None], ...]
@@ -116,15 +109,17 @@ def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
         _names(axes, chart, shown, named, (width, height))
         points = np.array([point.inputs for point in chart.meetings]).reshape(-1, 2)
         axes.add_artist(Line2D(*points.T, **MEETING))
-        labels += [Label(str(n), point[:1], point[1:], sheet().small) for n, point in enumerate(points, 1)]
         said = Words("chart", templates)
+        note = said("narrow_note", chart.narrow, chart.unmeasured, plane.inputs)
         lines = [(", ".join(held_by(plane.device, plane.inputs)), Color.BLACK)]
-        lines += [
-            (note, Color.GREY) for note in (said("narrow_note", chart.narrow, chart.unmeasured, plane.inputs),) if note
-        ]
+        # In the column of a paper there is no table that numbers could refer to, and its caption has the note.
+        if sheet().headed:
+            labels += [Label(str(n), point[:1], point[1:], sheet().small) for n, point in enumerate(points, 1)]
+            lines += [(note, Color.GREY)] if note else []
         drawn = finished(figure, height, lines, list(_legends(chart, shown, named, said)), [(axes, labels)])
     given = words_given(chart, named)
-    return Picture("figure-chart", said("title"), said("caption", given), said("alt", given), drawn)
+    caption = said("caption", given) if sheet().headed else f"{said('caption', given)} {note}".rstrip()
+    return Picture("figure-chart", said("title"), caption, said("alt", given), drawn)
 
 
 def _fill(axes: Axes, chart: Chart, shown: Colored) -> None:
@@ -243,20 +238,15 @@ def _names(axes: Axes, chart: Chart, shown: Colored, named: Naming, size: tuple[
 
 def _design(axes: Axes, chart: Chart) -> Iterator[Label]:
     """Draw the design point with its margins, and give what is written on them."""
-    design, plane = chart.design, chart.plane
+    design = chart.design
     if design is None:
         return
     at = np.array(design.inputs)
-    axes.add_artist(Line2D(*at[:, None], **DESIGN))
-    yield Label("design point", at[:1], at[1:], sheet().small)
-    for margin in design.margins:
-        end = at.copy()
-        end[margin.varied] = np.clip(margin.value, plane.low[margin.varied], plane.high[margin.varied])
-        axes.add_artist(Line2D(*np.array([at, end]).T, **BAR))
-        inside = end[margin.varied] == margin.value
-        onward = (("<", ">"), ("v", "^"))[margin.varied][margin.distance > 0]
-        axes.add_artist(Line2D(*end[:, None], **CAP | ({} if inside else {"marker": onward, "markersize": 6.0})))
-        x, y = (at + (end - at) * np.array([[0.5], [0.7], [0.3]])).T
+    ends = mark_design(axes, design.inputs, ((margin.varied, margin.value) for margin in design.margins))
+    if sheet().headed:  # in a column the legend says it
+        yield Label("design point", at[:1], at[1:], sheet().small)
+    for margin, end in zip(design.margins, ends, strict=True):
+        x, y = (at + (np.array(end) - at) * np.array([[0.5], [0.7], [0.3]])).T
         yield Label(margin_text(chart, margin), x, y, sheet().small)
 
 
@@ -274,13 +264,13 @@ def _legends(chart: Chart, shown: Colored, named: Naming, said: Words) -> Iterat
         if color != OTHER_SETS
     ]
     yield [entry for own, entry in areas if own.kinds]
-    others: list[Entry] = [(said("others"), AREA | {"markerfacecolor": OTHER_SETS})]
+    others: list[Entry] = [(said("others", sheet().headed), AREA | {"markerfacecolor": OTHER_SETS})]
     yield [entry for own, entry in areas if not own.kinds] + others * any(color == OTHER_SETS for _, color in shown)
     bounds, edges = [pieces(locus)[1] for locus in chart.loci], _edges(chart)
     drawn = {locus.event for locus, own in zip(chart.loci, edges, strict=True) if own.any()}
     yield [(name, EDGE | look) for kind, (name, look) in LOCI.items() if kind in drawn]
     pairs = list(zip(bounds, edges, strict=True))
     thin: list[Entry] = [(said("band"), BAND)] if any((own & ~edge).any() for own, edge in pairs) else []
-    thin += [(said("meeting"), MEETING)] if chart.meetings else []
+    thin += [(said("meeting", sheet().headed), MEETING)] if chart.meetings else []
     thin += [(said("design_margins"), DESIGN | {"markersize": 6.0})] if chart.design is not None else []
     yield thin

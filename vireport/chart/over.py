@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import isfinite
 
 import numpy as np
+from msgspec.structs import replace
 
+from vireport.atlas import LOOKED_FOR
 from vireport.base import Progress, UsageError, portion
-from vireport.chart.chart import Chart, chart, with_regions
+from vireport.chart.chart import Chart, ChartStart, chart, with_regions
 from vireport.chart.plane import Plane, is_swept
 from vireport.design import HIGHEST_RESTITUTION, reach
 from vireport.motions import Limits
-from vireport.physics import RESTITUTIONS, Device
+from vireport.physics import RESTITUTIONS, Device, Word
 from vireport.scenario import DesignInput, Loaded, Scenario
 
 LIMITS = Limits(4, 2)
@@ -36,8 +39,40 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
     """
     asked = loaded.scenario.motions
     limits = LIMITS if asked is None else Limits(asked.impacts, asked.periods)
-    drawn = chart(plane_of(loaded.scenario, over), limits, portion(progress, 0.0, LOCI_SHARE))
+    plane = plane_of(loaded.scenario, over)
+    given = list(_starts(loaded.scenario, plane))
+    drawn = chart(plane, limits, portion(progress, 0.0, LOCI_SHARE), given=given)
+    told = loaded.scenario.tolerances
+    if told is not None:
+        drawn = replace(drawn, off=(told.off(plane.inputs[0]), told.off(plane.inputs[1])))
     return with_regions(drawn, Device.of(loaded.scenario), portion(progress, LOCI_SHARE, 1.0))
+
+
+def _starts(scenario: Scenario, plane: Plane) -> Iterator[ChartStart]:
+    """The motions that a scenario gives as starts of families, at their values of the swept parameter.
+
+    Regions are filled by what is solved inside each, which knows longer words only where they join others.
+
+    Raises
+    ------
+    UsageError
+        Where the chart has no place for one.
+    """
+    device = Device.of(scenario)
+    for k, row in enumerate(scenario.motions.starts if scenario.motions is not None else ()):
+        here, name = f"motions.starts.{k}", scenario.parameter.value
+        varied = next((n for n, own in enumerate(plane.inputs) if own.value == name), None)
+        if varied is None:
+            raise UsageError(f"--over: {here} is of {name}, which is none of the inputs (leave it out, or name {name})")
+        if len(row.word) > LOOKED_FOR:
+            raise UsageError(f"--over: {here}: a chart takes words of up to {LOOKED_FOR} impacts (got {row.word})")
+        other = device.value_of(plane.inputs[1 - varied])
+        if other is None:
+            raise UsageError(f"--over: {here} needs a value of {plane.inputs[1 - varied].path} (give it one)")
+        at = np.insert([float(other)], varied, row.value)
+        if plane.room(at) < 0:
+            raise UsageError(f"--over: {here} is not in the plane (widen its ranges, or leave it out)")
+        yield ChartStart(Word.of(row.word, row.periods), varied, (float(at[0]), float(at[1])))
 
 
 def plane_of(scenario: Scenario, over: str) -> Plane:

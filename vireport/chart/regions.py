@@ -22,7 +22,7 @@ from vireport.base import NumericalError, Progress, counted
 from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, is_swept
 from vireport.design import motions_at
-from vireport.motions import IMAGE, Curve, Limits, Motion, motion_at, settable
+from vireport.motions import IMAGE, NO_TOLERANCE, Curve, Limits, Motion, motion_at, settable
 from vireport.physics import FLOATS, Word
 from vireport.scenario import Parameter
 
@@ -196,10 +196,19 @@ class NarrowBand(Struct, frozen=True, eq=False):
     settable: bool
 
 
-def narrow_bands(regions: Regions, cuts: Sequence[Cut]) -> tuple[NarrowBand, ...]:
+def narrow_bands(
+    regions: Regions, cuts: Sequence[Cut], off: Sequence[tuple[float, float]] = 2 * (NO_TOLERANCE,)
+) -> tuple[NarrowBand, ...]:
     """The words that are stable in bands on sweeps across the plane that the regions there do not show.
 
     Their ends on the sweeps are solved for, and not those of pixels.
+
+    Parameters
+    ----------
+    regions : Regions
+    cuts : sequence of Cut
+    off : sequence of (float, float)
+        The tolerance of each input, see `settable`.
     """
     found: dict[tuple[int, str], list[tuple[float, float]]] = {}
     for cut in cuts:
@@ -216,7 +225,7 @@ def narrow_bands(regions: Regions, cuts: Sequence[Cut]) -> tuple[NarrowBand, ...
             k,
             min(high - low for low, high in bands),
             max(high - low for low, high in bands),
-            any(settable(low, high) for low, high in bands),
+            any(settable(low, high, off[k]) for low, high in bands),
         )
         for (k, word), bands in sorted(found.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1]))
     )

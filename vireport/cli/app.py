@@ -258,15 +258,13 @@ def run(
     verbose: Verbose = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
-    if json and figure_width is not None:
-        raise UsageError("--json prints the results and draws no figure: leave out --figure-width")
     if json and baseline is not None:
         raise UsageError("--json prints the results and no changes: leave out --baseline, or use vireport diff --json")
     before = None if baseline is None else _baseline(baseline, scenario)
     carried = _carried(scenario)
     loaded = _loaded(scenario, set_, carried)
     certify = certify or (carried is not None and bool(carried.results.get("certificates")))
-    _refuse_files_beside_json(json, "results", output, format_)
+    _refuse_files_beside_json(json, "results", output, format_, figure_width)
     if certify:
         from vireport.study import refuse_special
 
@@ -274,16 +272,15 @@ def run(
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
-    wide = ("--figure-width", None if figure_width is None else [figure_width])
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
-    command = _command("run", [scenario], *options, wide, against, _paper(paper))
+    command = _command("run", [scenario], *options, _wide(figure_width), against, _paper(paper))
     if json:
         with progress(quiet, verbose) as say:
             outcome = results_outcome(loaded, command, certify, carried, say)
         deliver(outcome, quiet=quiet)
         return
     folder, formats = output or _default_folder(scenario), _formats(format_)
-    width_mm = None if figure_width is None else _figure_width(figure_width, formats)
+    width_mm = _figure_width(figure_width, formats)
     require_writable(folder, file_names(formats))
     with progress(quiet, verbose) as say:
         outcome = run_outcome(loaded, formats, command, templates, say, certify, before, carried, paper, width_mm)
@@ -443,23 +440,26 @@ def compare(
     format_: Formats = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
+    figure_width: FigureWidth = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Compare scenarios, or variants of one, and tell which is best."""
-    _refuse_files_beside_json(json, "comparison", output, format_)
+    _refuse_files_beside_json(json, "comparison", output, format_, figure_width)
     from vireport.cli.outputs import compare_outcome, file_names
     from vireport.comparison import COMPARISON_FILES, COMPARISON_FOLDER, compare_json, comparison_provenance, folder_of
     from vireport.comparison import compare as compare_scenarios
 
     options = (("--vary", vary), ("--rank-by", rank_by), ("--json", json), ("--set", set_), ("--format", format_))
-    command, formats = _command("compare", scenarios, *options, _paper(paper)), _formats(format_)
+    command = _command("compare", scenarios, *options, _wide(figure_width), _paper(paper))
+    formats = _formats(format_)
+    width_mm = _figure_width(figure_width, formats)
     if not json:
         require_writable(output or Path(COMPARISON_FOLDER), file_names(formats, COMPARISON_FILES))
     with progress(quiet, verbose) as say:
         comparison = compare_scenarios(scenarios, vary or None, None, set_ or (), say, rank_by or ())
         if not json:
-            outcome = compare_outcome(comparison, formats, command, templates, say, paper)
+            outcome = compare_outcome(comparison, formats, command, templates, say, paper, width_mm)
     if json:
         outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command)))
     deliver(outcome, output or folder_of(comparison, command), quiet)
@@ -473,7 +473,7 @@ def diff(
     ],
     scenario: ScenarioFile,
     tolerance: Annotated[
-        float, typer.Option(metavar="SHARE", min=0.0, help="Ignores relative changes up to this.")
+        float, typer.Option(metavar="SHARE", min=0.0, help="Ignores relative changes up to this share.")
     ] = 1e-6,
     markdown: Annotated[bool, typer.Option("--markdown", help="Prints a table for a pull request.")] = False,
     json: Json = False,
@@ -481,7 +481,10 @@ def diff(
     quiet: QuietCheck = False,
     verbose: Verbose = False,
 ) -> None:
-    """List what has changed since earlier results. The exit code is 1 if anything has, beyond the tolerance."""
+    """List what has changed since earlier results.
+
+    The exit code is 1 if anything has changed by more than the tolerance.
+    """
     from vireport.comparison import diff as changes_since
     from vireport.comparison import diff_json, diff_markdown, diff_text
     from vireport.study import Task, analyse
@@ -527,7 +530,7 @@ def extremes(
 ) -> None:
     """Run the catalogue of extreme cases against 40-digit arithmetic.
 
-    The exit code is 1 if one fails, and 3 if some could not be run or none applies.
+    The exit code is 1 if one fails, and 3 if some could not be run or if none applies.
     """
     from vireport.extremes import (
         exit_status,
@@ -555,39 +558,54 @@ def optimise(
     output: Folder = None,
     json: Json = False,
     set_: SetOption = None,
+    format_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="Writes only these formats beside best.yaml and optimise.json, separated by commas: html, pdf, png, "
+            "svg, figure-pdf.",
+        ),
+    ] = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
+    figure_width: FigureWidth = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Find the best design that meets the requirements. The scenario's design block says what may vary.
 
-    The exit code is 1 if no design meets them.
+    The exit code is 1 if no design meets the requirements.
     """
-    _refuse_files_beside_json(json, "result", output, None)
+    _refuse_files_beside_json(json, "result", output, format_, figure_width)
     loaded = _loaded(scenario, set_)
-    from vireport.cli.outputs import run_files
+    from vireport.cli.outputs import file_names, run_files
     from vireport.optimise import optimise as search
     from vireport.optimise import outputs, problem_of
     from vireport.scenario import loads
     from vireport.study import analyse, provenance_of
 
     problem = problem_of(loaded)
-    command = _command("optimise", [scenario], ("--json", json), ("--set", set_), _paper(paper))
-    provenance = provenance_of(loaded, command)
-    folder = _writable_folder(output, scenario, "-best", json, outputs.NAMES)
+    options = (("--json", json), ("--set", set_), ("--format", format_), _wide(figure_width), _paper(paper))
+    command = _command("optimise", [scenario], *options)
+    formats = _formats(format_, outputs.OPTIMISE_FILES, outputs.FORMATS)
+    width_mm, provenance = _figure_width(figure_width, formats), provenance_of(loaded, command)
+    stale = (*outputs.DATA, *file_names(formats, outputs.OPTIMISE_FILES))
+    folder = _writable_folder(output, scenario, "-best", json, stale)
     with progress(quiet, verbose) as say:
         result = search(problem, say)
-        files = {} if json else outputs.files(result, provenance)
-        if "best.yaml" in files:
+        files = {} if json else outputs.files(result, provenance, formats, width_mm)
+        pages = [task for task in outputs.PAGES if task in formats]
+        if "best.yaml" in files and pages:
             say("solving the best design")
-            study = analyse(loads(files["best.yaml"].decode(), "best.yaml"), outputs.PAGES, say)
+            study = analyse(loads(files["best.yaml"].decode(), "best.yaml"), pages, say)
             files |= run_files(study, command, templates, say, None, paper, *outputs.section(result))
     printed: str | bytes = outputs.optimise_json(result, provenance) if json else "" if quiet else outputs.text(result)
     failure = outputs.shortcoming(result)
-    deliver(
-        CommandOutcome(printed, files, failure=failure, exit_code=bool(failure), stale=outputs.NAMES), folder, quiet
-    )
+    others = [task for task in outputs.OPTIMISE_FILES if task not in formats]
+    beside = file_names(others, outputs.OPTIMISE_FILES)
+    told = CommandOutcome(printed, files, failure=failure, exit_code=bool(failure), stale=stale, beside=beside)
+    deliver(told, folder, quiet)
 
 
 @_command_of(Panel.ONE)
@@ -659,7 +677,7 @@ def identify(
 ) -> None:
     """Identify restitutions and other inputs from measured impacts or raw signals, and test whether the model fits.
 
-    Exit code 1 if the impacts contradict the model; 3 if they do not hold what is asked for.
+    The exit code is 1 if the impacts contradict the model, and 3 if they do not determine what is asked for.
     """
     _refuse_files_beside_json(json, "result", output, None)
     loaded = _loaded(scenario, set_)
@@ -710,19 +728,17 @@ def chart(
     verbose: Verbose = False,
 ) -> None:
     """Draw the stable motions over two inputs, bounded by the exact curves along which motions change."""
-    _refuse_files_beside_json(json, "chart", output, format_)
-    if json and figure_width is not None:
-        raise UsageError("--json prints the chart and draws no figure: leave out --figure-width")
+    _refuse_files_beside_json(json, "chart", output, format_, figure_width)
     loaded = _loaded(scenario, set_)
     from vireport.chart import chart_of
     from vireport.chart import outputs as charts
     from vireport.cli.outputs import file_names
     from vireport.study import provenance_of
 
-    wide = ("--figure-width", None if figure_width is None else [figure_width])
-    options = (("--over", [over]), ("--json", json), ("--set", set_), ("--format", format_), wide, _paper(paper))
-    command, formats = _command("chart", [scenario], *options), _formats(format_, charts.CHART_FILES, charts.FORMATS)
-    width_mm = None if figure_width is None else _figure_width(figure_width, formats)
+    options = (("--over", [over]), ("--json", json), ("--set", set_), ("--format", format_))
+    command = _command("chart", [scenario], *options, _wide(figure_width), _paper(paper))
+    formats = _formats(format_, charts.CHART_FILES, charts.FORMATS)
+    width_mm = _figure_width(figure_width, formats)
     names = file_names(formats, charts.CHART_FILES)
     folder = _writable_folder(output, scenario, "-chart", json, names)
     with progress(quiet, verbose) as say:
@@ -745,27 +761,48 @@ def sweep(
     ],
     output: Folder = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Computes on the workers of a Dask scheduler.")
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Computes on the workers of this Dask scheduler.")
     ] = None,
     workers: Annotated[
         int | None,
         typer.Option(min=1, metavar="N", help="Uses so many processes on this machine; by default one per core."),
     ] = None,
-    figures: Annotated[bool, typer.Option(help="Draws heat maps of a grid over two parameters.")] = True,
+    figures: Annotated[
+        bool, typer.Option(help="Writes a report, with heat maps of a grid over two parameters, beside the cells.")
+    ] = True,
+    format_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="Writes only these formats beside the cells, separated by commas: html, pdf, png, svg, figure-pdf.",
+        ),
+    ] = None,
+    templates: Templates = None,
+    paper: Paper = PaperSize.A4,
+    figure_width: FigureWidth = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Compute a map over two or more parameters. An interrupted run is resumed where it stopped."""
-    from vireport.maps import run_map
+    if not figures and (format_ or figure_width):
+        raise UsageError("--no-figures writes the cells alone: leave out --format and --figure-width")
+    from vireport.cli.outputs import file_names
+    from vireport.maps import FORMATS, MAP_FILES, MapOutput, run_map
 
+    command = _command("sweep", [map_file], ("--format", format_), _wide(figure_width), _paper(paper))
+    formats = _formats(format_, MAP_FILES, FORMATS)
+    width_mm = _figure_width(figure_width, formats)
     folder = output or _default_folder(map_file)
+    require_writable(folder, file_names(formats, MAP_FILES) if figures else ())
+    asked = MapOutput(formats, command, templates, paper, width_mm)
     try:
         with progress(quiet, verbose) as say:
 
             def show(done: int, total: int) -> None:
                 say(WorkStep("computing cells", done / total, f"{done:,} of {total:,}"))
 
-            summary = run_map(map_file, folder, scheduler, workers, show, figures)
+            summary = run_map(map_file, folder, scheduler, workers, show, figures, asked)
         interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None
@@ -820,8 +857,10 @@ def _formats(
     return tuple(task for task in every if task in words) or usual or FORMATS
 
 
-def _figure_width(text: str, formats: tuple[Task, ...]) -> float:
-    """The width that figures are asked for with [mm]."""
+def _figure_width(text: str | None, formats: tuple[Task, ...]) -> float | None:
+    """The width that figures are asked for with [mm]; None where they are those of a report."""
+    if text is None:
+        return None
     number = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(mm|cm|in)?\s*", text)
     if number is None:
         raise UsageError(f"--figure-width: {text!r} is no width (allowed: a number with mm, cm or in, such as 86mm)")
@@ -839,9 +878,13 @@ def _figure_width(text: str, formats: tuple[Task, ...]) -> float:
     return width_mm
 
 
-def _refuse_files_beside_json(json: bool, what: str, output: Path | None, formats: list[str] | None) -> None:
+def _refuse_files_beside_json(
+    json: bool, what: str, output: Path | None, formats: list[str] | None, figure_width: str | None = None
+) -> None:
     if json and (output is not None or formats):
         raise UsageError(f"--json prints the {what} and writes no file: leave out --output and --format")
+    if json and figure_width is not None:
+        raise UsageError(f"--json prints the {what} and draws no figure: leave out --figure-width")
 
 
 def _writable_folder(output: Path | None, file: str, suffix: str, json: bool, names: tuple[str, ...]) -> Path:
@@ -865,6 +908,11 @@ def _command(command: str, files: list[str], *options: tuple[str, list[str] | bo
     for option, values in options:
         words += [option] if values is True else [word for value in values or [] for word in (option, visible(value))]
     return join(words)
+
+
+def _wide(figure_width: str | None) -> tuple[str, list[str] | None]:
+    """The command's width of figures for the record, where one is given."""
+    return "--figure-width", None if figure_width is None else [figure_width]
 
 
 def _paper(paper: PaperSize) -> tuple[str, list[str] | None]:

@@ -204,11 +204,12 @@ def compare_outcome(
     templates: Path | None,
     say: Progress,
     paper: str,
+    width_mm: float | None = None,
 ) -> CommandOutcome:
     """The files of a comparison, and what differs."""
     from vireport.comparison import COMPARISON_FILES, render_comparison, terminal_summary
 
-    files = render_comparison(comparison, set(formats), command, templates, say, paper)
+    files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
     stale = file_names(formats, COMPARISON_FILES)
     beside = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
     return CommandOutcome(files=files, stale=stale, beside=beside, summary=terminal_summary(comparison))

@@ -235,8 +235,8 @@ def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
     return missing
 
 
-def columns(count: int) -> list[slice]:
+def columns(count: int, beside: int = BESIDE_ONE_ANOTHER) -> list[slice]:
     """Split so many columns into groups of nearly one size, such as 5 into 3 and 2, each of which fits on a page."""
-    groups = -(-count // BESIDE_ONE_ANOTHER)
+    groups = -(-count // beside)
     ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
     return [slice(first, last) for first, last in pairwise(ends)]

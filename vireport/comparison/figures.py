@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from vireport.base import UsageError
-from vireport.comparison.comparison import COMPARED_FIGURES, OVERLAY, Comparison, columns, left_out
+from vireport.comparison.comparison import (
+    BESIDE_ONE_ANOTHER,
+    COMPARED_FIGURES,
+    OVERLAY,
+    Comparison,
+    columns,
+    left_out,
+)
 from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import Merit
 from vireport.figures import (
@@ -17,14 +25,17 @@ from vireport.figures import (
     Color,
     Drawing,
     Picture,
+    Sheet,
     about,
     alt_text,
     drawing_of,
+    drawn_for,
     has_stable,
     held,
     letter_of,
     literal,
     overlay,
+    sheet,
     shown_along,
     simulated_points,
     sweep_figure,
@@ -37,6 +48,9 @@ from vireport.study import Task
 from vireport.text import AlertCode, capital
 
 PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
+
+NARROWEST = 1.2
+"""Width of a scenario's panels that its ticks and labels take at least [in]."""
 
 Columns = dict[str, Drawing]
 """The scenarios of one figure by their names."""
@@ -109,19 +123,30 @@ def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
     )
 
 
-def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
-    """Draw one kind of figure of a comparison, for notebooks.
+def compare_figure(
+    comparison: Comparison, name: str, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
+) -> tuple[Figure, ...]:
+    """Draw one kind of figure of a comparison, for notebooks and papers.
 
     Parameters
     ----------
     comparison : Comparison
     name : str
         ``figure-2``, ``figure-4`` or ``figure-7``.
+    width_mm : float, optional
+        Of a column of a paper, 60 to 250; what all scenarios hold is then left to the caption.
+    style : mapping, optional
+        Settings of Matplotlib for it.
 
     Returns
     -------
     tuple of Figure
-        One for each four scenarios; none where no scenario has it.
+        One for each four scenarios, of a narrower one for as many as there is room for; none where no scenario has it.
+
+    Raises
+    ------
+    UsageError
+        For another width.
     """
     if not isinstance(comparison, Comparison):
         raise UsageError(
@@ -130,14 +155,16 @@ def compare_figure(comparison: Comparison, name: str) -> tuple[Figure, ...]:
     if name not in COMPARED_FIGURES:
         raise UsageError(f"there is no figure {name!r} of a comparison (allowed: {', '.join(COMPARED_FIGURES)})")
     figure = Task(name)
-    return tuple(_figure(figure, shown) for shown in _pages(comparison, figure))
+    with drawn_for(Sheet.of(width_mm, style)):
+        return tuple(_figure(figure, shown) for shown in _pages(comparison, figure))
 
 
 def _pages(comparison: Comparison, figure: Task) -> Iterator[Columns]:
     """Part the scenarios of one kind of figure into groups of as many as fit beside one another."""
     skipped = {name for name, _ in left_out(comparison, figure)}
     shown = [(name, study) for name, study in comparison.by_name.items() if name not in skipped]
-    for part in columns(len(shown)):
+    fitting = max(1, min(BESIDE_ONE_ANOTHER, int(sheet().across / NARROWEST)))
+    for part in columns(len(shown), fitting):
         yield {name: _ranked(drawing_of(study, simulated_points(study))) for name, study in shown[part]}
 
 

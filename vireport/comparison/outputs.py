@@ -78,14 +78,17 @@ def render_comparison(
     templates: Path | None,
     say: Progress,
     paper: str = "a4",
+    width_mm: float | None = None,
 ) -> dict[str, bytes]:
     """Make the files of a comparison by their names, in memory; only what they need is imported."""
     provenance, files = comparison_provenance(comparison, command), dict[str, bytes]()
     if formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
         say("drawing")
         from vireport.comparison.figures import compare_pictures
+        from vireport.figures import Sheet, drawn_for
 
-        drawn = compare_pictures(comparison)
+        with drawn_for(Sheet.of(width_mm)):
+            drawn = compare_pictures(comparison)
         say("setting the report")
         from vireport.comparison.pages import ComparisonReport
         from vireport.report import render_files

@@ -10,6 +10,7 @@ from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, r
 from vireport.figures.live import live_data
 from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.pictures import measured_pictures, pictures
+from vireport.figures.planes import DESIGN, mark_design
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import (
     FILLS,
@@ -19,6 +20,7 @@ from vireport.figures.style import (
     Color,
     Look,
     Picture,
+    Pixel,
     Sheet,
     drawn_for,
     figure_css,
@@ -35,6 +37,7 @@ else:
     __getattr__ = deferred(__name__, "record")
 
 __all__ = [
+    "DESIGN",
     "FILLS",
     "HALO",
     "LOCI",
@@ -49,6 +52,7 @@ __all__ = [
     "Look",
     "PairedImpacts",
     "Picture",
+    "Pixel",
     "Sheet",
     "about",
     "alt_text",
@@ -66,6 +70,7 @@ __all__ = [
     "letter_of",
     "literal",
     "live_data",
+    "mark_design",
     "measured_pictures",
     "overlay",
     "pictures",

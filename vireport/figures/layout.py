@@ -65,6 +65,9 @@ LEAST_RANGE = 1e-6
 """Range over size up to which values are the same but for rounding errors."""
 
 
+HANDLE = 0.4
+"""Width of the line before a name in a legend [in]."""
+
 NARROW = 4.5
 """Width of panels [in] below which those that are beside one another on a page stand below one another."""
 
@@ -141,23 +144,29 @@ def _filled(text: str) -> str:
 
 
 def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
-    """A legend in as many columns as fit, to be read line by line."""
-    only_marks = all(look.get("linestyle") == "none" for _, look in entries)
+    """A legend in as many columns as fit, to be read line by line; what is too long for one has several lines."""
+    room = sheet().width - 2 * EDGE
     for columns in range(len(entries), 0, -1):
-        # Matplotlib fills a legend column by column.
-        ordered = [entry for k in range(columns) for entry in entries[k::columns]]
-        legend = figure.legend(
-            [Line2D([], [], **look) for _, look in ordered],
-            [name for name, _ in ordered],
-            ncols=columns,
-            loc="upper left",
-            bbox_to_anchor=(0, 1),
-            handlelength=1.0 if only_marks else None,
-        )
-        if columns == 1 or legend.get_window_extent().width <= (sheet().width - 2 * EDGE) * figure.dpi:
-            break
+        legend = _in_columns(figure, entries, columns)
+        if legend.get_window_extent().width <= room * figure.dpi:
+            return legend
         legend.remove()
-    return legend
+    letters = sheet().letters(room - HANDLE)
+    return _in_columns(figure, [(fill(name, letters), look) for name, look in entries], 1)
+
+
+def _in_columns(figure: Figure, entries: Sequence[Entry], columns: int) -> Legend:
+    only_marks = all(look.get("linestyle") == "none" for _, look in entries)
+    # Matplotlib fills a legend column by column.
+    ordered = [entry for k in range(columns) for entry in entries[k::columns]]
+    return figure.legend(
+        [Line2D([], [], **look) for _, look in ordered],
+        [name for name, _ in ordered],
+        ncols=columns,
+        loc="upper left",
+        bbox_to_anchor=(0, 1),
+        handlelength=1.0 if only_marks else None,
+    )
 
 
 def letter_of(number: int) -> str:

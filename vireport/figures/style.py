@@ -49,6 +49,12 @@ class Pixel:
     LIGHT, ORANGE, PURPLE, SKY, GREEN, GREY = "#D9D9D9", "#E69F01", "#CC79A8", "#56B4EA", "#009E74", "#767677"
     BLACK, WHITE = "#000001", "#FEFEFE"
 
+    @staticmethod
+    def like(color: str) -> str:
+        """The one that looks like some `Color`; that one itself where there is none."""
+        name = next((name for name, value in vars(Color).items() if value == color), "")
+        return str(getattr(Pixel, name, color))
+
 
 ON_DARK = {
     Color.BLACK: "#e7e9eb", Color.ORANGE: "#f0b429", Color.SKY: "#7cc7f2", Color.GREEN: "#2fc79b",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -17,11 +18,13 @@ from vireport.design import SMALLEST_LOSS
 from vireport.physics import Device, Membrane, by_wall
 from vireport.scenario import (
     AxisBlock,
+    DesignInput,
     LoadedMap,
     MapBlock,
     MapSimulationBlock,
     Sampling,
 )
+from vireport.text import significant
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -42,6 +45,32 @@ SOBOL_BITS = 30
 
 ROUNDS = 8
 """Rounds of the permutation of a Latin hypercube; four suffice for large halves, small ones need more."""
+
+
+class AxisName(NamedTuple):
+    """What an axis of a map is called: its quantity, the symbol and the unit of that; "" is no unit."""
+
+    quantity: str
+    symbol: str
+    unit: str
+
+    @property
+    def label(self) -> str:
+        """The name with its symbol and unit, of an axis of a figure."""
+        return f"{self.quantity} {self.symbol} [{self.unit or '–'}]"
+
+    @property
+    def head(self) -> str:
+        """The name with its unit, of a column of a table."""
+        return f"{self.quantity} [{self.unit}]" if self.unit else self.quantity
+
+    def show(self, value: float, digits: int = 6) -> str:
+        """Print a value with its unit."""
+        number = significant(value, digits)
+        return f"{number}°" if self.unit == "°" else f"{number} {self.unit}".rstrip()
+
+
+BALL_MASS = AxisName("ball mass", "m", "kg")
 
 
 class MapPlan(Struct, frozen=True):
@@ -93,9 +122,25 @@ class MapPlan(Struct, frozen=True):
         return tuple(axis.path.rpartition(".")[2] for axis in self.axes)
 
     @property
+    def named(self) -> tuple[AxisName, ...]:
+        """What the axes are called."""
+        known = {each.value: AxisName(each.quantity, each.symbol, each.unit) for each in DesignInput}
+        return tuple(known.get(name, BALL_MASS) for name in self.names)
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """Numbers of values along the axes of a grid, the last one varying fastest."""
         return tuple(_count(axis) for axis in self.axes)
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], ...]:
+        """Smallest and largest value of each axis."""
+        return tuple(map(axis_ends, self.axes))
+
+    @property
+    def is_plane(self) -> bool:
+        """Whether it is a grid over two parameters, of which there are heat maps."""
+        return self.sampling is Sampling.GRID and len(self.axes) == 2
 
     def rows(self, chunk: int) -> int:
         """Cells of a chunk: all but the last are of one size."""

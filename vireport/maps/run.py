@@ -7,12 +7,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.base import NumericalError, install_command
+from vireport.base import NumericalError, install_command, write_files
 from vireport.maps.cells import MapPlan, map_plan
 from vireport.motions import STABILITIES
 from vireport.scenario import load_map
 
 if TYPE_CHECKING:
+    from vireport.maps.outputs import MapOutput
     from vireport.maps.store import StabilityCounts
     from vireport.maps.workers import CellProgress
 
@@ -24,8 +25,9 @@ def run_map(
     workers: int | None = None,
     progress: CellProgress | None = None,
     draw: bool = True,
+    asked: MapOutput | None = None,
 ) -> str:
-    """Compute a map, or what is missing of it, draw it, and return a summary in words.
+    """Compute a map, or what is missing of it, write its report and figures, and return a summary in words.
 
     The result is the same, bit for bit, however it was computed and however often it was interrupted.
 
@@ -42,7 +44,9 @@ def run_map(
     progress : callable, optional
         Called with cells done and cells in all, now and then.
     draw : bool
-        Whether to draw heat maps, where the map is a grid over two parameters.
+        Whether to write a report, with heat maps where the map is a grid over two parameters.
+    asked : MapOutput, optional
+        What of it is written.
 
     Raises
     ------
@@ -60,6 +64,8 @@ def run_map(
 
     if scheduler is not None:
         require_address(scheduler)
+    # What is wrong with the values of the design point is told before the cells are computed.
+    design = loaded.design if draw else None
     store = map_store.Store(folder, plan, loaded.sha256, loaded.text)
     rejected: list[str] = []
     with map_store.opened(store):
@@ -70,13 +76,18 @@ def run_map(
             with map_store.writing(folder):
                 counts = map_store.merge(store, rejected)
         map_store.remove_chunks(store)
-        drawn: list[Path] = []
-        if draw:
-            from vireport.maps.figures import draw_missing
+        if not draw:
+            return "\n".join([*rejected, _summary(plan, counts, [store.result])])
+        from vireport.maps import outputs
 
-            drawn = draw_missing(store)
-    note = "; heat maps are drawn of a grid over two parameters" if draw and not drawn else ""
-    return "\n".join([*rejected, _summary(plan, counts, [store.result, *drawn]) + note])
+        report = outputs.report_of(store, loaded, design, asked or outputs.MapOutput())
+        files = outputs.files(report, asked or outputs.MapOutput())
+        with map_store.writing(folder):
+            write_files(folder, files)
+    answer = [report.verdict.headline] if report.design is not None else []
+    note = "" if plan.is_plane else "; heat maps are drawn of a grid over two parameters"
+    written = [store.result, *(folder / name for name in files)]
+    return "\n".join([*rejected, *answer, _summary(plan, counts, written) + note])
 
 
 def _require_packages(plan: MapPlan) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import pairwise
 from math import isfinite
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
 from vireport.design import Tolerances
@@ -12,7 +13,7 @@ from vireport.gate import OfMotions, OfShaker, Question
 from vireport.optimise.grid import SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
 from vireport.scenario import Objective
-from vireport.study import Provenance, Task, json_bytes
+from vireport.study import FIGURE_FORMATS, Provenance, Task, json_bytes
 from vireport.text import (
     Table,
     capital,
@@ -37,17 +38,47 @@ MOST_SHOWN = 8
 PAGES = Task.HTML, Task.PDF
 """Reports on the best design."""
 
-NAMES = "best.yaml", "optimise.json", "front.png", "report.html", "report.pdf"
-"""Files that a search may write, those of `PAGES` the last."""
+OPTIMISE_FILES = {
+    Task.HTML: ("report.html",),
+    Task.PDF: ("report.pdf",),
+    Task.PNG: ("front.png",),
+    Task.SVG: ("front.svg",),
+    Task.FIGURE_PDF: ("front.pdf",),
+}
+"""Files that a search may be written to beside its data, by their formats."""
+
+FORMATS = (Task.HTML, Task.PDF, Task.PNG)
+"""What is written by default."""
+
+DATA = "best.yaml", "optimise.json"
+"""Files that every search writes, the first where there is a best design."""
 
 
-def files(result: SearchResult, provenance: Provenance) -> dict[str, bytes]:
-    """The files of a search by their names; the best design is there where there is one."""
+def files(
+    result: SearchResult, provenance: Provenance, formats: Collection[Task] = FORMATS, width_mm: float | None = None
+) -> dict[str, bytes]:
+    """The data of a search and its figure by their names; the best design is there where there is one.
+
+    Parameters
+    ----------
+    result : SearchResult
+    provenance : Provenance
+    formats : collection of Task
+        Of the figure, among `OPTIMISE_FILES`.
+    width_mm : float, optional
+        Of the figure, for a column of a paper.
+    """
     written = {"optimise.json": optimise_json(result, provenance)}
     if result.best is not None:
         written["best.yaml"] = result.problem.scenario_text(result.best.t).encode()
-    if len(result.front) > 1:
-        written["front.png"] = picture_front(result).png
+    asked = [task for task in FIGURE_FORMATS if task in formats]
+    if len(result.front) > 1 and asked:
+        from vireport.figures import Sheet, drawn_for
+
+        with drawn_for(Sheet.of(width_mm)):
+            drawn = picture_front(result)
+        for (name,) in (OPTIMISE_FILES[task] for task in asked):
+            written[name] = getattr(drawn, name.rpartition(".")[2])
     return written
 
 
@@ -307,6 +338,7 @@ def figure_front(result: SearchResult) -> Figure:
         blank,
         finished,
         round_ticks,
+        sheet,
         style,
     )
 
@@ -316,10 +348,11 @@ def figure_front(result: SearchResult) -> Figure:
         axes = panels[0, 0]
         margins, values = zip(*((100 * point.margin, point.value) for point in result.front), strict=True)
         axes.plot(margins, values, color=Color.BLUE, marker="o")
-        axes.set_xticks(*round_ticks(0.0, margins[-1], WIDTH))
+        axes.set_xticks(*round_ticks(0.0, margins[-1], min(WIDTH, sheet().across)))
         if share:
             axes.axvline(100 * share, color=Color.VERMILION, linestyle="--", zorder=1.5)
-        axes.set_xlabel("smallest margin to the end of stable motion, in any input [%]")
+        along = "smallest margin to the end of stable motion, in any input [%]"
+        axes.set_xlabel(fill(along, sheet().letters(sheet().across)))
         axes.set_ylabel(f"{objective.words} [{objective.unit}]")
         low, high = (significant(cost(_costs(result)), 3) for cost in (min, max))
         lines: list[tuple[str, str]] = [(f"1 % of margin costs {low} to {high} {objective.unit}", Color.BLUE)]

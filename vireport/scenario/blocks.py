@@ -710,6 +710,16 @@ MotionName = Annotated[
 _TOO_MANY = "sequences double with each impact, to 4116 of sixteen"
 
 
+class StartBlock(Block):
+    """Motions of a word at a value of the sweep, from which families are followed."""
+
+    word: WORD = _key(
+        REQUIRED, "Word", "", "The impacts of one period, B on the bottom and T on the top.", example="BBT"
+    )
+    value: float = _key(REQUIRED, "Value", UNIT_OF_SWEPT, "Where along the sweep it is looked for.", example=0.65)
+    periods: int = _key(1, "Periods", "1", "Forcing periods that the motion takes.", ge=1, le=16)
+
+
 class MotionsBlock(Block):
     """The families of motions with other sequences of impacts than one on each membrane."""
 
@@ -721,6 +731,15 @@ class MotionsBlock(Block):
         "",
         "Motions that are drawn in full: a word, or the label of a point where families meet.",
         example=["BBT", "B1"],
+        max_length=8,
+        strict=False,
+    )
+    starts: tuple[StartBlock, ...] = _key(
+        (),
+        "Starts of families",
+        "",
+        "Words that are looked for at a value of the sweep, beyond those that are looked for along all of it.",
+        example=[{"word": "BBT", "value": 0.65, "periods": 1}],
         max_length=8,
         strict=False,
     )

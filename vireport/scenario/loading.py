@@ -13,7 +13,7 @@ from functools import reduce
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -106,21 +106,48 @@ class LoadedMap(Struct, frozen=True):
         What is held; a parameter that varies has a value of its axis.
     block : Map
         What varies.
-    text : str
-        The file.
-    name : str
-        Of the file.
+    document : Document
+        The file as it was read.
     """
 
     scenario: Scenario
     block: MapBlock
-    text: str
-    name: str
+    document: Document
+
+    overrides: ClassVar[tuple[str, ...]] = ()
+    """Nothing can be set over a map."""
+
+    @property
+    def text(self) -> str:
+        """The file."""
+        return self.document.text
+
+    @property
+    def name(self) -> str:
+        """Of the file."""
+        return self.document.name
 
     @property
     def sha256(self) -> str:
         """Digest of the file, as ``sha256sum`` prints it."""
         return _sha256(self.text)
+
+    @property
+    def design(self) -> Loaded | None:
+        """The scenario at the values that the file gives beside the map; None where one that varies has none.
+
+        Raises
+        ------
+        ScenarioError
+            Where a value that is given cannot be used.
+        """
+        keys: Any = self.document.data
+        held = {key: value for key, value in keys.items() if key != "map"}
+        given = frozenset(_given(held))
+        if any(axis.path.value not in given for axis in self.block.axes):
+            return None
+        scenario = _validated(replace(self.document, data=held), Scenario, {})
+        return Loaded(scenario, self.document, given)
 
 
 def load(source: Source, overrides: Overrides = ()) -> Loaded:
@@ -186,7 +213,7 @@ def loads_map(text: str | bytes, name: str = "<text>") -> LoadedMap:
     document = _block_of_keys(text, name)
     filled, axes = _with_a_value_of_each_axis(document.data)
     file = _validated(replace(document, data=filled), MapFile, axes)
-    return LoadedMap(file, file.map, document.text, name)
+    return LoadedMap(file, file.map, document)
 
 
 def _contents(source: str | Path) -> tuple[bytes, str]:

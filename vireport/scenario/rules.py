@@ -25,6 +25,7 @@ from vireport.scenario.blocks import (
     LimitKind,
     MapFile,
     MembraneBlock,
+    MotionsBlock,
     Need,
     Objective,
     Sampling,
@@ -181,7 +182,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
     own = (
         (_required_in_map, _axes, _cells)
         if issubclass(model, MapFile)
-        else (_required, _sweep, _simulation, _tolerances, _measured, _effects, _design)
+        else (_required, _sweep, _simulation, _tolerances, _starts, _measured, _effects, _design)
     )
     rules = (
         *own,
@@ -494,6 +495,29 @@ def _tolerances(tree: _Tree) -> Iterator[Finding]:
     if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
         yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
     yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
+
+
+def _starts(tree: _Tree) -> Iterator[Finding]:
+    """A motion that a family is to start from lies on the sweep, and within the limits of what is followed."""
+    rows = tree.at("motions.starts")
+    usual = MotionsBlock()
+    impacts, periods = tree.number("motions.impacts") or usual.impacts, tree.number("motions.periods") or usual.periods
+    ends = sorted(end for key in ("from", "to") if (end := tree.number(f"sweep.{key}")) is not None)
+    for k, row in enumerate(rows if isinstance(rows, list) else []):
+        here = f"motions.starts.{k}"
+        if not isinstance(row, dict):
+            continue
+        if tree.absent("sweep"):
+            yield _rule(here, "there is no sweep that a family could be followed along (add one, or leave this out)")
+        known: dict[str, Any] = {key: own for key, own in row.items() if f"{here}.{key}" not in tree.wrong}
+        word, own, value = (known.get(key) for key in ("word", "periods", "value"))
+        if isinstance(word, str) and len(word) > impacts:
+            more = f"has {len(word)} impacts, and motions.impacts is {impacts:g}"
+            yield _rule(f"{here}.word", f"{more} (at most so many)")
+        if own is not None and is_number(own) and own > periods:
+            yield _rule(f"{here}.periods", f"got {own}, and motions.periods is {periods:g} (at most so many)")
+        if value is not None and is_number(value) and len(ends) == 2 and not ends[0] <= value <= ends[1]:
+            yield _rule(f"{here}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
 
 
 def _measured(tree: _Tree) -> Iterator[Finding]:

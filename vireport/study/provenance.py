@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from vireport.base import UsageError, __version__, plain
 
 if TYPE_CHECKING:
-    from vireport.scenario import Loaded
+    from vireport.scenario import Loaded, LoadedMap
 
 NUMBERS = ("numpy", "pydantic_core", "yaml")
 """Libraries that the numbers pass through."""
@@ -70,12 +70,12 @@ class Provenance(Struct, frozen=True, eq=False):
         return int(datetime.fromisoformat(self.timestamp).timestamp()) if self.timestamp else 0
 
 
-def provenance_of(loaded: Loaded, command: str) -> Provenance:
-    """Record where the results of a scenario come from.
+def provenance_of(loaded: Loaded | LoadedMap, command: str) -> Provenance:
+    """Record where the results of a scenario or a map come from.
 
     Parameters
     ----------
-    loaded : Loaded
+    loaded : Loaded or LoadedMap
     command : str
         As given, without folders.
     """

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Progress, UsageError, plain, portion
+from vireport.base import Mistake, Progress, ScenarioError, UsageError, plain, portion
 from vireport.design import Effect, Shift, Shifts, Solution, Unmoved, shift_to, shifts, solution_of
 from vireport.gate import (
     LONG_CONTACT,
@@ -20,8 +21,8 @@ from vireport.gate import (
     Evidence,
     alerts,
 )
-from vireport.motions import NO_TOLERANCE, Limits, Motion, Sweep
-from vireport.physics import Device, Membrane, Word
+from vireport.motions import NO_TOLERANCE, Limits, Motion, Sweep, model_of
+from vireport.physics import ARRAYS, Device, Membrane, Word
 from vireport.scenario import (
     AccuracyBlock,
     DesignInput,
@@ -464,18 +465,45 @@ def _with_proof(study: Study, say: Progress) -> Study:
 
 
 def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
-    from vireport.atlas import atlas, motion_of_cycle
+    from vireport.atlas import atlas, motion_of_cycle, motions_of
 
     sweep, check = study.solution.sweep, study.crosscheck
     if sweep is None:
         return study
     ends = () if check is None else check.attractors()
+    given = []
+    for row in asked.starts:
+        word, coordinate = Word.of(row.word, row.periods), float(sweep.coordinate_of(row.value))
+        low, high = map(float, sweep.coordinate_range)
+        given.append(motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate))
     simulated = (
         motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
         for value, end in ends
         if end.cycle is not None and not end.cycle.sticks
     )
-    return replace(study, atlas=atlas(sweep, Limits(asked.impacts, asked.periods), simulated, say))
+    limits = Limits(asked.impacts, asked.periods)
+    families = atlas(sweep, limits, chain(chain.from_iterable(given), simulated), say)
+    _require_found(study.loaded, asked, given, families)
+    return replace(study, atlas=families)
+
+
+def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence[Motion]], families: Atlas) -> None:
+    """Refuse words that no motion was found of at their value, with those that there are.
+
+    Raises
+    ------
+    ScenarioError
+    """
+    mistakes = []
+    for k, (row, found) in enumerate(zip(asked.starts, given, strict=True)):
+        word, parameter, path = Word.of(row.word, row.periods), families.sweep.parameter, f"motions.starts.{k}"
+        there = {motion.word.canonical() for _, motion in families.at(row.value)}
+        if not found and word.canonical() not in there:
+            names = [own.name for own in sorted(there, key=lambda own: (own.periods, len(own), own.letters))]
+            what = f"no motion {word.name} was found at {parameter.symbol} = {parameter.show(row.value)}"
+            mistakes.append(Mistake(loaded.line_of(path) or 0, path, f"{what} (there: {', '.join(names) or 'none'})"))
+    if mistakes:
+        raise ScenarioError(loaded.document.name, mistakes)
 
 
 def _with_accuracy(study: Study, asked: AccuracyBlock, say: Progress) -> Study:

@@ -112,7 +112,7 @@ CATALOGUE = (
         "motions are stable there, a block 'simulation:' what the ball does from any start.",
         {
             "nowhere": "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
-            "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
+            "from_rest": "By simulation, a ball that lies on the bottom membrane when the shaking begins comes to: "
             "{each:; }.",
             "shown_by": "A block {blocks: or } shows it.",
             "each": "{symbol} = {value}: {motion}",
@@ -161,12 +161,13 @@ CATALOGUE = (
             "lost": "The restitution falls with speed: only motions that continue those of a constant one were sought. "
             "{count} of these could not be followed so far, and there may be others.",
             "instead": "Stable there: {others}.",
-            "from_rest": "A ball that lies on the bottom membrane when the shaking begins comes to this by simulation: "
+            "from_rest": "By simulation, a ball that lies on the bottom membrane when the shaking begins comes to: "
             "{motion}.",
             "shown_by": "A block '{block}:' shows it.",
             "stops": "In that motion friction stops the ball between two impacts; the equations of 1:1 motions are "
             "those of a ball that moves on.",
-            "followed": "By its equations it is a {type} from {symbol} = {low} ({below}) to {high} ({above}).",
+            "followed": "Solved by its equations, that motion is a {type} from {symbol} = {low} ({below}) to "
+            "{high} ({above}).",
             "by_starts": "Some starts in flight come to {motion}: by its equations a {type} from {symbol} = {low} "
             "({below}) to {high} ({above}).",
         },

@@ -1,0 +1,88 @@
+"""The report and the figures of a finished map as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from vireport.maps.design import map_design
+from vireport.maps.findings import findings_of
+from vireport.maps.report import MapReport
+from vireport.scenario import Loaded, LoadedMap
+from vireport.study import Task, provenance_of, with_pages
+
+if TYPE_CHECKING:
+    from vireport.maps.store import Store
+
+SUFFIXES = {Task.PNG: "png", Task.SVG: "svg", Task.FIGURE_PDF: "pdf"}
+
+HEAT_MAPS = "map-stability", "map-margin", "map-voltage", "map-from-rest", "map-shock"
+
+MAP_FILES = {
+    Task.HTML: ("report.html",),
+    Task.PDF: ("report.pdf",),
+    **{task: tuple(f"{name}.{suffix}" for name in HEAT_MAPS) for task, suffix in SUFFIXES.items()},
+}
+"""Files that a map may be written to beside its cells, by their formats."""
+
+FORMATS = (Task.HTML, Task.PDF, Task.PNG)
+"""What is written by default."""
+
+
+class MapOutput(Struct, frozen=True):
+    """What is written of a finished map.
+
+    Attributes
+    ----------
+    formats : tuple of Task
+        Among `MAP_FILES`.
+    command : str
+        For the record.
+    templates : Path, optional
+        A folder whose templates come before ours.
+    paper : str
+        Of the PDF: a4 or letter.
+    width_mm : float, optional
+        Of the figures, for a column of a paper.
+    """
+
+    formats: tuple[Task, ...] = FORMATS
+    command: str = "vireport sweep"
+    templates: Path | None = None
+    paper: str = "a4"
+    width_mm: float | None = None
+
+
+def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, asked: MapOutput) -> MapReport:
+    """What a finished map comes to, with its figures drawn.
+
+    Parameters
+    ----------
+    store : Store
+        With the finished map.
+    loaded : LoadedMap
+        The map file.
+    design : Loaded, optional
+        Its design point.
+    asked : MapOutput
+    """
+    from vireport.figures import Sheet, drawn_for
+    from vireport.maps.figures import map_pictures
+
+    plan = store.plan
+    found, at_design = findings_of(plan, store.result), map_design(design, plan)
+    with drawn_for(Sheet.of(asked.width_mm)):
+        drawn = map_pictures(plan, store.result, found, at_design, asked.templates)
+    origin = with_pages(provenance_of(loaded, asked.command), drawn=bool(drawn))
+    pictures = {picture.name: picture for picture in drawn}
+    digest = store.digest.read_text(encoding="utf-8").split()[0]
+    return MapReport(plan, loaded, found, at_design, digest, pictures, origin, asked.templates)
+
+
+def files(report: MapReport, asked: MapOutput) -> dict[str, bytes]:
+    """The report and the figures of a finished map by their names."""
+    from vireport.report import render_files
+
+    return render_files(report, set(asked.formats), asked.templates, asked.paper)

@@ -1,0 +1,112 @@
+"""What the templates of the report of a map know: its design point, what the cells hold, the figures, the columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+
+from vireport.gate import Status, WordedVerdict
+from vireport.maps.cells import MapPlan
+from vireport.maps.design import MapDesign
+from vireport.maps.evaluation import schema_of
+from vireport.maps.findings import MapFindings
+from vireport.motions import STABILITIES, Stability
+from vireport.scenario import LoadedMap
+from vireport.study import Provenance
+from vireport.wording import Words
+
+if TYPE_CHECKING:
+    from vireport.design import Margin
+    from vireport.figures import Picture
+
+
+class MapColumn(Struct, frozen=True):
+    """A column of the finished map; its unit is "1" for a pure number and "" for words."""
+
+    name: str
+    type: str
+    unit: str
+
+
+class MapReport(Struct, frozen=True, eq=False, dict=True):
+    """The object `report` of the templates of `vireport sweep`.
+
+    Attributes
+    ----------
+    plan : MapPlan
+    loaded : LoadedMap
+        The map file.
+    found : MapFindings
+    design : MapDesign or None
+    digest : str
+        SHA-256 of the finished map.
+    pictures : mapping of str to Picture
+    provenance : Provenance
+    templates : Path, optional
+        A folder whose templates come before ours.
+    """
+
+    plan: MapPlan
+    loaded: LoadedMap
+    found: MapFindings
+    design: MapDesign | None
+    digest: str
+    pictures: Mapping[str, Picture]
+    provenance: Provenance
+    templates: Path | None = None
+    template: str = "map.typ.j2"
+    live: str = ""
+
+    @property
+    def title(self) -> str:
+        """That of the map file, "" where it has none."""
+        return self.loaded.scenario.title or ""
+
+    def say(self, macro: str, *given: Any) -> str:
+        """What a macro of the words of maps says."""
+        return Words("map", self.templates)(macro, *given)
+
+    @cached_property
+    def verdict(self) -> WordedVerdict:
+        """That of a run of the design point; without one, what the cells hold."""
+        if self.design is not None:
+            return self.design.study.verdict.worded(self.templates)
+        return WordedVerdict(Status.NEUTRAL, self.say("word"), self.say("headline", self.plan, self.found))
+
+    @cached_property
+    def ends(self) -> list[tuple[int, Margin]]:
+        """Along which axis the motion of the design point ends, and its margin; those of one axis together."""
+        ends = () if self.design is None else self.design.ends(self.plan.names)
+        return sorted(ends, key=lambda end: (end[0], end[1].distance))
+
+    @property
+    def types(self) -> list[tuple[Stability | None, int]]:
+        """Cells by the type of their motion."""
+        return [(kind, self.found.stability[kind]) for kind in (*STABILITIES, None)]
+
+    @property
+    def outcomes(self) -> list[tuple[str, int]]:
+        """What cells come to from rest, and how many do."""
+        from vireport.maps.figures import outcomes_of
+
+        return outcomes_of(self.found)
+
+    @property
+    def columns(self) -> list[MapColumn]:
+        """The columns of the finished map."""
+        units = [((field.metadata or {}).get(b"unit", b"").decode(), field) for field in schema_of(self.plan)]
+        return [MapColumn(field.name, _plain_type(field.type), unit) for unit, field in units]
+
+    @property
+    def listing(self) -> str:
+        """The map file as given."""
+        return self.loaded.text
+
+
+def _plain_type(kind: Any) -> str:
+    """The type of the values of a column: of coded words, that of the words."""
+    return str(getattr(kind, "value_type", kind))
