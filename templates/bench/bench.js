@@ -1,72 +1,38 @@
 // The bench: sliders over a scenario, and what the program answers to them. Nothing is computed here but places on the
 // page. A backend has `ask(kind, question, told)`, which promises an answer; `remember(state)` and `recalled()`, which
 // keep the state; `saves`, whether it writes files, and `report(name)`, where a report that was written can be read.
+import { DIGITS, clamp, make, named, plain, show, signed, stepOf, unitOf, withUnit } from "./elements.js";
+import { FIGURES, drawPanels, legendOf, panelsOf, rangesOf } from "./panels.js";
+import { deviceInMotion } from "./sketch.js";
 
-const REST = 250;  // how long the hand rests before what is slow is asked for [ms]
-const GONE = 2000;  // between two tries to reach a server that has gone [ms]
-const SECONDS_PER_PERIOD = 2.5, MOST_UNDONE = 200, DIGITS = 5, TURN = 2 * Math.PI;
-const SVG = "http://www.w3.org/2000/svg";
-const DRAWN = new Set(["svg", "g", "line", "circle", "rect", "path", "text", "title"]);
+const REST = 250; // how long the hand rests before what is slow is asked for [ms]
+const GONE = 2000; // between two tries to reach a server that has gone [ms]
+const MOST_UNDONE = 200; // states that can be gone back to
+const NARROWEST = 280; // panel [px]
 
-const make = (name, attributes = {}, ...children) => {
-  const node = DRAWN.has(name) ? document.createElementNS(SVG, name) : document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) {
-    if (typeof value === "function") node.addEventListener(key, value);
-    else if (typeof value === "boolean") node.toggleAttribute(key, value);
-    else node.setAttribute(key, value);
-  }
-  node.append(...children.flat().filter((child) => child !== null && child !== undefined));
-  return node;
-};
-const plain = (value, digits = DIGITS) => String(Number(value.toPrecision(digits)));
-const show = (value, digits = DIGITS) => plain(value, digits).replaceAll("-", "−");
-const signed = (percent) => `${percent < 0 ? "−" : "+"}${plain(Math.abs(percent), 3)} %`;
-const withUnit = (text, unit) => (unit === "" || unit === "1" ? text : unit === "°" || unit === "deg" ? `${text}°` : `${text} ${unit}`);
-const unitOf = (unit) => (unit === "" || unit === "1" ? "" : ` [${unit === "deg" ? "°" : unit}]`);
-const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
-
-/** Steps of 1, 2 or 5 times a power of ten, about `count` of them in a range. */
-const stepOf = (range, count) => {
-  const rough = range / count, power = 10 ** Math.floor(Math.log10(rough));
-  return power * ([1, 2, 5, 10].find((k) => k * power >= rough * 0.999) ?? 10);
-};
-const ticksOf = (low, high, count) => {
-  const step = stepOf(high - low || 1, count), ticks = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) ticks.push(Number((k * step).toPrecision(12)));
-  return ticks;
-};
-
-const size = (values) => values.map(Math.abs);
-const curve = (name, values, side) => ({ name, values, side });
-
-/** What each figure shows of a branch or of the motions of the design point, panel by panel. */
-const FIGURES = {
-  "Figure 2: impacts": [
-    { label: "impact velocity |Ż| [–]", of: (x) => [curve("bottom", size(x.velocity_bottom), "bottom"), curve("top", size(x.velocity_top), "top")], floor: 0 },
-    { label: "phase φ [rad]", of: (x) => [curve("bottom", x.phi_bottom_rad, "bottom"), curve("top", x.phi_top_rad, "top")], angle: true },
-    { label: "flight time over the period [–]", of: (x) => [curve("from the bottom", x.q, "bottom"), curve("from the top", x.q.map((q) => 1 - q), "top")] },
-  ],
-  "Figure 4: stability": [
-    { label: "discriminant Δ [–]", of: (x) => [curve("Δ", x.discriminant, "only")], ceiling: 2.6, bounds: [0] },
-    { label: "eigenvalues λ, or Re λ [–]", of: (x) => (x.multiplier_1 ? [curve("λ₁", x.multiplier_1, "only"), curve("λ₂", x.multiplier_2, "only")] : []), ceiling: 1.6, floor: -1.6, bounds: [-1, 1] },
-  ],
-  "Figure 7: voltages": [
-    { label: "voltage U [V]", of: (x) => (x.u_ave_v ? [curve("bottom", x.u_bottom_v, "bottom"), curve("top", x.u_top_v, "top"), curve("average", x.u_ave_v, "average")] : []) },
-  ],
-};
 
 export function mount(root, start, backend) {
   const file = start.name.replace(/^.*[\\/]/, "");
   const controls = new Map(start.controls.map((control) => [control.path, control]));
-  let state = backend.recalled(), history = [state], at = 0;
-  let answer = null, finding = null, kept = null, ended = false;
-  let figure = Object.keys(FIGURES)[0], playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  let state = backend.recalled(),
+    history = [state],
+    at = 0;
+  let answer = null,
+    finding = null,
+    kept = null,
+    ended = false;
+  let figure = Object.keys(FIGURES)[0];
+  const device = deviceInMotion();
 
   // --- asking ------------------------------------------------------------------------------------------------------
   // A question goes out when the one before it is answered, with the state as it is then: a hand that moves fast never
   // makes a queue.
-  let wanted = 0, answered = 0, asking = false, resting = null, turn = 0;
+  let wanted = 0,
+    answered = 0,
+    asking = false,
+    resting = null,
+    turn = 0;
 
   const set = (changes, instead = false) => {
     const next = instead ? { ...changes } : { ...state, ...changes };
@@ -94,11 +60,19 @@ export function mount(root, start, backend) {
     if (asking || ended) return;
     asking = true;
     while (answered !== wanted && !ended) {
-      const number = wanted, found = await ask("first");
-      if (found === null) { await new Promise((done) => setTimeout(done, GONE)); continue; }
+      const number = wanted,
+        found = await ask("first");
+      if (found === null) {
+        await new Promise((done) => setTimeout(done, GONE));
+        continue;
+      }
       answered = number;
       if (found.refused) refuse(found.refused);
-      else { answer = { ...found, state }; refuse([]); drawFirst(); }
+      else {
+        answer = { ...found, state };
+        refuse([]);
+        drawFirst();
+      }
     }
     asking = false;
     if (ended || answer === null || root.querySelector(".message:not([hidden])")) return;
@@ -119,10 +93,16 @@ export function mount(root, start, backend) {
     backend.remember(state);
     await plane(mine);
     if (mine !== turn) return;
-    const told = (what) => { if (mine === turn) progress.textContent = `${what} …`; };
+    const told = (what) => {
+      if (mine === turn) progress.textContent = `${what} …`;
+    };
     const found = await ask("study", {}, told);
     if (mine !== turn || found === null) return;
-    if (found.refused) { progress.textContent = ""; refuse(found.refused); return; }
+    if (found.refused) {
+      progress.textContent = "";
+      refuse(found.refused);
+      return;
+    }
     finding = { ...found, changes: null };
     drawFindings();
     const todo = await ask("changes", {}, told);
@@ -137,27 +117,53 @@ export function mount(root, start, backend) {
   };
 
   const refuse = (mistakes) => {
-    message.replaceChildren(...mistakes.map(({ path, message: text }) => {
-      const control = controls.get(path);
-      return make("p", {}, control ? `${control.title}: ${text}` : path ? `${path}: ${text}` : text);
-    }));
+    message.replaceChildren(
+      ...mistakes.map(({ path, message: text }) => {
+        const control = controls.get(path);
+        return make("p", {}, control ? `${control.title}: ${text}` : path ? `${path}: ${text}` : text);
+      }),
+    );
     message.hidden = mistakes.length === 0;
-    for (const [path, { field }] of rows) field.setAttribute("aria-invalid", String(mistakes.some((own) => own.path === path)));
-    if (mistakes.length) { verdict.className = "card verdict neutral"; progress.textContent = ""; }
+    for (const [path, { field }] of rows)
+      field.setAttribute("aria-invalid", String(mistakes.some((own) => own.path === path)));
+    if (mistakes.length) {
+      verdict.className = "card verdict neutral";
+      progress.textContent = "";
+    }
   };
 
   // --- inputs ------------------------------------------------------------------------------------------------------
   const rows = new Map();
 
   const rowOf = (control) => {
-    const span = control.end - control.start, step = stepOf(span, 500);
-    const label = `${control.title}${control.symbol ? ` ${control.symbol.replace("_", " ")}` : ""}${unitOf(control.unit)}`;
-    const field = make("input", { type: "number", step: "any", "aria-label": label, title: control.meaning,
-      change: () => set({ [control.path]: field.value === "" ? null : Number(field.value) }) });
-    const range = control.slider ? make("input", { type: "range", min: Math.floor(control.start / step) * step,
-      max: Math.ceil(control.end / step - 1e-9) * step, step, "aria-label": `${label}, slider`,
-      input: () => set({ [control.path]: Number(clamp(Number(range.value), control.start, control.end).toPrecision(DIGITS)) }) }) : null;
-    const row = make("div", { class: "row" }, make("span", { class: "name", "aria-hidden": "true" }, label), field, range);
+    const span = control.end - control.start,
+      step = stepOf(span, 500);
+    const label = `${control.title}${control.symbol ? ` ${named(control.symbol)}` : ""}${unitOf(control.unit)}`;
+    const field = make("input", {
+      type: "number",
+      step: "any",
+      "aria-label": label,
+      title: control.meaning,
+      change: () => set({ [control.path]: field.value === "" ? null : Number(field.value) }),
+    });
+    const range = control.slider
+      ? make("input", {
+          type: "range",
+          min: Math.floor(control.start / step) * step,
+          max: Math.ceil(control.end / step - 1e-9) * step,
+          step,
+          "aria-label": `${label}, slider`,
+          input: () =>
+            set({ [control.path]: Number(clamp(Number(range.value), control.start, control.end).toPrecision(DIGITS)) }),
+        })
+      : null;
+    const row = make(
+      "div",
+      { class: "row" },
+      make("span", { class: "name", "aria-hidden": "true" }, label),
+      field,
+      range,
+    );
     rows.set(control.path, { row, field, range, control });
     return row;
   };
@@ -165,12 +171,22 @@ export function mount(root, start, backend) {
   const groups = {};
   for (const control of start.controls) (groups[control.group] ??= []).push(rowOf(control));
   const R = ["device.restitution", "device.restitution_bottom", "device.restitution_top"];
-  const apart = make("input", { type: "checkbox", change: () => {
-    const [r, bottom, top] = R.map((path) => answer.values[path]);
-    set(apart.checked ? { [R[0]]: null, [R[1]]: r, [R[2]]: r } : { [R[0]]: Number(((bottom + top) / 2).toPrecision(12)), [R[1]]: null, [R[2]]: null });
-  } });
-  const capsule = make("select", { change: () => set({ "device.capsule": capsule.value }) },
-    start.choices["device.capsule"].map((word) => make("option", {}, word)));
+  const apart = make("input", {
+    type: "checkbox",
+    change: () => {
+      const [r, bottom, top] = R.map((path) => answer.values[path]);
+      set(
+        apart.checked
+          ? { [R[0]]: null, [R[1]]: r, [R[2]]: r }
+          : { [R[0]]: Number(((bottom + top) / 2).toPrecision(12)), [R[1]]: null, [R[2]]: null },
+      );
+    },
+  });
+  const capsule = make(
+    "select",
+    { change: () => set({ "device.capsule": capsule.value }) },
+    start.choices["device.capsule"].map((word) => make("option", {}, word)),
+  );
 
   const harmonicRows = make("div");
   const harmonicsOf = () => (answer?.values["excitation.harmonics"] ?? []).map((own) => ({ ...own }));
@@ -178,81 +194,169 @@ export function mount(root, start, backend) {
   const drawHarmonics = () => {
     const list = harmonicsOf();
     if (harmonicRows.contains(document.activeElement) && harmonicRows.childElementCount === list.length) {
-      list.forEach((own, k) => [...harmonicRows.children[k].querySelectorAll("input")].forEach((input) => {
-        if (input !== document.activeElement) input.value = plain(own[input.dataset.key]);
-      }));
+      list.forEach((own, k) =>
+        [...harmonicRows.children[k].querySelectorAll("input")].forEach((input) => {
+          if (input !== document.activeElement) input.value = plain(own[input.dataset.key]);
+        }),
+      );
       return;
     }
-    harmonicRows.replaceChildren(...list.map((own, k) => {
-      const change = (key, value) => { const next = harmonicsOf(); next[k][key] = value; setHarmonics(next); };
-      const input = (key, label, attributes, event) => make("input", { "data-key": key, "aria-label": `${label} of harmonic ${k + 1}`, value: plain(own[key]), ...attributes,
-        [event]: (told) => change(key, Number(told.target.value)) });
-      return make("div", { class: "row harmonic" },
-        make("label", {}, "order ", input("order", "order", { type: "number", min: 2, max: 8 }, "change")),
-        make("label", {}, "size [%] ", input("percent", "size", { type: "number", step: "any", min: 0, max: 50 }, "change")),
-        input("percent", "size, slider,", { type: "range", min: 0, max: 20, step: 0.1 }, "input"),
-        make("label", {}, "phase [°] ", input("phase_deg", "phase", { type: "number", step: "any", min: -360, max: 360 }, "change")),
-        input("phase_deg", "phase, slider,", { type: "range", min: -360, max: 360, step: 1 }, "input"),
-        make("button", { type: "button", click: () => setHarmonics(harmonicsOf().filter((_, j) => j !== k)) }, "Remove"));
-    }));
+    harmonicRows.replaceChildren(
+      ...list.map((own, k) => {
+        const change = (key, value) => {
+          const next = harmonicsOf();
+          next[k][key] = value;
+          setHarmonics(next);
+        };
+        const input = (key, label, attributes, event) =>
+          make("input", {
+            "data-key": key,
+            "aria-label": `${label} of harmonic ${k + 1}`,
+            value: plain(own[key]),
+            ...attributes,
+            [event]: (told) => change(key, Number(told.target.value)),
+          });
+        return make(
+          "div",
+          { class: "row harmonic" },
+          make("label", {}, "order ", input("order", "order", { type: "number", min: 2, max: 8 }, "change")),
+          make(
+            "label",
+            {},
+            "size [%] ",
+            input("percent", "size", { type: "number", step: "any", min: 0, max: 50 }, "change"),
+          ),
+          input("percent", "size, slider,", { type: "range", min: 0, max: 20, step: 0.1 }, "input"),
+          make(
+            "label",
+            {},
+            "phase [°] ",
+            input("phase_deg", "phase", { type: "number", step: "any", min: -360, max: 360 }, "change"),
+          ),
+          input("phase_deg", "phase, slider,", { type: "range", min: -360, max: 360, step: 1 }, "input"),
+          make(
+            "button",
+            { type: "button", click: () => setHarmonics(harmonicsOf().filter((_, j) => j !== k)) },
+            "Remove",
+          ),
+        );
+      }),
+    );
   };
-  const addHarmonic = make("button", { type: "button", click: () => {
-    const list = harmonicsOf(), order = [2, 3, 4, 5, 6, 7, 8].find((k) => list.every((own) => own.order !== k));
-    if (order) setHarmonics([...list, { order, percent: 2, phase_deg: 0 }]);
-  } }, "Add a harmonic");
+  const addHarmonic = make(
+    "button",
+    {
+      type: "button",
+      click: () => {
+        const list = harmonicsOf(),
+          order = [2, 3, 4, 5, 6, 7, 8].find((k) => list.every((own) => own.order !== k));
+        if (order) setHarmonics([...list, { order, percent: 2, phase_deg: 0 }]);
+      },
+    },
+    "Add a harmonic",
+  );
 
   /** A group whose keys are there only where they are given, with a choice of those that could be. */
   const optional = (name, say) => {
-    const own = start.controls.filter((control) => control.group === name), list = make("div", {}, groups[name] ?? []);
-    const choice = make("select", { "aria-label": say, change: () => {
-      const path = choice.value;
-      choice.value = "";
-      if (!path) return;
-      rows.get(path).row.hidden = false;
-      rows.get(path).field.focus();
-    } });
+    const own = start.controls.filter((control) => control.group === name),
+      list = make("div", {}, groups[name] ?? []);
+    const choice = make("select", {
+      "aria-label": say,
+      change: () => {
+        const path = choice.value;
+        choice.value = "";
+        if (!path) return;
+        rows.get(path).row.hidden = false;
+        rows.get(path).field.focus();
+      },
+    });
     const draw = () => {
       for (const { path } of own) {
         const { row, field } = rows.get(path);
         row.hidden = answer.values[path] === null && document.activeElement !== field;
       }
-      choice.replaceChildren(make("option", { value: "" }, say),
-        ...own.filter(({ path }) => rows.get(path).row.hidden).map(({ path, title }) => make("option", { value: path }, title)));
+      choice.replaceChildren(
+        make("option", { value: "" }, say),
+        ...own
+          .filter(({ path }) => rows.get(path).row.hidden)
+          .map(({ path, title }) => make("option", { value: path }, title)),
+      );
     };
     return { part: make("div", {}, list, choice), draw };
   };
-  const required = optional("Required", "Require …"), tolerated = optional("Tolerances", "Allow for …");
-  const everyTolerance = make("input", { type: "number", step: "any", min: 0, "aria-label": "Every input ± [%]", change: () => {
-    const value = everyTolerance.value === "" || Number(everyTolerance.value) === 0 ? null : Number(everyTolerance.value);
-    const two = answer.values[R[0]] === null;
-    const keys = ["length", "amplitude", "capsule_mass", "frequency", "inclination", ...(two ? ["restitution_bottom", "restitution_top"] : ["restitution"])];
-    set(value === null ? { tolerances: null, ...Object.fromEntries(Object.keys(state).filter((path) => path.startsWith("tolerances.")).map((path) => [path, null])) }
-      : Object.fromEntries(keys.map((key) => [`tolerances.${key}_percent`, value])));
-  } });
+  const required = optional("Required", "Require …"),
+    tolerated = optional("Tolerances", "Allow for …");
+  const everyTolerance = make("input", {
+    type: "number",
+    step: "any",
+    min: 0,
+    "aria-label": "Every input ± [%]",
+    change: () => {
+      const value =
+        everyTolerance.value === "" || Number(everyTolerance.value) === 0 ? null : Number(everyTolerance.value);
+      const two = answer.values[R[0]] === null;
+      const keys = [
+        "length",
+        "amplitude",
+        "capsule_mass",
+        "frequency",
+        "inclination",
+        ...(two ? ["restitution_bottom", "restitution_top"] : ["restitution"]),
+      ];
+      const given = start.controls.filter(({ group, path }) => group === "Tolerances" && answer.values[path] !== null);
+      const cleared = Object.fromEntries(given.map(({ path }) => [path, null]));
+      set({
+        ...cleared,
+        ...(value === null ? {} : Object.fromEntries(keys.map((key) => [`tolerances.${key}_percent`, value]))),
+      });
+    },
+  });
 
-  const also = [["disturbances", "Shocks, and where the outcome from rest changes"], ["motions", "Other impact sequences (seconds)"], ["simulation", "Simulation along the sweep (seconds)"]]
-    .map(([block, say]) => {
-      const box = make("input", { type: "checkbox", change: () => set({ [block]: box.checked ? {} : null }) });
-      return { block, box, label: make("label", { class: "check" }, box, ` ${say}`) };
-    });
+  const also = [
+    ["disturbances", "Shocks, and where the outcome from rest changes"],
+    ["motions", "Other impact sequences (seconds)"],
+    ["simulation", "Simulation along the sweep (seconds)"],
+  ].map(([block, say]) => {
+    const box = make("input", { type: "checkbox", change: () => set({ [block]: box.checked ? {} : null }) });
+    return { block, box, label: make("label", { class: "check" }, box, ` ${say}`) };
+  });
 
-  const swept = make("select", { "aria-label": "Input that is swept", change: () => {
-    const own = start.sweepable.find(({ key }) => key === swept.value);
-    set(own ? { sweep: { parameter: own.key, from: own.from, to: own.to } } : { sweep: null, simulation: null, motions: null });
-  } }, make("option", { value: "" }, "nothing"), start.sweepable.map(({ key, quantity, symbol }) => make("option", { value: key }, `${quantity} ${symbol.replace("_", " ")}`)));
+  const swept = make(
+    "select",
+    {
+      "aria-label": "Input that is swept",
+      change: () => {
+        const own = start.sweepable.find(({ key }) => key === swept.value);
+        set(
+          own
+            ? { sweep: { parameter: own.key, from: own.from, to: own.to } }
+            : { sweep: null, simulation: null, motions: null },
+        );
+      },
+    },
+    make("option", { value: "" }, "nothing"),
+    start.sweepable.map(({ key, quantity, symbol }) => make("option", { value: key }, `${quantity} ${named(symbol)}`)),
+  );
   const sweepEnd = (key) => {
-    const field = make("input", { type: "number", step: "any", "aria-label": key === "from" ? "Sweep from" : "Sweep to", change: () => {
-      const { parameter, from, to } = answer.swept;
-      set({ sweep: { parameter, from, to, [key]: Number(field.value) } });
-    } });
+    const field = make("input", {
+      type: "number",
+      step: "any",
+      "aria-label": key === "from" ? "Sweep from" : "Sweep to",
+      change: () => {
+        const { parameter, from, to } = answer.swept;
+        set({ sweep: { parameter, from, to, [key]: Number(field.value) } });
+      },
+    });
     return field;
   };
-  const sweepFrom = sweepEnd("from"), sweepTo = sweepEnd("to");
+  const sweepFrom = sweepEnd("from"),
+    sweepTo = sweepEnd("to");
 
   const drawInputs = () => {
     for (const [path, { field, range, row }] of rows) {
       const value = answer.values[path];
-      if (field !== document.activeElement || field.value === "" || Number(field.value) !== value) field.value = value === null ? "" : plain(value, 12);
+      if (field !== document.activeElement || field.value === "" || Number(field.value) !== value)
+        field.value = value === null ? "" : plain(value, 12);
       if (range && range !== document.activeElement && value !== null) range.value = value;
       if (range) range.disabled = value === null;
       if (R.includes(path)) row.hidden = value === null;
@@ -260,7 +364,10 @@ export function mount(root, start, backend) {
     apart.checked = answer.values[R[0]] === null;
     capsule.value = answer.values["device.capsule"];
     swept.value = answer.swept?.parameter ?? "";
-    for (const [field, key] of [[sweepFrom, "from"], [sweepTo, "to"]]) {
+    for (const [field, key] of [
+      [sweepFrom, "from"],
+      [sweepTo, "to"],
+    ]) {
       field.disabled = answer.swept === null;
       if (field !== document.activeElement) field.value = answer.swept ? plain(answer.swept[key], 12) : "";
     }
@@ -268,176 +375,77 @@ export function mount(root, start, backend) {
     drawHarmonics();
     required.draw();
     tolerated.draw();
-    const off = start.controls.filter(({ group }) => group === "Tolerances").map(({ path }) => answer.values[path]).filter((value) => value !== null);
-    if (everyTolerance !== document.activeElement) everyTolerance.value = off.length && off.every((value) => value === off[0]) ? plain(off[0]) : "";
+    const off = start.controls
+      .filter(({ group }) => group === "Tolerances")
+      .map(({ path }) => answer.values[path])
+      .filter((value) => value !== null);
+    if (everyTolerance !== document.activeElement)
+      everyTolerance.value = off.length && off.every((value) => value === off[0]) ? plain(off[0]) : "";
   };
 
   // --- figures -----------------------------------------------------------------------------------------------------
   const panels = make("div", { class: "panels" });
   const legend = make("p", { class: "legend" });
-  const chosen = make("select", { "aria-label": "Figure", change: () => { figure = chosen.value; drawFigure(); } }, Object.keys(FIGURES).map((name) => make("option", {}, name)));
-  const EDGE = { left: 58, right: 14, top: 20, bottom: 34 };
-
-  /** The strokes of one curve on one piece of a branch, broken where a phase comes round. */
-  const stroke = (x, y, first, last, placeX, placeY, angle) => {
-    let path = "", pen = "M";
-    for (let k = first; k <= last; k += 1) {
-      if (angle && k > first && Math.abs(y[k] - y[k - 1]) > Math.PI) pen = "M";
-      path += `${pen}${placeX(x[k]).toFixed(1)} ${placeY(y[k]).toFixed(1)}`;
-      pen = "L";
-    }
-    return path;
-  };
-
-  const extent = (panel, told) => {
-    let low = Infinity, high = -Infinity;
-    const grow = (values, first, last) => { for (let k = first; k <= last; k += 1) { low = Math.min(low, values[k]); high = Math.max(high, values[k]); } };
-    for (const own of told) for (const branch of own.branches) for (const [first, last] of branch.pieces) for (const { values } of panel.of(branch)) grow(values, first, last);
-    if (panel.angle) return [0, TURN];
-    if (low > high) return [0, 1];
-    for (const bound of panel.bounds ?? []) { low = Math.min(low, bound); high = Math.max(high, bound); }
-    low = Math.max(low, panel.floor ?? -Infinity);
-    high = Math.min(high, panel.ceiling ?? Infinity);
-    const room = 0.06 * (high - low || Math.abs(high) || 1);
-    return [panel.floor === 0 ? Math.max(0, low - room) : low - room, high + room];
-  };
-
-  const measuredOf = (panel) => {
-    const along = (finding?.results.measured ?? []).filter((own) => own.word === "BT" && own.sweep_value !== null);
-    const read = { "impact velocity |Ż| [–]": (impact) => Math.abs(impact.velocity), "phase φ [rad]": (impact) => impact.phase_rad }[panel.label];
-    return read ? along.flatMap((own) => own.impacts.map((impact) => [own.sweep_value, read(impact), impact.membrane])) : [];
-  };
-
+  const chosen = make(
+    "select",
+    {
+      "aria-label": "Figure",
+      change: () => {
+        figure = chosen.value;
+        drawFigure();
+      },
+    },
+    Object.keys(FIGURES).map((name) => make("option", {}, name)),
+  );
   const drawFigure = () => {
     if (answer === null) return;
-    const along = answer.swept, told = [answer, ...(kept && along && kept.answer.swept?.parameter === along.parameter ? [kept.answer] : [])];
-    if (along === null) {
-      panels.replaceChildren(make("p", { class: "hint" }, "Nothing is swept: choose an input above to see the motions along it."));
-      legend.textContent = "";
-      return;
-    }
-    const width = Math.max(280, panels.clientWidth || 640);
-    const inner = width - EDGE.left - EDGE.right, placeX = (x) => EDGE.left + ((x - along.from) / (along.to - along.from)) * inner;
-    const shown = FIGURES[figure].filter((panel) => answer.branches.length === 0 || panel.of(answer.branches[0]).length);
-    if (!shown.length) {
-      panels.replaceChildren(make("p", { class: "hint" }, "Voltages are evaluated where the mass of the ball is given."));
-      return;
-    }
-    const height = { 1: 330, 2: 230 }[shown.length] ?? 168;
-    panels.replaceChildren(...shown.map((panel, number) => {
-      const [low, high] = extent(panel, told), bottom = height - EDGE.bottom;
-      const placeY = (y) => bottom - ((clamp(y, low - (high - low), high + (high - low)) - low) / (high - low)) * (bottom - EDGE.top);
-      const clip = `clip-${Math.random().toString(36).slice(2)}`;
-      const frame = { x: EDGE.left, y: EDGE.top, width: inner, height: bottom - EDGE.top };
-      const inside = make("svg", { ...frame, viewBox: `${frame.x} ${frame.y} ${frame.width} ${frame.height}`, overflow: "hidden", id: clip });
-      for (const bound of panel.bounds ?? []) inside.append(make("line", { class: "bound", x1: frame.x, x2: frame.x + inner, y1: placeY(bound), y2: placeY(bound) }));
-      for (const own of [...told].reverse()) {
-        for (const stable of [false, true]) {
-          for (const branch of own.branches) {
-            for (const { values, side } of panel.of(branch)) {
-              const path = branch.pieces.filter((piece) => piece[2] === stable).map(([first, last]) => stroke(branch.sweep_value, values, first, last, placeX, placeY, panel.angle)).join("");
-              if (path) inside.append(make("path", { class: `curve ${own === answer ? side : "kept"} ${stable ? "stable" : "unstable"}`, d: path }));
-            }
-          }
-        }
-      }
-      for (const [x, y, side] of measuredOf(panel)) inside.append(make("circle", { class: `measured ${side}`, cx: placeX(x), cy: placeY(y), r: 3 }));
-      const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, width, height, class: "panel", role: "img" });
-      svg.append(make("rect", { class: "frame", ...frame }), inside, make("text", { class: "label", x: EDGE.left + 4, y: EDGE.top - 6 }, panel.label));
-      const ticks = panel.angle ? [0, TURN / 4, TURN / 2, (3 * TURN) / 4, TURN].map((value, k) => [value, ["0", "π/2", "π", "3π/2", "2π"][k]]) : ticksOf(low, high, 4).map((value) => [value, show(value)]);
-      for (const [value, text] of ticks) svg.append(make("line", { class: "tick", x1: EDGE.left - 4, x2: EDGE.left, y1: placeY(value), y2: placeY(value) }), make("text", { class: "number", x: EDGE.left - 7, y: placeY(value) + 4 }, text));
-      for (const value of ticksOf(along.from, along.to, width < 500 ? 4 : 7)) svg.append(make("line", { class: "tick", x1: placeX(value), x2: placeX(value), y1: bottom, y2: bottom + 4 }), make("text", { class: "number across", x: placeX(value), y: bottom + 16 }, show(value)));
-      if (number === shown.length - 1) svg.append(make("text", { class: "label across", x: EDGE.left + inner / 2, y: height - 4 }, `${along.quantity} ${along.symbol.replace("_", " ")}${unitOf(along.unit)}`));
-      // Labels that would lie on one another are left out; the title of each line has them.
-      let free = -Infinity;
-      for (const point of answer.points.filter(({ sweep_value: x }) => x >= along.from && x <= along.to).sort((a, b) => a.sweep_value - b.sweep_value)) {
-        const x = placeX(point.sweep_value), line = make("line", { class: "event", x1: x, x2: x, y1: EDGE.top, y2: bottom });
-        line.append(make("title", {}, `${point.label} ${point.words} at ${show(point.sweep_value, 6)} ${along.unit}`));
-        svg.append(line);
-        if (number === 0 && x > free) { svg.append(make("text", { class: "event-label", x: x + 3, y: EDGE.top + 11 }, point.label)); free = x + 22; }
-      }
-      if (along.value !== null) {
-        const x = placeX(along.value);
-        svg.append(make("line", { class: "design", x1: x, x2: x, y1: EDGE.top, y2: bottom }));
-        if (answer.motions) {
-          const curves = panel.of(answer.motions);
-          answer.motions.admissible.forEach((there, row) => {
-            if (!there) return;
-            const stable = answer.motions.stability[row].startsWith("stable");
-            for (const { values, side } of curves) if (values[row] >= low && values[row] <= high) svg.append(make("circle", { class: `at-design ${side} ${stable ? "" : "hollow"}`, cx: x, cy: placeY(values[row]), r: 4 }));
-          });
-        }
-      }
-      svg.setAttribute("aria-label", `${panel.label} along ${along.quantity}, from ${show(along.from)} to ${show(along.to)} ${along.unit}; stable for ${rangesText() || "no value"}`);
-      svg.append(...stableBars(placeX, bottom));
-      const control = controls.get(along.path);
-      const move = (event) => {
-        const box = svg.getBoundingClientRect(), x = ((event.clientX - box.left) / box.width) * width;
-        const value = along.from + clamp((x - EDGE.left) / inner, 0, 1) * (along.to - along.from);
-        if (control) set({ [along.path]: Number(value.toPrecision(DIGITS)) });
-      };
-      svg.addEventListener("pointerdown", (event) => { if (event.button === 0) { panels.dataset.dragged = "1"; move(event); } });
-      svg.addEventListener("pointermove", (event) => { if (event.buttons & 1 && panels.dataset.dragged) move(event); });
-      return svg;
-    }));
-    const names = answer.branches[0] ? shown[0].of(answer.branches[0]).map(({ name, side }) => [side, name]) : [];
-    legend.replaceChildren(...names.map(([side, name]) => make("span", { class: `key ${side}` }, name)), make("span", { class: "key stable-key" }, "stable"), make("span", { class: "key unstable-key" }, "unstable"),
-      ...(told.length > 1 ? [make("span", { class: "key kept" }, "A")] : []));
-  };
-  addEventListener("pointerup", () => delete panels.dataset.dragged);
-
-  const stableBars = (placeX, bottom) => answer.stable.map(([from, to]) => make("rect", { class: "stable-bar", x: placeX(from), y: bottom - 3, width: Math.max(1, placeX(to) - placeX(from)), height: 3 }));
-  const rangesText = () => answer.stable.map(([from, to]) => `${show(from)} to ${show(to)} ${answer.swept.unit}`).join(" and ");
-
-  // --- the device --------------------------------------------------------------------------------------------------
-  const bottomWall = make("line", { class: "wall bottom" }), topWall = make("line", { class: "wall top" });
-  const tube = make("rect", { class: "tube" }), ball = make("circle", { class: "ball", r: 6 });
-  const turned = make("g", {}, tube, bottomWall, topWall, ball);
-  const sketch = make("svg", { viewBox: "-100 -100 200 200", class: "device", role: "img", "aria-label": "The device in motion" }, turned);
-  const play = make("button", { type: "button", click: () => { playing = !playing; drawPlay(); } });
-  const drawPlay = () => { play.textContent = playing ? "Pause" : "Play"; if (playing) requestAnimationFrame(step); };
-  let time = 0, before = null;
-  const value = (values, k, share) => values[k] + share * (values[k + 1] - values[k]);
-  const drawDevice = () => {
-    const path = answer?.path;
-    sketch.classList.toggle("still", !path);
-    if (!path) { turned.setAttribute("transform", `rotate(${-(answer?.values.inclination_deg ?? 0)})`); placeDevice(0, 0.5, 0.3); return; }
-    turned.setAttribute("transform", `rotate(${-(answer.values.inclination_deg ?? answer.swept?.value ?? 0)})`);
-    const whole = path.time[path.time.length - 1], t = time % whole;
-    let k = path.time.findIndex((own) => own > t) - 1;
-    k = clamp(k, 0, path.time.length - 2);
-    const share = clamp((t - path.time[k]) / (path.time[k + 1] - path.time[k] || 1), 0, 1);
-    placeDevice(value(path.capsule, k, share), value(path.distance, k, share), Math.max(...path.capsule.map(Math.abs)));
-  };
-  const placeDevice = (centre, distance, largest) => {
-    const length = 170 / (1 + 2 * largest), half = length / 2, x = centre * length;
-    // The bottom membrane is at +d/2 of Z = X - x: the lower end of the inclined capsule.
-    for (const [key, own] of Object.entries({ x: x - half, y: -10, width: length, height: 20 })) tube.setAttribute(key, own);
-    for (const [wall, place] of [[bottomWall, x - half], [topWall, x + half]]) for (const [key, own] of Object.entries({ x1: place, x2: place, y1: -13, y2: 13 })) wall.setAttribute(key, own);
-    ball.setAttribute("cx", x - half + 6 + distance * (length - 12));
-    ball.setAttribute("cy", 0);
-  };
-  const step = (now) => {
-    if (!playing || ended) { before = null; return; }
-    if (before !== null) time += (now - before) / 1000 / SECONDS_PER_PERIOD;
-    before = now;
-    drawDevice();
-    requestAnimationFrame(step);
+    const along = answer.swept;
+    const say = (text) => panels.replaceChildren(make("p", { class: "hint" }, text));
+    legend.replaceChildren();
+    if (along === null) return say("Nothing is swept: choose an input above to see the motions along it.");
+    if (!panelsOf(figure, answer).length) return say("Voltages are evaluated where the mass of the ball is given.");
+    const beside = kept !== null && kept.answer.swept?.parameter === along.parameter ? [kept.answer] : [];
+    const answers = [answer, ...beside];
+    const moved = (value) => {
+      if (controls.has(along.path)) set({ [along.path]: Number(value.toPrecision(DIGITS)) });
+    };
+    const width = Math.max(NARROWEST, panels.clientWidth || 0);
+    panels.replaceChildren(...drawPanels(figure, answers, finding?.results.measured ?? [], width, moved));
+    legend.replaceChildren(...legendOf(figure, answers));
+    return undefined;
   };
 
   // --- findings ----------------------------------------------------------------------------------------------------
   const message = make("div", { class: "message", role: "alert", hidden: true });
-  const gone = make("div", { class: "message", role: "alert", hidden: true },
-    make("p", {}, "There is no answer: the program behind this page has ended, or does not answer. What is set here is kept; it goes on by itself once it is there again. After a new start of vireport explore, put what follows # in the address of this page behind the new address."));
+  const gone = make(
+    "div",
+    { class: "message", role: "alert", hidden: true },
+    make(
+      "p",
+      {},
+      "There is no answer: the program behind this page has ended, or does not answer. What is set here is kept; it goes on by itself once it is there again. After a new start of vireport explore, put what follows # in the address of this page behind the new address.",
+    ),
+  );
   const verdict = make("section", { class: "card verdict neutral", "aria-label": "Verdict" });
-  const badge = make("p", { class: "word" }), headline = make("p", { class: "headline" }), progress = make("p", { class: "now", role: "status" });
+  const badge = make("p", { class: "word" }),
+    headline = make("p", { class: "headline" }),
+    progress = make("p", { class: "now", role: "status" });
   verdict.append(badge, headline, progress);
-  const numbers = make("table"), marginTable = make("table"), criteria = make("table"), facts = make("dl", { class: "facts" });
-  const todo = make("div"), alerts = make("div"), leftOut = make("div");
+  const numbers = make("table"),
+    marginTable = make("table"),
+    criteria = make("table"),
+    facts = make("dl", { class: "facts" });
+  const todo = make("div"),
+    alerts = make("div"),
+    leftOut = make("div");
   const cards = {};
-  const card = (key, title, ...parts) => (cards[key] = make("section", { class: "card", hidden: true }, make("h2", {}, title), ...parts));
+  const card = (key, title, ...parts) =>
+    (cards[key] = make("section", { class: "card", hidden: true }, make("h2", {}, title), ...parts));
 
-  const shownMotion = () => (answer.shown === null ? null : Object.fromEntries(Object.entries(answer.motions).map(([key, own]) => [key, own[answer.shown]])));
+  const shownMotion = () =>
+    answer.shown === null
+      ? null
+      : Object.fromEntries(Object.entries(answer.motions).map(([key, own]) => [key, own[answer.shown]]));
 
   const waitForFindings = () => {
     finding = null;
@@ -447,39 +455,92 @@ export function mount(root, start, backend) {
   };
 
   const numberRows = (told) => {
-    const motion = told.shown === null ? null : Object.fromEntries(Object.entries(told.motions).map(([key, own]) => [key, own[told.shown]]));
+    const motion =
+      told.shown === null
+        ? null
+        : Object.fromEntries(Object.entries(told.motions).map(([key, own]) => [key, own[told.shown]]));
     if (motion === null) return null;
-    const stable = told.motions.stability.filter((word, k) => told.motions.admissible[k] && word.startsWith("stable")).length;
+    const stable = told.motions.stability.filter(
+      (word, k) => told.motions.admissible[k] && word.startsWith("stable"),
+    ).length;
     return [
       ["Motion", `${motion.stability}${stable > 1 ? `, one of ${stable} stable ones` : ""}`],
       ["Impact velocity, bottom and top [–]", `${show(motion.velocity_bottom)}, ${show(-motion.velocity_top)}`],
       ["Phase, bottom and top [rad]", `${show(motion.phi_bottom_rad)}, ${show(motion.phi_top_rad)}`],
       ["Share q of the period from bottom to top", show(motion.q)],
-      ...(motion.u_ave_v === undefined ? [] : [["Average voltage U_ave", `${show(motion.u_ave_v, 4)} V${motion.outside_membrane ? " (outside the membrane's geometry: a ranking, no volts)" : ""}`]]),
+      ...(motion.u_ave_v === undefined
+        ? []
+        : [
+            [
+              "Average voltage U_ave",
+              `${show(motion.u_ave_v, 4)} V${motion.outside_membrane ? " (outside the membrane's geometry: a ranking, no volts)" : ""}`,
+            ],
+          ]),
     ];
   };
 
   const drawNumbers = () => {
-    const here = numberRows(answer), other = kept ? numberRows(kept.answer) : null;
+    const here = numberRows(answer),
+      other = kept ? numberRows(kept.answer) : null;
     if (here === null && other === null) {
-      numbers.replaceChildren(make("caption", {}, answer.swept !== null && answer.swept.value === null ? "No design point: give the swept input a value." : "No 1:1 motion at the design point."));
+      numbers.replaceChildren(
+        make(
+          "caption",
+          {},
+          answer.swept !== null && answer.swept.value === null
+            ? "No design point: give the swept input a value."
+            : "No 1:1 motion at the design point.",
+        ),
+      );
       return;
     }
     const names = [...new Set([...(here ?? []), ...(other ?? [])].map(([name]) => name))];
-    const cell = (list, name) => make("td", { "data-name": name }, list === null ? "no 1:1 motion" : (list.find(([own]) => own === name)?.[1] ?? "–"));
+    const cell = (list, name) =>
+      make(
+        "td",
+        { "data-name": name },
+        list === null ? "no 1:1 motion" : (list.find(([own]) => own === name)?.[1] ?? "–"),
+      );
     numbers.replaceChildren(
-      ...(kept ? [make("thead", {}, make("tr", {}, make("td"), make("th", { scope: "col" }, "here"), make("th", { scope: "col" }, "A")))] : []),
-      make("tbody", {}, names.map((name) => make("tr", {}, make("th", { scope: "row" }, name), cell(here, name), kept ? cell(other, name) : null))));
+      ...(kept
+        ? [
+            make(
+              "thead",
+              {},
+              make("tr", {}, make("td"), make("th", { scope: "col" }, "here"), make("th", { scope: "col" }, "A")),
+            ),
+          ]
+        : []),
+      make(
+        "tbody",
+        {},
+        names.map((name) =>
+          make("tr", {}, make("th", { scope: "row" }, name), cell(here, name), kept ? cell(other, name) : null),
+        ),
+      ),
+    );
   };
 
   const drawFirst = () => {
     drawInputs();
     drawFigure();
-    drawDevice();
+    device.show(answer.path, answer.values.inclination_deg ?? answer.swept?.value ?? 0);
     drawNumbers();
     const motion = shownMotion();
-    badge.textContent = motion === null ? (answer.motions === null ? "No design point" : "No 1:1 motion here") : motion.stability.startsWith("stable") ? `1:1 motion: ${motion.stability}` : `1:1 motion only ${motion.stability}`;
-    headline.textContent = answer.swept !== null ? (answer.stable.length ? `Stable 1:1 motion for ${answer.swept.symbol.replace("_", " ")} from ${rangesText()}.` : "No stable 1:1 motion in the sweep.") : "";
+    badge.textContent =
+      motion === null
+        ? answer.motions === null
+          ? "No design point"
+          : "No 1:1 motion here"
+        : motion.stability.startsWith("stable")
+          ? `1:1 motion: ${motion.stability}`
+          : `1:1 motion only ${motion.stability}`;
+    headline.textContent =
+      answer.swept !== null
+        ? answer.stable.length
+          ? `Stable 1:1 motion for ${named(answer.swept.symbol)} from ${rangesOf(answer)}.`
+          : "No stable 1:1 motion in the sweep."
+        : "";
     cards.motion.hidden = false;
     cards.margins.classList.add("waiting");
     placePoint();
@@ -491,13 +552,41 @@ export function mount(root, start, backend) {
     cards.margins.hidden = ends.length === 0 && unresolved.length === 0;
     const known = new Map(start.inputs.map((own) => [own.key, own]));
     marginTable.replaceChildren(
-      make("thead", {}, make("tr", {}, ["Input", "Change", "Value", "What happens there"].map((name) => make("th", { scope: "col" }, name)))),
-      make("tbody", {}, ends.slice(0, 8).map((margin, k) => {
-        const { quantity, symbol, unit } = known.get(margin.parameter);
-        return make("tr", { class: k === 0 ? "nearest" : "" }, make("th", { scope: "row" }, `${quantity} ${symbol.replace("_", " ")}`), make("td", { class: "figure" }, margin.percent === null ? withUnit(show(margin.distance, 3), unit) : signed(margin.percent)),
-          make("td", { class: "figure" }, withUnit(show(margin.sweep_value), unit)), make("td", {}, `${margin.kind.replaceAll("_", " ")}${margin.ends_stability ? "" : ", another motion takes over"}`));
-      })));
-    if (unresolved.length) marginTable.append(make("caption", {}, `Not resolved along ${unresolved.join(", ").replaceAll("_", " ")}.`));
+      make(
+        "thead",
+        {},
+        make(
+          "tr",
+          {},
+          ["Input", "Change", "Value", "What happens there"].map((name) => make("th", { scope: "col" }, name)),
+        ),
+      ),
+      make(
+        "tbody",
+        {},
+        ends.slice(0, 8).map((margin, k) => {
+          const { quantity, symbol, unit } = known.get(margin.parameter);
+          return make(
+            "tr",
+            { class: k === 0 ? "nearest" : "" },
+            make("th", { scope: "row" }, `${quantity} ${named(symbol)}`),
+            make(
+              "td",
+              { class: "figure" },
+              margin.percent === null ? withUnit(show(margin.distance, 3), unit) : signed(margin.percent),
+            ),
+            make("td", { class: "figure" }, withUnit(show(margin.sweep_value), unit)),
+            make(
+              "td",
+              {},
+              `${margin.kind.replaceAll("_", " ")}${margin.ends_stability ? "" : ", another motion takes over"}`,
+            ),
+          );
+        }),
+      ),
+    );
+    if (unresolved.length)
+      marginTable.append(make("caption", {}, `Not resolved along ${unresolved.join(", ").replaceAll("_", " ")}.`));
   };
 
   const drawFindings = () => {
@@ -507,16 +596,63 @@ export function mount(root, start, backend) {
     headline.textContent = told.headline;
     progress.textContent = "";
     for (const own of Object.values(cards)) own.classList.remove("waiting");
-    facts.replaceChildren(...told.facts.map(({ question, answer: say, detail, status }) => make("div", { class: `fact ${status}` }, make("dt", {}, question), make("dd", {}, make("strong", {}, say), detail ? `. ${detail}.` : ""))));
+    facts.replaceChildren(
+      ...told.facts.map(({ question, answer: say, detail, status }) =>
+        make(
+          "div",
+          { class: `fact ${status}` },
+          make("dt", {}, question),
+          make("dd", {}, make("strong", {}, say), detail ? `. ${detail}.` : ""),
+        ),
+      ),
+    );
     cards.facts.hidden = told.facts.length === 0;
     if (results.design_point) drawMargins(results.design_point.margins, results.design_point.margins_unresolved);
     const lines = results.requirements?.criteria ?? [];
     cards.criteria.hidden = lines.length === 0;
-    criteria.replaceChildren(make("thead", {}, make("tr", {}, ["Requirement", "Limit", "Value", ""].map((name) => make("th", { scope: "col" }, name)))),
-      make("tbody", {}, lines.map((line) => make("tr", { class: line.passed ? "good" : "bad" }, make("th", { scope: "row" }, line.title), make("td", {}, line.limit), make("td", {}, line.value_text), make("td", {}, line.passed ? "met" : "not met")))));
+    criteria.replaceChildren(
+      make(
+        "thead",
+        {},
+        make(
+          "tr",
+          {},
+          ["Requirement", "Limit", "Value", ""].map((name) => make("th", { scope: "col" }, name)),
+        ),
+      ),
+      make(
+        "tbody",
+        {},
+        lines.map((line) =>
+          make(
+            "tr",
+            { class: line.passed ? "good" : "bad" },
+            make("th", { scope: "row" }, line.title),
+            make("td", {}, line.limit),
+            make("td", {}, line.value_text),
+            make("td", {}, line.passed ? "met" : "not met"),
+          ),
+        ),
+      ),
+    );
     cards.alerts.hidden = results.alerts.length === 0;
-    alerts.replaceChildren(...results.alerts.map((alert) => make("details", {}, make("summary", {}, `${alert.title} (${alert.code})`), make("p", {}, alert.cause), make("p", {}, alert.remedy))));
-    leftOut.replaceChildren(...[...start.notes, ...finding.left_out.map(({ what, why }) => `${what[0].toUpperCase()}${what.slice(1)}: ${why}.`)].map((text) => make("p", {}, text)));
+    alerts.replaceChildren(
+      ...results.alerts.map((alert) =>
+        make(
+          "details",
+          {},
+          make("summary", {}, `${alert.title} (${alert.code})`),
+          make("p", {}, alert.cause),
+          make("p", {}, alert.remedy),
+        ),
+      ),
+    );
+    leftOut.replaceChildren(
+      ...[
+        ...start.notes,
+        ...finding.left_out.map(({ what, why }) => `${what[0].toUpperCase()}${what.slice(1)}: ${why}.`),
+      ].map((text) => make("p", {}, text)),
+    );
     cards.left.hidden = false;
     drawChanges();
     drawFigure();
@@ -526,25 +662,55 @@ export function mount(root, start, backend) {
     const list = finding?.changes;
     cards.changes.hidden = !list;
     if (!list) return;
-    todo.replaceChildren(...(list.length ? [make("p", { class: "hint" }, "Any one of these, all else as it is; a run with each was made.")] : [make("p", {}, "No single input was found that mends it, up to twice or half its value.")]),
-      ...list.slice(0, 8).map((change) => make("button", { type: "button", class: "change", click: () => set({ [change.path]: change.value }) },
-        `${change.percent !== null && change.percent < 0 ? "↓" : "↑"} ${change.quantity} ${change.symbol.replace("_", " ")} to ${withUnit(show(change.value), change.unit)}${change.percent === null ? "" : ` (${signed(change.percent)})`}`)));
+    todo.replaceChildren(
+      ...(list.length
+        ? [make("p", { class: "hint" }, "Any one of these, all else as it is; a run with each was made.")]
+        : [make("p", {}, "No single input was found that mends it, up to twice or half its value.")]),
+      ...list
+        .slice(0, 8)
+        .map((change) =>
+          make(
+            "button",
+            { type: "button", class: "change", click: () => set({ [change.path]: change.value }) },
+            `${change.percent !== null && change.percent < 0 ? "↓" : "↑"} ${change.quantity} ${named(change.symbol)} to ${withUnit(show(change.value), change.unit)}${change.percent === null ? "" : ` (${signed(change.percent)})`}`,
+          ),
+        ),
+    );
   };
 
   // --- the plane of two inputs ---------------------------------------------------------------------------------------
-  const raster = make("canvas", { class: "raster" }), pointer = make("button", { type: "button", class: "point", "aria-label": "Design in the map: arrow keys move it" });
-  const field = make("div", { class: "plane" }, raster, pointer), planeNote = make("p", { class: "hint" });
-  const axisChoice = (label) => make("select", { "aria-label": label, change: () => { drawn = null; plane(turn); } });
-  const across = axisChoice("Map, across"), upwards = axisChoice("Map, up");
+  const raster = make("canvas", { class: "raster" }),
+    pointer = make("button", { type: "button", class: "point", "aria-label": "Design in the map: arrow keys move it" });
+  const field = make("div", { class: "plane" }, raster, pointer),
+    planeNote = make("p", { class: "hint" });
+  const axisChoice = (label) =>
+    make("select", {
+      "aria-label": label,
+      change: () => {
+        drawn = null;
+        plane(turn);
+      },
+    });
+  const across = axisChoice("Map, across"),
+    upwards = axisChoice("Map, up");
   let drawn = null;
   const inputOf = (key) => start.inputs.find((own) => own.key === key);
-  const rangeOf = (key) => { const { from, to } = inputOf(key); const own = answer.values[inputOf(key).path]; return own === null || own === undefined ? [from, to] : [Math.min(from, own), Math.max(to, own)]; };
+  const rangeOf = (key) => {
+    const { from, to } = inputOf(key);
+    const own = answer.values[inputOf(key).path];
+    return own === null || own === undefined ? [from, to] : [Math.min(from, own), Math.max(to, own)];
+  };
   const drawAxes = () => {
     const two = answer.values[R[0]] === null;
     const fits = start.inputs.filter(({ key }) => (two ? key !== "restitution" : !key.startsWith("restitution_")));
-    for (const [select, other] of [[across, answer.swept?.parameter === "inclination_deg" ? "length_m" : "inclination_deg"], [upwards, answer.swept?.parameter ?? "length_m"]]) {
+    for (const [select, other] of [
+      [across, answer.swept?.parameter === "inclination_deg" ? "length_m" : "inclination_deg"],
+      [upwards, answer.swept?.parameter ?? "length_m"],
+    ]) {
       const had = select.value || other;
-      select.replaceChildren(...fits.map(({ key, quantity, symbol }) => make("option", { value: key }, `${quantity} ${symbol.replace("_", " ")}`)));
+      select.replaceChildren(
+        ...fits.map(({ key, quantity, symbol }) => make("option", { value: key }, `${quantity} ${named(symbol)}`)),
+      );
       select.value = fits.some(({ key }) => key === had) ? had : fits[0].key;
     }
   };
@@ -552,8 +718,15 @@ export function mount(root, start, backend) {
     if (answer === null) return;
     drawAxes();
     const axes = [across.value, upwards.value];
-    if (axes[0] === axes[1]) { planeNote.textContent = "Choose two different inputs."; return; }
-    if (axes.some((key) => answer.values[inputOf(key).path] === null && !R.includes(inputOf(key).path))) { planeNote.textContent = "The map needs a design point."; field.hidden = true; return; }
+    if (axes[0] === axes[1]) {
+      planeNote.textContent = "Choose two different inputs.";
+      return;
+    }
+    if (axes.some((key) => answer.values[inputOf(key).path] === null && !R.includes(inputOf(key).path))) {
+      planeNote.textContent = "The map needs a design point.";
+      field.hidden = true;
+      return;
+    }
     const found = await ask("plane", { axes, ranges: axes.map(rangeOf) });
     if (mine !== turn || found === null) return;
     cards.plane.hidden = false;
@@ -568,37 +741,65 @@ export function mount(root, start, backend) {
   };
   const drawRaster = () => {
     if (drawn === null) return;
-    const style = getComputedStyle(field), colours = ["--none", "--unstable", "--stable"].map((own) => style.getPropertyValue(own).trim());
+    const style = getComputedStyle(field),
+      colours = ["--none", "--unstable", "--stable"].map((own) => style.getPropertyValue(own).trim());
     raster.height = drawn.cells.length;
     raster.width = drawn.cells[0].length;
     const context = raster.getContext("2d");
-    drawn.cells.forEach((row, j) => row.forEach((cell, i) => { context.fillStyle = colours[cell]; context.fillRect(i, raster.height - 1 - j, 1, 1); }));
+    drawn.cells.forEach((row, j) =>
+      row.forEach((cell, i) => {
+        context.fillStyle = colours[cell];
+        context.fillRect(i, raster.height - 1 - j, 1, 1);
+      }),
+    );
   };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   dark.addEventListener("change", drawRaster);
   const placePoint = () => {
     if (drawn === null || answer === null) return;
     drawn.axes.forEach((key, k) => {
-      const [low, high] = drawn.ranges[k], own = answer.values[inputOf(key).path], share = clamp((own - low) / (high - low), 0, 1);
+      const [low, high] = drawn.ranges[k],
+        own = answer.values[inputOf(key).path],
+        share = clamp((own - low) / (high - low), 0, 1);
       pointer.style[k === 0 ? "left" : "bottom"] = `${100 * share}%`;
     });
   };
-  const moveTo = (shares) => set(Object.fromEntries(drawn.axes.map((key, k) => {
-    const [low, high] = drawn.ranges[k];
-    return [inputOf(key).path, Number((low + clamp(shares[k], 0, 1) * (high - low)).toPrecision(DIGITS))];
-  })));
+  const moveTo = (shares) =>
+    set(
+      Object.fromEntries(
+        drawn.axes.map((key, k) => {
+          const [low, high] = drawn.ranges[k];
+          return [inputOf(key).path, Number((low + clamp(shares[k], 0, 1) * (high - low)).toPrecision(DIGITS))];
+        }),
+      ),
+    );
   const drag = (event) => {
     const box = raster.getBoundingClientRect();
     moveTo([(event.clientX - box.left) / box.width, (box.bottom - event.clientY) / box.height]);
   };
-  field.addEventListener("pointerdown", (event) => { if (drawn && event.button === 0) { field.setPointerCapture(event.pointerId); field.dataset.dragged = "1"; drag(event); event.preventDefault(); pointer.focus(); } });
-  field.addEventListener("pointermove", (event) => { if (field.dataset.dragged) drag(event); });
+  field.addEventListener("pointerdown", (event) => {
+    if (drawn && event.button === 0) {
+      field.setPointerCapture(event.pointerId);
+      field.dataset.dragged = "1";
+      drag(event);
+      event.preventDefault();
+      pointer.focus();
+    }
+  });
+  field.addEventListener("pointermove", (event) => {
+    if (field.dataset.dragged) drag(event);
+  });
   for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => delete field.dataset.dragged);
   pointer.addEventListener("keydown", (event) => {
     const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] }[event.key];
     if (!by || drawn === null) return;
     event.preventDefault();
-    moveTo(drawn.axes.map((key, k) => { const [low, high] = drawn.ranges[k]; return (answer.values[inputOf(key).path] - low) / (high - low) + 0.01 * by[k]; }));
+    moveTo(
+      drawn.axes.map((key, k) => {
+        const [low, high] = drawn.ranges[k];
+        return (answer.values[inputOf(key).path] - low) / (high - low) + 0.01 * by[k];
+      }),
+    );
   });
 
   // --- the whole page ----------------------------------------------------------------------------------------------
@@ -611,61 +812,199 @@ export function mount(root, start, backend) {
   const undo = make("button", { type: "button", click: () => goTo(at - 1) }, "Undo");
   const redo = make("button", { type: "button", click: () => goTo(at + 1) }, "Redo");
   const reset = make("button", { type: "button", click: () => set({}, true) }, "As in the file");
-  const showHistory = () => { undo.disabled = at === 0; redo.disabled = at === history.length - 1; };
-  const keep = make("button", { type: "button", click: () => {
-    kept = kept ? null : { state, answer };
-    showKept();
-    drawNumbers();
-    drawFigure();
-  } });
-  const swap = make("button", { type: "button", click: () => { const other = { state, answer }; set(kept.state, true); kept = other; drawNumbers(); drawFigure(); } }, "Change places with A");
-  const showKept = () => { keep.textContent = kept ? "Drop A" : "Keep this as A"; swap.hidden = !kept; };
+  const showHistory = () => {
+    undo.disabled = at === 0;
+    redo.disabled = at === history.length - 1;
+  };
+  const keep = make("button", {
+    type: "button",
+    click: () => {
+      kept = kept ? null : { state, answer };
+      showKept();
+      drawNumbers();
+      drawFigure();
+    },
+  });
+  const swap = make(
+    "button",
+    {
+      type: "button",
+      click: () => {
+        const other = { state, answer };
+        set(kept.state, true);
+        kept = other;
+        drawNumbers();
+        drawFigure();
+      },
+    },
+    "Change places with A",
+  );
+  const showKept = () => {
+    keep.textContent = kept ? "Drop A" : "Keep this as A";
+    swap.hidden = !kept;
+  };
   const told = make("p", { class: "told", role: "status" });
-  const name = make("input", { type: "text", "aria-label": "Name of the scenario to save", value: `${file.replace(/\.[^.]*$/, "").replace(/[^\w .-]/g, "") || "design"}-2` });
+  const name = make("input", {
+    type: "text",
+    "aria-label": "Name of the scenario to save",
+    value: `${file.replace(/\.[^.]*$/, "").replace(/[^\w .-]/g, "") || "design"}-2`,
+  });
   const saveAs = async (kind) => {
     told.textContent = kind === "report" ? "The report is being written …" : "";
-    const found = await ask(kind, { name: name.value }, (what) => { told.textContent = `${what} …`; });
+    const found = await ask(kind, { name: name.value }, (what) => {
+      told.textContent = `${what} …`;
+    });
     if (found === null) return;
-    if (found.refused) { told.textContent = found.refused.map((own) => own.message).join(" "); return; }
-    told.replaceChildren(`Saved as ${found.saved}. `, ...(found.report ? [make("a", { href: backend.report(found.report), target: "_blank", rel: "noopener" }, `Report of ${found.report}`)] : []));
+    if (found.refused) {
+      told.textContent = found.refused.map((own) => own.message).join(" ");
+      return;
+    }
+    told.replaceChildren(
+      `Saved as ${found.saved}. `,
+      ...(found.report
+        ? [
+            make(
+              "a",
+              { href: backend.report(found.report), target: "_blank", rel: "noopener" },
+              `Report of ${found.report}`,
+            ),
+          ]
+        : []),
+    );
     name.value = name.value.replace(/(\d*)$/, (digits) => String(Number(digits || 1) + 1));
   };
-  const link = make("button", { type: "button", click: async () => {
-    backend.remember(state);
-    try { await navigator.clipboard.writeText(location.href); told.textContent = "The address of this design is copied."; } catch { told.textContent = "The address above carries this design."; }
-  } }, "Copy link");
-  const actions = make("div", { class: "actions", role: "toolbar", "aria-label": "Actions" }, undo, redo, reset, keep, swap,
-    backend.saves ? [link, name, make("button", { type: "button", click: () => saveAs("save") }, "Save as scenario"), make("button", { type: "button", click: () => saveAs("report") }, "Save, and write its report")] : null);
+  const link = make(
+    "button",
+    {
+      type: "button",
+      click: async () => {
+        backend.remember(state);
+        try {
+          await navigator.clipboard.writeText(location.href);
+          told.textContent = "The address of this design is copied.";
+        } catch {
+          told.textContent = "The address above carries this design.";
+        }
+      },
+    },
+    "Copy link",
+  );
+  const actions = make(
+    "div",
+    { class: "actions", role: "toolbar", "aria-label": "Actions" },
+    undo,
+    redo,
+    reset,
+    keep,
+    swap,
+    backend.saves
+      ? [
+          link,
+          name,
+          make("button", { type: "button", click: () => saveAs("save") }, "Save as scenario"),
+          make("button", { type: "button", click: () => saveAs("report") }, "Save, and write its report"),
+        ]
+      : null,
+  );
   const keys = (event) => {
     if (!(event.ctrlKey || event.metaKey) || event.target.matches?.("input[type=text], input[type=number]")) return;
     const key = event.key.toLowerCase();
-    if (key === "z") { event.preventDefault(); goTo(event.shiftKey ? at + 1 : at - 1); }
-    if (key === "y") { event.preventDefault(); goTo(at + 1); }
+    if (key === "z") {
+      event.preventDefault();
+      goTo(event.shiftKey ? at + 1 : at - 1);
+    }
+    if (key === "y") {
+      event.preventDefault();
+      goTo(at + 1);
+    }
   };
   root.addEventListener("keydown", keys);
 
   const folded = (title, ...parts) => make("details", { class: "group" }, make("summary", {}, title), ...parts);
-  const inputs = make("section", { class: "inputs", "aria-label": "Inputs" },
-    make("h2", {}, "Device"), groups.Device, make("label", { class: "check" }, apart, " The membranes differ"), make("label", { class: "row" }, make("span", { class: "name" }, "Capsule"), capsule),
-    make("h2", {}, "Force"), groups.Force, harmonicRows, addHarmonic,
+  const inputs = make(
+    "section",
+    { class: "inputs", "aria-label": "Inputs" },
+    make("h2", {}, "Device"),
+    groups.Device,
+    make("label", { class: "check" }, apart, " The membranes differ"),
+    make("label", { class: "row" }, make("span", { class: "name" }, "Capsule"), capsule),
+    make("h2", {}, "Force"),
+    groups.Force,
+    harmonicRows,
+    addHarmonic,
     groups.Membrane ? folded("Membranes", groups.Membrane) : null,
     folded("Requirements", required.part),
-    folded("Tolerances", make("label", { class: "row" }, make("span", { class: "name" }, "Every input ± [%]"), everyTolerance), tolerated.part),
-    folded("Also work out", also.map(({ label }) => label)));
-  const figures = make("section", { class: "figures", "aria-label": "Figures" },
-    make("div", { class: "choose" }, make("label", {}, "Show ", chosen), make("label", {}, " along ", swept), make("label", {}, " from ", sweepFrom), make("label", {}, " to ", sweepTo)), panels, legend,
-    card("plane", "Map of two inputs", make("div", { class: "choose" }, make("label", {}, "Across ", across), make("label", {}, " up ", upwards)), field, planeNote));
-  const head = make("div", { class: "head" }, verdict, make("section", { class: "card moving", "aria-label": "Device in motion" }, sketch, play));
-  const findings = make("section", { class: "findings", "aria-label": "Findings" },
-    card("changes", "What to change", todo), card("criteria", "Requirements", criteria), card("motion", "At the design point", numbers), card("margins", "Nearest ends of stable motion", marginTable),
-    card("facts", "Questions and answers", facts), card("alerts", "Alerts", alerts), card("left", "Not worked out here", make("details", {}, make("summary", {}, "What, and why"), leftOut)));
+    folded(
+      "Tolerances",
+      make("label", { class: "row" }, make("span", { class: "name" }, "Every input ± [%]"), everyTolerance),
+      tolerated.part,
+    ),
+    folded(
+      "Also work out",
+      also.map(({ label }) => label),
+    ),
+  );
+  const figures = make(
+    "section",
+    { class: "figures", "aria-label": "Figures" },
+    make(
+      "div",
+      { class: "choose" },
+      make("label", {}, "Show ", chosen),
+      make("label", {}, " along ", swept),
+      make("label", {}, " from ", sweepFrom),
+      make("label", {}, " to ", sweepTo),
+    ),
+    panels,
+    legend,
+    card(
+      "plane",
+      "Map of two inputs",
+      make("div", { class: "choose" }, make("label", {}, "Across ", across), make("label", {}, " up ", upwards)),
+      field,
+      planeNote,
+    ),
+  );
+  const head = make(
+    "div",
+    { class: "head" },
+    verdict,
+    make("section", { class: "card moving", "aria-label": "Device in motion" }, device.parts),
+  );
+  const findings = make(
+    "section",
+    { class: "findings", "aria-label": "Findings" },
+    card("changes", "What to change", todo),
+    card("criteria", "Requirements", criteria),
+    card("motion", "At the design point", numbers),
+    card("margins", "Nearest ends of stable motion", marginTable),
+    card("facts", "Questions and answers", facts),
+    card("alerts", "Alerts", alerts),
+    card("left", "Not worked out here", make("details", {}, make("summary", {}, "What, and why"), leftOut)),
+  );
   root.classList.add("bench");
-  root.replaceChildren(make("header", {}, make("h1", {}, start.title), make("p", { class: "hint" }, `${file}, vireport ${start.version}`), actions, told), gone, message, make("div", { class: "columns" }, head, inputs, figures, findings));
+  root.replaceChildren(
+    make(
+      "header",
+      {},
+      make("h1", {}, start.title),
+      make("p", { class: "hint" }, `${file}, vireport ${start.version}`),
+      actions,
+      told,
+    ),
+    gone,
+    message,
+    make("div", { class: "columns" }, head, inputs, figures, findings),
+  );
   showHistory();
   showKept();
-  drawPlay();
   let width = 0;
-  const watch = new ResizeObserver(([entry]) => { if (Math.abs(entry.contentRect.width - width) > 2) { width = entry.contentRect.width; drawFigure(); } });
+  const watch = new ResizeObserver(([entry]) => {
+    if (Math.abs(entry.contentRect.width - width) > 2) {
+      width = entry.contentRect.width;
+      drawFigure();
+    }
+  });
   watch.observe(panels);
   waitForFindings();
   wanted = 1;
@@ -673,6 +1012,13 @@ export function mount(root, start, backend) {
   return {
     set: (next) => set(next, true),
     state: () => state,
-    end: () => { ended = true; watch.disconnect(); clearTimeout(resting); root.removeEventListener("keydown", keys); dark.removeEventListener("change", drawRaster); },
+    end: () => {
+      ended = true;
+      device.end();
+      watch.disconnect();
+      clearTimeout(resting);
+      root.removeEventListener("keydown", keys);
+      dark.removeEventListener("change", drawRaster);
+    },
   };
 }

@@ -12,7 +12,8 @@ const ask = async (kind, question, told) => {
   if (!response.ok) throw new Error(`${response.status} ${response.statusText}`);
   if (!response.headers.get("Content-Type").includes("ndjson")) return response.json();
   const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
-  let rest = "", answer = null;
+  let rest = "",
+    answer = null;
   for (;;) {
     const { done, value } = await reader.read();
     if (done) return answer;
@@ -29,7 +30,9 @@ const recalled = () => {
   try {
     const state = JSON.parse(decodeURIComponent(location.hash.slice(1)));
     return state !== null && typeof state === "object" && !Array.isArray(state) ? state : {};
-  } catch { return {}; }
+  } catch {
+    return {};
+  }
 };
 
 const remember = (state) => {
@@ -38,7 +41,10 @@ const remember = (state) => {
 };
 
 const bench = mount(document.getElementById("bench"), JSON.parse(document.getElementById("start").textContent), {
-  ask, remember, recalled, saves: true,
+  ask,
+  remember,
+  recalled,
+  saves: true,
   report: (name) => `report/${encodeURIComponent(name)}/report.html`,
 });
 addEventListener("hashchange", () => bench.set(recalled()));

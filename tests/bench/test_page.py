@@ -16,9 +16,9 @@ from serving import Served, serving
 
 from vireport.bench.answers import plane_answer, study_answer
 from vireport.bench.session import first, loaded_of, margins, opened, start_data
+from vireport.bench.widget import one_module
 from vireport.scenario import load
 from vireport.study import analyse
-from vireport.wording import TEMPLATES
 
 pytestmark = [pytest.mark.slow, needs_a_browser]
 
@@ -356,8 +356,7 @@ def test_the_same_page_speaks_to_a_kernel(tmp_path: Path) -> None:
         "plane": plane_answer(study.loaded, ("inclination_deg", "length_m"), ((0.0, 90.0), (0.59, 0.75))),
         "changes": {"changes": None},
     }
-    code = (TEMPLATES / "bench" / "bench.js").read_text() + (TEMPLATES / "bench" / "widget.js").read_text()
-    code = code.replace("export function", "function").replace("export default", "const widget =")
+    code = one_module().replace("export default", "const widget =")
     model = MODEL.replace("START", json.dumps(start_data(known))).replace("ANSWERS", json.dumps(answers))
     page_file = tmp_path / "cell.html"
     text = f"<!DOCTYPE html><meta charset=utf-8><div id=cell></div><script>{code}\n{model}</script>"

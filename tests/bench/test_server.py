@@ -17,7 +17,7 @@ import pytest
 from conftest import EXAMPLES
 from serving import Served, serving
 
-from vireport.bench.session import first, opened
+from vireport.bench.session import MODULES, first, opened
 from vireport.cli import main
 from vireport.scenario import load
 
@@ -39,7 +39,8 @@ def test_the_page_and_its_parts_are_given_out(bench: Served) -> None:
     assert b'id="start"' in page
     assert "default-src 'none'" in headers["Content-Security-Policy"]
     assert headers["Cache-Control"] == "no-store"
-    for part, kind in (("bench.js", "text/javascript"), ("local.js", "text/javascript"), ("bench.css", "text/css")):
+    parts = {"bench.css": "text/css"} | dict.fromkeys((*MODULES, "local.js"), "text/javascript")
+    for part, kind in parts.items():
         status, body, headers = bench.request("GET", part)
         assert (status, headers["Content-Type"].partition(";")[0]) == (200, kind)
         assert body

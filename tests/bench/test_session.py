@@ -8,7 +8,7 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport.base import ScenarioError, UsageError
-from vireport.bench.session import first, opened, refusal, save
+from vireport.bench.session import first, loaded_of, opened, refusal, save
 from vireport.scenario import load
 from vireport.study import analyse
 
@@ -62,3 +62,17 @@ def test_a_file_is_saved_in_its_folder_alone(name: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no name for a file"):
         save(opened(EXAMPLES / "inclined.yaml"), {}, name, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_block_of_which_every_key_is_taken_away_goes() -> None:
+    bare = opened(EXAMPLES / "inclined.yaml")
+    for path in ("requirements.margin_any_percent", "tolerances.length_percent"):
+        assert first(bare, {path: 2.0})["values"][path] == 2.0
+        assert first(bare, {path: None})["values"][path] is None
+    given = opened(EXAMPLES / "ci" / "failing.yaml")
+    required = [path for path in given.given if path.startswith("requirements.")]
+    one = loaded_of(given, {"requirements.margin_grazing_percent": None}).scenario
+    assert one.requirements is not None
+    assert loaded_of(given, dict.fromkeys(required)).scenario.requirements is None
+    with pytest.raises(ScenarioError, match="nothing is required in it"):
+        first(bare, {"requirements": {}})

@@ -26,7 +26,7 @@ from markupsafe import Markup, escape
 
 from vireport.base import UsageError, VireportError
 from vireport.bench.jobs import Asked, Slow, Worker
-from vireport.bench.session import NAME, Opened, first, job_of, margins, refusal, save, start_data
+from vireport.bench.session import MODULES, NAME, Opened, first, job_of, margins, refusal, save, start_data
 from vireport.wording import TEMPLATES, environment_of
 
 HOST = "127.0.0.1"
@@ -55,8 +55,7 @@ REPORT_FILES = {"report.html": "text/html; charset=utf-8", "report.pdf": "applic
 
 SCRIPT, STYLE = "text/javascript; charset=utf-8", "text/css; charset=utf-8"
 PARTS = {
-    "bench.js": (("bench/bench.js",), SCRIPT),
-    "local.js": (("bench/local.js",), SCRIPT),
+    **{name: ((f"bench/{name}",), SCRIPT) for name in (*MODULES, "local.js")},
     "bench.css": (("_colors.css", "bench/bench.css"), STYLE),
 }
 """Parts of the page: the templates that each is made of, and their kind."""

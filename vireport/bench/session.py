@@ -35,8 +35,14 @@ NOT_HERE = {
 }
 """Blocks of a scenario that the bench leaves out, and the command that does what they ask for."""
 
+OPTIONAL = "requirements", "tolerances"
+"""Blocks whose keys a page can take away one by one."""
+
 REMEMBERED = 8
 """Solutions that are kept: margins follow the first answer, and several pages may be open."""
+
+MODULES = "elements.js", "panels.js", "sketch.js", "bench.js"
+"""The modules that draw a page, each after those that it imports."""
 
 NAME = re.compile(r"\w[\w .-]{0,59}")
 """What a file that is saved may be called, without its ending."""
@@ -56,16 +62,28 @@ class Opened(Struct, frozen=True):
         What is set over it before the page does, as ``path=value``.
     notes : tuple of str
         What of it is left out on the bench, and which command does it.
+    given : frozenset of str
+        Paths of the keys that it gives.
     """
 
     text: str
     name: str
     overrides: tuple[str, ...]
     notes: tuple[str, ...]
+    given: frozenset[str]
 
     def over(self, state: State) -> tuple[str, ...]:
-        """All that is set over the file where a page has a state."""
-        return (*self.overrides, *as_texts(state))
+        """All that is set over the file where a page has a state.
+
+        A block of which every key is taken away goes as a whole: an empty one would be a mistake.
+        """
+        emptied = (f"{block}=" for block in OPTIONAL if self._empties(state, block))
+        return (*self.overrides, *as_texts(state), *emptied)
+
+    def _empties(self, state: State, block: str) -> bool:
+        own = {path for path in state if path.startswith(f"{block}.")}
+        left = {path for path in self.given if path.startswith(f"{block}.")} - own
+        return bool(own) and not left and all(state[path] is None for path in own)
 
 
 def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = ()) -> Opened:
@@ -93,7 +111,7 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = ()) -> Open
     given = [block for block in NOT_HERE if getattr(loaded.scenario, block) is not None]
     over = (*loaded.overrides, *(f"{block}=" for block in given))
     notes = tuple(f"The block {block} has no part here: {NOT_HERE[block]}." for block in given)
-    return Opened(loaded.document.text, loaded.document.name, over, notes)
+    return Opened(loaded.document.text, loaded.document.name, over, notes, loaded.given)
 
 
 def loaded_of(known: Opened, state: State) -> Loaded:

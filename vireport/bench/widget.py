@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from contextlib import suppress
 from typing import Any
@@ -12,13 +13,19 @@ import traitlets
 
 from vireport.base import VireportError
 from vireport.bench.jobs import Asked, Slow, Worker
-from vireport.bench.session import Opened, first, job_of, loaded_of, margins, refusal, start_data
+from vireport.bench.session import MODULES, Opened, first, job_of, loaded_of, margins, refusal, start_data
 from vireport.scenario import Loaded
 from vireport.wording import TEMPLATES
 
 
 def _read(*names: str) -> str:
     return "\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in names)
+
+
+def one_module() -> str:
+    """The modules of the page and the one that speaks to a notebook, as one: a widget has no place for several."""
+    drawn = re.sub(r"^(import .*$|export (?!default))", "", _read(*(f"bench/{name}" for name in MODULES)), flags=re.M)
+    return f"{drawn}\n{_read('bench/widget.js')}"
 
 
 class BenchWidget(anywidget.AnyWidget):
@@ -30,7 +37,7 @@ class BenchWidget(anywidget.AnyWidget):
         What is set over the scenario, values by their paths.
     """
 
-    _esm = _read("bench/bench.js", "bench/widget.js")
+    _esm = one_module()
     _css = _read("_colors.css", "bench/bench.css")
     start = traitlets.Dict().tag(sync=True)
     state = traitlets.Dict().tag(sync=True)

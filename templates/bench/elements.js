@@ -1,0 +1,63 @@
+// What the parts of the bench are made of: elements of the page, numbers as text, ticks.
+
+const SVG = "http://www.w3.org/2000/svg";
+const DRAWN = new Set(["svg", "g", "line", "circle", "rect", "path", "text", "title"]);
+
+/** Significant digits of a number that is shown. */
+export const DIGITS = 5;
+
+/** An element with attributes, of which functions listen to events and truth values switch, and with children. */
+export const make = (name, attributes = {}, ...children) => {
+  const node = DRAWN.has(name) ? document.createElementNS(SVG, name) : document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (typeof value === "function") node.addEventListener(key, value);
+    else if (typeof value === "boolean") node.toggleAttribute(key, value);
+    else node.setAttribute(key, value);
+  }
+  node.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  return node;
+};
+
+/** Give an element other attributes. */
+export const place = (node, attributes) => {
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+};
+
+/** A number for a field, with so many digits at most. */
+export const plain = (value, digits = DIGITS) => String(Number(value.toPrecision(digits)));
+
+/** A number for a reader. */
+export const show = (value, digits = DIGITS) => plain(value, digits).replaceAll("-", "−");
+
+/** A change in per cent, with its sign. */
+export const signed = (percent) => `${percent < 0 ? "−" : "+"}${plain(Math.abs(percent), 3)} %`;
+
+/** A number with its unit, which the program calls "1" where there is none. */
+export const withUnit = (text, unit) => {
+  if (unit === "" || unit === "1") return text;
+  return unit === "°" || unit === "deg" ? `${text}°` : `${text} ${unit}`;
+};
+
+/** The unit behind a name. */
+export const unitOf = (unit) => (unit === "" || unit === "1" ? "" : ` [${unit === "deg" ? "°" : unit}]`);
+
+/** A symbol as it is read: r_top is r top. */
+export const named = (symbol) => symbol.replace("_", " ");
+
+export const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+
+/** Steps of 1, 2 or 5 times a power of ten, about `count` of them in a range. */
+export const stepOf = (range, count) => {
+  const rough = range / count;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  return power * ([1, 2, 5, 10].find((k) => k * power >= rough * 0.999) ?? 10);
+};
+
+/** Round values in a range, about `count` of them. */
+export const ticksOf = (low, high, count) => {
+  const step = stepOf(high - low || 1, count);
+  const ticks = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1)
+    ticks.push(Number((k * step).toPrecision(12)));
+  return ticks;
+};
