@@ -107,9 +107,9 @@ CATALOGUE = (
         "No stable 1:1 motion",
         "Nowhere in the sweep is there a motion with one impact on each membrane per period that stays between the "
         "membranes and attracts the motions nearby. The device does something else there: other impact sequences, "
-        "chaos, or rest.",
-        "Widen the sweep, or change length, force, frequency or inclination. A block 'motions:' shows which other "
-        "motions are stable there, a block 'simulation:' what the ball does from any start.",
+        "chaos, or rest. A block 'motions:' shows which other motions are stable there, a block 'simulation:' what the "
+        "ball does from any start.",
+        "Widen the sweep, or change length, force, frequency or inclination.",
         {
             "nowhere": "Nowhere in the sweep is there an admissible 1:1 motion that attracts the motions nearby.",
             "from_rest": "By simulation, a ball that lies on the bottom membrane when the shaking begins comes to: "
@@ -148,10 +148,10 @@ CATALOGUE = (
         AlertCode.DESIGN_NOT_STABLE,
         Severity.WARNING,
         "The design point has no stable 1:1 motion",
-        "Of all 1:1 solutions at the design point none is both admissible and stable, and no other motion is required.",
-        "Move the design point into a stable range, or require the word of a motion that is stable there. A block "
-        "'motions:' with a 'sweep:' shows which motions are stable, a block 'simulation:' what the ball does from any "
-        "start.",
+        "Of all 1:1 solutions at the design point none is both admissible and stable, and no other motion is required. "
+        "A block 'motions:' with a 'sweep:' shows which motions are stable, a block 'simulation:' what the ball does "
+        "from any start.",
+        "Move the design point into a stable range, or require the word of a motion that is stable there.",
         {
             "none": "At {place}, there is no solution.",
             "one": "At {place}, the one solution is not admissible and stable.",
