@@ -2,8 +2,9 @@
 
     python benchmarks/explore.py [MOVES]
 
-A slider is moved in the page of `vireport explore`, and the time is taken until the curves are drawn anew, until the
-margins are, and until the verdict is there, in medians over the moves. The peer, where it is installed (pip install
+A slider is moved in the page of `vireport explore`, and the time is taken until the curves are drawn anew, in a hand
+that moves on 0.1 s after each answer, and until the margins are and the verdict is there, in one that waits for them;
+all in medians over the moves. The peer, where it is installed (pip install
 dash), is a page of Dash with the same function behind the same slider, drawn by Plotly. At last a slider is moved 1,000
 times in a row, for the memory.
 """
@@ -57,8 +58,8 @@ MOVE = """(value) => new Promise((done) => {
     watch.observe(node, { childList: true, subtree: true });
   });
   const verdict = document.querySelector(".verdict"), progress = document.querySelector(".now");
-  Promise.all([seen("curves", document.querySelector(".panels")), seen("margins", verdict.ownerDocument.querySelector(
-    "section.card table thead").closest("table"))]).then(() => {
+  Promise.all([seen("curves", document.querySelector(".panels")), seen("margins", [...document.querySelectorAll(
+    ".card")].find((card) => card.textContent.startsWith("Nearest ends")).querySelector("table"))]).then(() => {
     const look = () => verdict.classList.contains("waiting") ? setTimeout(look, 5)
       : done({ ...times, verdict: performance.now() - since });
     look();
@@ -75,6 +76,23 @@ MANY = """async (value) => {
   await new Promise((done) => setTimeout(done, 30));
 }"""
 """Moves a slider as a hand does that does not wait."""
+
+DRAG = """async (values) => {
+  const slider = document.querySelector('input[type=range][aria-label^="Restitution r"]'), times = [];
+  for (const value of values) {
+    const since = performance.now();
+    await new Promise((done) => {
+      const watch = new MutationObserver(() => { watch.disconnect(); requestAnimationFrame(done); });
+      watch.observe(document.querySelector(".panels"), { childList: true });
+      slider.value = value;
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    times.push(performance.now() - since);
+    await new Promise((done) => setTimeout(done, 100));
+  }
+  return times;
+}"""
+"""Moves a slider on and on; the time of each step until the curves are drawn [ms]."""
 
 DASH = """
 import sys, json
@@ -148,7 +166,11 @@ def own(served: Served, moves: int) -> dict[str, float]:
     """The times of the bench."""
     with page(served.address) as browser:
         until(browser, '!document.querySelector(".waiting") && document.querySelector(".headline").textContent')
-        return medians([browser.run(f"({MOVE})({value})") for value in values(moves)])
+        steps = browser.run(f"({DRAG})({[round(0.42 + 0.004 * k, 3) for k in range(moves)]})")
+        waited = [browser.run(f"({MOVE})({value})") for value in values(moves)]
+        return medians([{"curves": step} for step in steps]) | medians(
+            [{name: own[name] for name in ("margins", "verdict")} for own in waited]
+        )
 
 
 def of_dash(file: Path, moves: int) -> float | None:

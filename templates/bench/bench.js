@@ -5,11 +5,14 @@ import { DIGITS, clamp, make, named, plain, show, signed, stepOf, unitOf, withUn
 import { FIGURES, drawPanels, legendOf, panelsOf, rangesOf } from "./panels.js";
 import { deviceInMotion } from "./sketch.js";
 
+const DRAGGED = 200; // between two changes in a hand that drags, at most [ms]
+const MOVING = 15; // how long margins wait in such a hand: they would keep the next curves waiting [ms]
 const REST = 250; // how long the hand rests before what is slow is asked for [ms]
 const GONE = 2000; // between two tries to reach a server that has gone [ms]
 const MOST_UNDONE = 200; // states that can be gone back to
 const NARROWEST = 280; // panel [px]
 
+const pause = (time) => new Promise((done) => setTimeout(done, time));
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
 
 export function mount(root, start, backend) {
@@ -32,7 +35,9 @@ export function mount(root, start, backend) {
     answered = 0,
     asking = false,
     resting = null,
-    turn = 0;
+    turn = 0,
+    dragging = false,
+    changed = -Infinity;
 
   const set = (changes, instead = false) => {
     const next = instead ? { ...changes } : { ...state, ...changes };
@@ -40,6 +45,8 @@ export function mount(root, start, backend) {
     state = next;
     wanted += 1;
     turn += 1;
+    dragging = performance.now() - changed < DRAGGED;
+    changed = performance.now();
     clearTimeout(resting);
     waitForFindings();
     pump();
@@ -63,7 +70,7 @@ export function mount(root, start, backend) {
       const number = wanted,
         found = await ask("first");
       if (found === null) {
-        await new Promise((done) => setTimeout(done, GONE));
+        await pause(GONE);
         continue;
       }
       answered = number;
@@ -77,9 +84,15 @@ export function mount(root, start, backend) {
     asking = false;
     if (ended || answer === null || root.querySelector(".message:not([hidden])")) return;
     const mine = turn;
+    if (dragging) await pause(MOVING);
+    if (mine !== turn || ended) return;
     const found = await ask("margins");
-    if (mine !== turn || found === null || found.refused) return;
-    drawMargins(found.margins ?? [], found.unresolved);
+    if (mine !== turn) return;
+    if (found === null) {
+      resting = setTimeout(pump, GONE);
+      return;
+    }
+    if (!found.refused) drawMargins(found.margins ?? [], found.unresolved);
     resting = setTimeout(() => rest(mine), REST);
   };
 
@@ -275,11 +288,11 @@ export function mount(root, start, backend) {
         const { row, field } = rows.get(path);
         row.hidden = answer.values[path] === null && document.activeElement !== field;
       }
+      const absent = own.filter(({ path }) => rows.get(path).row.hidden);
+      if (absent.length + 1 === choice.options.length) return;
       choice.replaceChildren(
         make("option", { value: "" }, say),
-        ...own
-          .filter(({ path }) => rows.get(path).row.hidden)
-          .map(({ path, title }) => make("option", { value: path }, title)),
+        ...absent.map(({ path, title }) => make("option", { value: path }, title)),
       );
     };
     return { part: make("div", {}, list, choice), draw };

@@ -180,9 +180,17 @@ def _swept(scenario: Scenario) -> dict[str, Any] | None:
     }
 
 
+CURVES = (
+    *("sweep_value", "velocity_bottom", "velocity_top", "phi_bottom_rad", "phi_top_rad", "q", "discriminant"),
+    *("u_bottom_v", "u_top_v", "u_ave_v"),
+)
+"""What figures show of the motions of a branch; all columns would take twice as long on their way to the page."""
+
+
 def _branch(branch: Branch) -> dict[str, Any]:
     """A branch as it is drawn: its motions, and the pieces of it that are motions, with whether they are stable."""
     motions = branch.motions
+    told = motion_columns(motions, branch.voltages_by_motion)
     real = {
         f"multiplier_{k}": np.real(own).tolist() for k, own in enumerate(eigenvalues(motions.trace, motions.decay), 1)
     }
@@ -192,7 +200,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         "mirror_of": branch.mirror_of,
         "pieces": [[part.first, part.last, part.stable] for part in branch.family.segments if part.admissible],
         "labels": {row: point.label for row, point in branch.family.critical_points.items() if point.label},
-        **motion_columns(motions, branch.voltages_by_motion),
+        **{name: column for name, column in told.items() if name in CURVES},
         **real,
     }
 

@@ -236,7 +236,8 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(HTTPStatus.BAD_REQUEST) from error
 
     def _send_json(self, answer: Mapping[str, Any]) -> None:
-        self._send(HTTPStatus.OK, json.dumps(answer, allow_nan=False).encode(), "application/json")
+        # Its own json takes 4 ms for the curves, a tenth of what a hand may wait.
+        self._send(HTTPStatus.OK, msgspec.json.encode(answer), "application/json")
 
     def _stream(self, answers: Iterator[dict[str, Any]]) -> None:
         """Send answers as they come, each a line."""
