@@ -142,7 +142,7 @@ class Worker:
 def _begun() -> subprocess.Popen[str]:
     # In a session of its own: Ctrl-C is for the server, which then ends it.
     return subprocess.Popen(
-        [sys.executable, "-m", "vireport.bench"],
+        [sys.executable, "-P", "-m", "vireport.bench"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         encoding="utf-8",
