@@ -213,9 +213,9 @@ def _at_design(solution: Solution) -> dict[str, Any]:
     told = {"family": list(design.families), **motion_columns(motions, design.voltages_by_motion)}
     if design.voltages_by_motion is not None and solution.membrane is not None:
         told["outside_membrane"] = (design.voltages_by_motion.deflection_m > solution.membrane.active_radius_m).tolist()
-    if not motions.admissible_mask.any():
+    shown = motions.shown_row
+    if shown is None:
         return {"motions": told, "shown": None, "path": None}
-    shown = int(np.argmax(motions.admissible_mask * (1 + motions.stable_mask)))  # a stable one, if there is one
     path = ball_path(solution.device, design.parameter, motions, shown)
     return {
         "motions": told,

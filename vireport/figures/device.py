@@ -104,9 +104,9 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
         word = motion.word.letters
         return word, True, (periods(portrait.time), 0.5 - portrait.position / portrait.d)
-    if not motions.admissible_mask.any():
+    row = motions.shown_row
+    if row is None:
         return None
-    row = int(np.argmax(motions.admissible_mask * (1 + motions.stable_mask)))  # the first of those that rank highest
     whole = ball_path(study.solution.device, design.parameter, motions, row)
     return motions.words[row], False, (whole.time, whole.distance)
 

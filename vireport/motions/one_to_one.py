@@ -112,6 +112,13 @@ class Motions(Struct, frozen=True, eq=False):
         """Whether each motion is admissible and attracts those nearby."""
         return np.asarray(self.admissible_mask & (self.stability != UNSTABLE))
 
+    @property
+    def shown_row(self) -> int | None:
+        """Row of the motion that is shown of several: the first stable one, else the first admissible one; or None."""
+        if not self.admissible_mask.any():
+            return None
+        return int(np.argmax(self.admissible_mask * (1 + self.stable_mask)))
+
 
 def impact_velocities(device: Device, parameter: Parameter, motions: Motions) -> tuple[Floats, Floats]:
     """Relative velocities at the bottom and at the top impact [m/s], where `parameter` has the motions' sweep value."""
