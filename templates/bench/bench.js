@@ -6,7 +6,7 @@ import { FIGURES, drawPanels, legendOf, panelsOf, rangesOf } from "./panels.js";
 import { deviceInMotion } from "./sketch.js";
 
 const DRAGGED = 200; // between two changes in a hand that drags, at most [ms]
-const MOVING = 15; // how long margins wait in such a hand: they would keep the next curves waiting [ms]
+const MOVING = 15; // how long margins wait in such a hand, after the curves [ms]
 const REST = 250; // how long the hand rests before what is slow is asked for [ms]
 const GONE = 2000; // between two tries to reach a server that has gone [ms]
 const MOST_UNDONE = 200; // states that can be gone back to
@@ -36,6 +36,7 @@ export function mount(root, start, backend) {
     asking = false,
     resting = null,
     turn = 0,
+    margins = Promise.resolve(null),
     dragging = false,
     changed = -Infinity;
 
@@ -63,12 +64,24 @@ export function mount(root, start, backend) {
     }
   };
 
+  /** Margins follow those asked for before, of which none is of use any more where something has moved. */
+  const askMargins = () => {
+    const mine = turn;
+    margins = margins.then(() => (mine === turn ? ask("margins") : null));
+  };
+
   const pump = async () => {
     if (asking || ended) return;
     asking = true;
+    let beside = -1;
     while (answered !== wanted && !ended) {
-      const number = wanted,
-        found = await ask("first");
+      const number = wanted;
+      // Another process works them out at the same time. In a hand that drags they would only slow down the curves.
+      if (!dragging) {
+        beside = turn;
+        askMargins();
+      }
+      const found = await ask("first");
       if (found === null) {
         await pause(GONE);
         continue;
@@ -84,10 +97,13 @@ export function mount(root, start, backend) {
     asking = false;
     if (ended || answer === null || root.querySelector(".message:not([hidden])")) return;
     const mine = turn;
-    if (dragging) await pause(MOVING);
+    if (beside !== mine) {
+      await pause(MOVING);
+      if (mine !== turn || ended) return;
+      askMargins();
+    }
+    const found = await margins;
     if (mine !== turn || ended) return;
-    const found = await ask("margins");
-    if (mine !== turn) return;
     if (found === null) {
       resting = setTimeout(pump, GONE);
       return;

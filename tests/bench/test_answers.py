@@ -9,9 +9,9 @@ import pytest
 from conftest import EXAMPLES, first
 
 from vireport.base import NumericalError, ScenarioError, UsageError
-from vireport.bench.answers import CURVES, NOTHING, PLANE, STABLE, UNSTABLE, plane_answer, study_answer
+from vireport.bench.answers import CURVES, NOTHING, PLANE, STABLE, UNSTABLE, margins_answer, plane_answer, study_answer
 from vireport.bench.controls import controls_of, ends_of
-from vireport.bench.session import Opened, loaded_of, margins, opened, start_data
+from vireport.bench.session import Opened, loaded_of, opened, start_data
 from vireport.bench.session import first as first_of
 from vireport.design import motions_at
 from vireport.physics import Device
@@ -50,7 +50,7 @@ def test_the_numbers_of_a_page_are_those_of_a_run(name: str, number: int) -> Non
         with pytest.raises(type(error)):
             first_of(known, state)
         return
-    told, ends = first_of(known, state), margins(known, state)
+    told, ends = first_of(known, state), margins_answer(loaded_of(known, state))
     for branch, own in zip(results["branches"], told["branches"], strict=True):
         drawn = [key for key in CURVES if key in branch]
         assert {key: branch[key] for key in drawn} == {key: own[key] for key in drawn}
@@ -63,7 +63,8 @@ def test_the_numbers_of_a_page_are_those_of_a_run(name: str, number: int) -> Non
     design = results["design_point"]
     for key in (*SAME, "stability", "admissible", *(["u_ave_v"] if "u_ave_v" in design else [])):
         assert design[key] == told["motions"][key]
-    assert design["margins"] == ends["margins"]
+    own = [margin for margin in design["margins"] if margin["ends_stability"] or margin["taken_over"]]
+    assert [{key: margin[key] for key in margin if key != "label"} for margin in own] == ends["margins"]
     for path, value in state.items():
         assert told["values"][path] == value
 
@@ -206,4 +207,4 @@ def test_where_nothing_exists_no_motion_is_shown() -> None:
     told = first_of(known, {"device.length_m": 0.05, "sweep": None})
     assert told["shown"] is None
     assert told["path"] is None
-    assert margins(known, {"device.length_m": 0.05, "sweep": None})["margins"] == []
+    assert margins_answer(loaded_of(known, {"device.length_m": 0.05, "sweep": None}))["margins"] == []

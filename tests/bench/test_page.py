@@ -14,8 +14,8 @@ from browser import Browser, needs_a_browser, needs_axe
 from conftest import EXAMPLES
 from serving import Served, serving
 
-from vireport.bench.answers import plane_answer, study_answer
-from vireport.bench.session import first, loaded_of, margins, opened, start_data
+from vireport.bench.answers import margins_answer, plane_answer, study_answer
+from vireport.bench.session import first, loaded_of, opened, start_data
 from vireport.bench.widget import one_module
 from vireport.scenario import load
 from vireport.study import analyse
@@ -351,7 +351,7 @@ def test_the_same_page_speaks_to_a_kernel(tmp_path: Path) -> None:
     study = analyse(loaded_of(known, {}), ("json",))
     answers = {
         "first": first(known, {}),
-        "margins": margins(known, {}),
+        "margins": margins_answer(loaded_of(known, {})),
         "study": study_answer(study),
         "plane": plane_answer(study.loaded, ("inclination_deg", "length_m"), ((0.0, 90.0), (0.59, 0.75))),
         "changes": {"changes": None},

@@ -1,6 +1,7 @@
-"""The process that works out for a page what takes long: a job a line of JSON on standard input, answers on the output.
+"""A process that answers beside the server: a job a line of JSON on standard input, answers on the output.
 
-It is a process of its own so that a hand that moves on need not wait for it: it is ended, and another one begun.
+Margins come from one, at the same time as the curves. What takes long comes from another, so that a hand that moves on
+need not wait for it: it is ended, and another one begun.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ import msgspec
 from msgspec import Struct, to_builtins
 
 from vireport.base import Progress, VireportError
-from vireport.bench.answers import plane_answer, study_answer
+from vireport.bench.answers import margins_answer, plane_answer, study_answer
 from vireport.bench.changes import changes
-from vireport.bench.jobs import Job, Slow
+from vireport.bench.jobs import Aside, Job
 from vireport.bench.session import refusal
 from vireport.scenario import loads
 from vireport.study import Study, Task, analyse
@@ -40,12 +41,14 @@ def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None])
             write(number, {"progress": what})
 
         try:
-            if job.kind is Slow.PLANE:
+            if job.kind is Aside.MARGINS:
+                answer = margins_answer(loads(job.text, job.name, job.overrides))
+            elif job.kind is Aside.PLANE:
                 answer = plane_answer(loads(job.text, job.name, job.overrides), job.axes, job.ranges)
             else:
                 if last is None or not last.job.same_scenario(job):
                     last = _Last(job, _study(job, say))
-                if job.kind is Slow.STUDY:
+                if job.kind is Aside.STUDY:
                     answer = study_answer(last.study)
                 else:
                     answer = {"changes": to_builtins(changes(last.study, say))}

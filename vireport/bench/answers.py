@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vireport.base import UsageError
 from vireport.bench.controls import values_of
-from vireport.design import Solution, design_point, solution_of
+from vireport.design import Solution, margins_of, solution_of
 from vireport.gate import Designs
 from vireport.motions import Branch, ball_path, eigenvalues
 from vireport.physics import Device, Membrane
@@ -38,21 +38,8 @@ DRAWN_BEFORE = "branches", "critical_points", "stable_range", "table_1"
 """What results.json has of a sweep, which the first answer has told already."""
 
 
-def solution_without_margins(loaded: Loaded) -> Solution:
-    """The motions along the sweep and at the design point, of which the first answer is made, and then the margins."""
-    scenario = loaded.scenario
-    at_design = scenario.value_of(scenario.parameter) is not None
-    return solution_of(Device.of(scenario), Membrane.of(scenario), sweep_of(scenario), at_design, margins=False)
-
-
-def first_answer(loaded: Loaded, solution: Solution) -> dict[str, Any]:
+def first_answer(loaded: Loaded) -> dict[str, Any]:
     """The motions along the sweep and at the design point, without their margins.
-
-    Parameters
-    ----------
-    loaded : Loaded
-    solution : Solution
-        Of it, see `solution_without_margins`.
 
     Returns
     -------
@@ -60,10 +47,13 @@ def first_answer(loaded: Loaded, solution: Solution) -> dict[str, Any]:
         ``values`` of the controls by their paths; ``swept`` and the ``branches`` along it, ``points`` and ``stable``
         ranges; ``motions`` of the design point, which of them is ``shown``, and the ``path`` of ball and capsule.
     """
+    scenario = loaded.scenario
+    device, membrane = Device.of(scenario), Membrane.of(scenario)
+    solution = solution_of(device, membrane, sweep_of(scenario), _has_design(scenario), margins=False)
     return {
-        "values": values_of(loaded.scenario),
-        "blocks": [block for block in ALSO if getattr(loaded.scenario, block) is not None],
-        "swept": _swept(loaded.scenario),
+        "values": values_of(scenario),
+        "blocks": [block for block in ALSO if getattr(scenario, block) is not None],
+        "swept": _swept(scenario),
         "branches": [_branch(branch) for branch in solution.branches],
         "points": [
             {
@@ -79,15 +69,25 @@ def first_answer(loaded: Loaded, solution: Solution) -> dict[str, Any]:
     }
 
 
-def margins_answer(solution: Solution) -> dict[str, Any]:
-    """How far the design point's stable motions are from their ends, nearest first; null without a design point."""
-    if solution.design is None:
+def margins_answer(loaded: Loaded) -> dict[str, Any]:
+    """How far the design point's stable motions are from their ends, nearest first; null without a design point.
+
+    It is told without the labels of a sweep, which need not be solved for it.
+    """
+    if not _has_design(loaded.scenario):
         return {"margins": None, "unresolved": []}
-    design = design_point(solution.device, solution.diagram)
+    design = solution_of(Device.of(loaded.scenario), None, None, True, margins=False).design
+    assert design is not None
+    ends = margins_of(Device.of(loaded.scenario), design.motions)
+    told = [margin_data(margin) for margin in ends.found]
     return {
-        "margins": [margin_data(margin) for margin in design.margins],
-        "unresolved": list(design.unresolved_inputs),
+        "margins": [{key: margin[key] for key in margin if key != "label"} for margin in told],
+        "unresolved": list(ends.unresolved),
     }
+
+
+def _has_design(scenario: Scenario) -> bool:
+    return scenario.value_of(scenario.parameter) is not None
 
 
 def study_answer(study: Study) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What takes long for a page, in a process that is ended where the page has moved on."""
+"""What processes beside the server answer: margins, and what takes long, which is ended where a page has moved on."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ PATIENCE = 0.5
 long."""
 
 
-class Slow(StrEnum):
-    """What a page asks for when the hand rests."""
+class Aside(StrEnum):
+    """What a page asks that another process answers: margins beside the curves, and the rest when the hand rests."""
 
+    MARGINS = "margins"
     PLANE = "plane"
     STUDY = "study"
     CHANGES = "changes"
@@ -59,7 +60,7 @@ class Job(Struct, frozen=True):
 
     Attributes
     ----------
-    kind : Slow
+    kind : Aside
     text, name : str
         Of the scenario.
     overrides : tuple of str
@@ -67,7 +68,7 @@ class Job(Struct, frozen=True):
         As in the question.
     """
 
-    kind: Slow
+    kind: Aside
     text: str
     name: str
     overrides: tuple[str, ...]
@@ -80,7 +81,7 @@ class Job(Struct, frozen=True):
 
 
 class Worker:
-    """A process that answers the jobs of one page, the newest of them: one that waits ends the one before."""
+    """A process that answers jobs, one at a time."""
 
     def __init__(self) -> None:
         self._turn = threading.Lock()
@@ -89,7 +90,9 @@ class Worker:
         self._process = _begun()
 
     def answers(self, job: Job) -> Iterator[dict[str, Any]]:
-        """Give ``progress`` as it comes and then the ``answer``; no answer where the process was ended.
+        """Give ``progress`` as it comes and then the ``answer``, and end the job before if that takes long.
+
+        There is no answer where the process was ended.
 
         Raises
         ------
@@ -99,15 +102,21 @@ class Worker:
         while not self._turn.acquire(timeout=PATIENCE / 5):
             self.drop()
         try:
-            if self._process.poll() is not None:
-                self._process = _begun()
-            self._since, self._count = time.monotonic(), self._count + 1
-            yield from self._told(self._process, job, self._count)
+            yield from self._told(job)
         finally:
             self._since = None
             self._turn.release()
 
-    def _told(self, process: subprocess.Popen[str], job: Job, number: int) -> Iterator[dict[str, Any]]:
+    def answer(self, job: Job) -> dict[str, Any] | None:
+        """The answer to a job that ends none before it; None where the process was ended. Raises as `answers`."""
+        with self._turn:
+            return next((told["answer"] for told in self._told(job) if "answer" in told), None)
+
+    def _told(self, job: Job) -> Iterator[dict[str, Any]]:
+        if self._process.poll() is not None:
+            self._process = _begun()
+        process, number = self._process, self._count + 1
+        self._since, self._count = time.monotonic(), number
         assert process.stdin is not None
         assert process.stdout is not None
         with suppress(BrokenPipeError):  # it was ended before

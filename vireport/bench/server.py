@@ -25,8 +25,8 @@ import msgspec
 from markupsafe import Markup, escape
 
 from vireport.base import UsageError, VireportError
-from vireport.bench.jobs import Asked, Slow, Worker
-from vireport.bench.session import MODULES, NAME, Opened, first, job_of, margins, refusal, save, start_data
+from vireport.bench.jobs import Aside, Asked, Worker
+from vireport.bench.session import MODULES, NAME, Opened, first, job_of, refusal, save, start_data
 from vireport.wording import TEMPLATES, environment_of
 
 HOST = "127.0.0.1"
@@ -84,11 +84,12 @@ class Bench:
         self.secret = secrets.token_urlsafe(24)
         self._workers: OrderedDict[str, Worker] = OrderedDict()
         self._spare: Worker | None = None
+        self._beside: Worker | None = None
         self._lock = threading.Lock()
 
     def begin(self) -> None:
-        """Start the process of the first page ahead of it."""
-        self._spare = Worker()
+        """Start the process of the margins, and that of the first page ahead of it."""
+        self._beside, self._spare = Worker(), Worker()
 
     def page(self) -> bytes:
         """The page itself."""
@@ -96,14 +97,17 @@ class Bench:
         template = environment_of(None, lambda value: str(escape(value))).get_template("bench/page.html.j2")
         return template.render(title=self.known.name, start=Markup(start)).encode()
 
-    def quick(self, kind: str, asked: Asked) -> dict[str, Any]:
+    def quick(self, kind: str, asked: Asked) -> dict[str, Any] | None:
         """What a hand waits for."""
         if kind == "save":
             return {"saved": str(save(self.known, asked.state, asked.name, self.folder))}
+        if kind == "margins":
+            assert self._beside is not None
+            return self._beside.answer(job_of(self.known, Aside.MARGINS, asked))
         self._worker(asked.page).drop()
-        return first(self.known, asked.state) if kind == "first" else margins(self.known, asked.state)
+        return first(self.known, asked.state)
 
-    def slow(self, kind: Slow, asked: Asked) -> Iterator[dict[str, Any]]:
+    def slow(self, kind: Aside, asked: Asked) -> Iterator[dict[str, Any]]:
         """What follows when the hand rests."""
         yield from self._worker(asked.page).answers(job_of(self.known, kind, asked))
 
@@ -123,7 +127,7 @@ class Bench:
 
     def end(self) -> None:
         """End all processes."""
-        for worker in (*self._workers.values(), *filter(None, [self._spare])):
+        for worker in (*self._workers.values(), *filter(None, [self._spare, self._beside])):
             worker.end()
 
     def _worker(self, page: str) -> Worker:
@@ -219,8 +223,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._send_json(_refusing(partial(self.bench.quick, what, asked)))
         elif what == "report":
             self._stream(self.bench.report(asked))
-        elif what in set(Slow):
-            self._stream(self.bench.slow(Slow(what), asked))
+        elif what in set(Aside):
+            self._stream(self.bench.slow(Aside(what), asked))
         else:
             raise Refused(HTTPStatus.NOT_FOUND)
 
@@ -235,7 +239,7 @@ class _Handler(BaseHTTPRequestHandler):
         except (msgspec.DecodeError, RecursionError) as error:
             raise Refused(HTTPStatus.BAD_REQUEST) from error
 
-    def _send_json(self, answer: Mapping[str, Any]) -> None:
+    def _send_json(self, answer: Mapping[str, Any] | None) -> None:
         # Its own json takes 4 ms for the curves, a tenth of what a hand may wait.
         self._send(HTTPStatus.OK, msgspec.json.encode(answer), "application/json")
 
@@ -267,8 +271,8 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
 
-def _refusing(answer: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """An answer, or why there is none."""
+def _refusing(answer: Callable[[], dict[str, Any] | None]) -> dict[str, Any] | None:
+    """An answer, or why it is refused."""
     try:
         return answer()
     except VireportError as error:

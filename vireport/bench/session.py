@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from msgspec import Struct, to_builtins
 
 from vireport.base import ScenarioError, UsageError, VireportError, __version__, writable, write_new
-from vireport.bench.answers import first_answer, margins_answer, solution_without_margins
+from vireport.bench.answers import first_answer
 from vireport.bench.controls import CHOICES, controls_of, ends_of
-from vireport.bench.jobs import Asked, Job, Slow
-from vireport.design import Solution
+from vireport.bench.jobs import Aside, Asked, Job
 from vireport.scenario import (
     DesignInput,
     Loaded,
@@ -37,9 +35,6 @@ NOT_HERE = {
 
 OPTIONAL = "requirements", "tolerances"
 """Blocks whose keys a page can take away one by one."""
-
-REMEMBERED = 8
-"""Solutions that are kept: margins follow the first answer, and several pages may be open."""
 
 MODULES = "elements.js", "panels.js", "sketch.js", "bench.js"
 """The modules that draw a page, each after those that it imports."""
@@ -147,25 +142,13 @@ def _named(scenario: Scenario, varied: ScalarInput) -> dict[str, Any]:
     return {**named, "symbol": varied.symbol, "unit": varied.unit, "from": low, "to": high}
 
 
-@lru_cache(maxsize=REMEMBERED)
-def _solved(text: str, name: str, overrides: tuple[str, ...]) -> tuple[Loaded, Solution]:
-    loaded = loads(text, name, overrides)
-    return loaded, solution_without_margins(loaded)
-
-
 def first(known: Opened, state: State) -> dict[str, Any]:
     """The first answer of a state, see `answers.first_answer`."""
-    return first_answer(*_solved(known.text, known.name, known.over(state)))
+    return first_answer(loaded_of(known, state))
 
 
-def margins(known: Opened, state: State) -> dict[str, Any]:
-    """The margins of a state, see `answers.margins_answer`."""
-    _, solution = _solved(known.text, known.name, known.over(state))
-    return margins_answer(solution)
-
-
-def job_of(known: Opened, kind: Slow, asked: Asked) -> Job:
-    """What is slow of a state, for the process that answers it."""
+def job_of(known: Opened, kind: Aside, asked: Asked) -> Job:
+    """A question about a state, for the process that answers it."""
     return Job(kind, known.text, known.name, known.over(asked.state), asked.axes, asked.ranges)
 
 

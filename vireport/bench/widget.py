@@ -12,8 +12,8 @@ import msgspec
 import traitlets
 
 from vireport.base import VireportError
-from vireport.bench.jobs import Asked, Slow, Worker
-from vireport.bench.session import MODULES, Opened, first, job_of, loaded_of, margins, refusal, start_data
+from vireport.bench.jobs import Aside, Asked, Worker
+from vireport.bench.session import MODULES, Opened, first, job_of, loaded_of, refusal, start_data
 from vireport.scenario import Loaded
 from vireport.wording import TEMPLATES
 
@@ -44,7 +44,7 @@ class BenchWidget(anywidget.AnyWidget):
 
     def __init__(self, known: Opened) -> None:
         super().__init__(start=start_data(known))
-        self._known, self._worker = known, Worker()
+        self._known, self._worker, self._beside = known, Worker(), Worker()
         self.on_msg(self._heard)
 
     @property
@@ -59,27 +59,29 @@ class BenchWidget(anywidget.AnyWidget):
         return loaded_of(self._known, self.state)
 
     def close(self) -> None:
-        """End the process that works out what takes long, and take the bench off the page."""
+        """End the processes that answer beside the kernel, and take the bench off the page."""
         self._worker.end()
+        self._beside.end()
         super().close()
 
     def _heard(self, _: Any, content: dict[str, Any], buffers: Any) -> None:
         number, kind = content["number"], content["kind"]
         asked = msgspec.convert(content["question"], Asked)
-        if kind in set(Slow):
-            self._worker.drop()
-            threading.Thread(target=self._slowly, args=(number, Slow(kind), asked), daemon=True).start()
+        if kind in set(Aside):
+            worker = self._beside if kind == Aside.MARGINS else self._worker
+            threading.Thread(target=self._aside, args=(worker, number, Aside(kind), asked), daemon=True).start()
             return
+        self._worker.drop()
         try:
-            answer = first(self._known, asked.state) if kind == "first" else margins(self._known, asked.state)
+            answer = first(self._known, asked.state)
         except VireportError as error:
             answer = refusal(error)
         self.send({"number": number, "answer": answer})
 
-    def _slowly(self, number: int, kind: Slow, asked: Asked) -> None:
+    def _aside(self, worker: Worker, number: int, kind: Aside, asked: Asked) -> None:
         job = job_of(self._known, kind, asked)
         with suppress(RuntimeError):  # whose traceback the process has printed
-            for told in self._worker.answers(job):
+            for told in worker.answers(job):
                 self.send({"number": number, **told})
                 if "answer" in told:
                     return

@@ -8,7 +8,7 @@ from vireport.design.distortion import Distortion
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.lines import HIGHEST_RESTITUTION, along, line_of, mirrored, reach
-from vireport.design.margins import Margin
+from vireport.design.margins import Margin, margins_of
 from vireport.design.point import DesignPoint, StableInterval, around_length, design_point, motions_at, stable_ranges
 from vireport.design.sensitivity import contact_share, input_error, mass_elasticity, restitution_effect
 from vireport.design.solution import SMALLEST_LOSS, Solution, solution_of, stable_motion
@@ -48,6 +48,7 @@ __all__ = [
     "input_error",
     "line_of",
     "margins",
+    "margins_of",
     "mass_elasticity",
     "measured_share",
     "mirrored",
