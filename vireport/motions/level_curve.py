@@ -223,10 +223,10 @@ def largest_with_friction(largest: tuple[float, float], friction: float, r: Any,
 
 
 @lru_cache(maxsize=64)
-def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()) -> tuple[float, float]:
+def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> tuple[float, float]:
     """Largest d and gbar of any motion, with a little room; of a force with harmonics, no less than these."""
     if harmonics:
-        parts = [(own.share, *largest_groups(r, own.order * n), own.order) for own in (SINE, *harmonics)]
+        parts = [(own.share, *largest_groups(r, own.order * n, ()), own.order) for own in (SINE, *harmonics)]
         return sum(p * d / j**2 for p, d, _, j in parts), sum(p * gbar for p, _, gbar, _ in parts)
     k = coefficients(np.linspace(-EDGE, EDGE, 4096 * n + 1), r, n)
     # Over all phases a sin(phi) + b cos(phi) is (a^2 + b^2)^(1/2) at most.

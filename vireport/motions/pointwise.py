@@ -172,7 +172,7 @@ def _portions(cells: Ints, d: Floats, gbar: Floats, r: Any, n: int, shared: Any)
     """Cut design points into portions that fit the cache, each on the grid that its gbar needs."""
     if shared is not None:
         # Beyond the largest d or gbar of all motions G has no zero, and the grid would be searched for nothing.
-        largest_d, largest_gbar = largest_groups(shared, n)
+        largest_d, largest_gbar = largest_groups(shared, n, ())
         cells = cells[(d[cells] <= largest_d) & (gbar[cells] <= largest_gbar)]
     kind = np.searchsorted(-np.array(SCALES), -gbar[cells]) if n % 2 else np.zeros(len(cells), dtype=np.intp)
     # Where the membranes are not alike, nothing can be divided out without gravity either: motions are then at u of
@@ -356,7 +356,7 @@ def _grid(r: Any, n: int, scale: int) -> Floats:
     elif n % 2:
         step = 1e-6
         at, beside = forms(np.array(0.0), r, n), forms(np.array(step), r, n)
-        growth = (abs(beside.delta) + largest_groups(r, n)[0] * np.hypot(beside.sine_d, beside.cosine_d)) / step
+        growth = (abs(beside.delta) + largest_groups(r, n, ())[0] * np.hypot(beside.sine_d, beside.cosine_d)) / step
         smallest = float(SCALES[scale] * np.hypot(at.sine_gbar, at.cosine_gbar) / growth)
     near_edge = 0.5 - spacing * 10.0 ** np.arange(-4, 0, 0.5)
     decades = 10.0 ** np.arange(np.floor(np.log10(smallest)), np.log10(PER_DECADE * spacing), 1 / PER_DECADE)

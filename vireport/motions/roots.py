@@ -17,7 +17,10 @@ ADJACENT = 4e-16
 """Width of a bracket, relative to its lower end, at which no double but one or two is left in it."""
 
 MOST_HALVINGS = 200
-"""More than bisection alone in one step of three needs to exhaust a double."""
+"""More than any search takes that bisects where its quadratics do not."""
+
+TINY = np.finfo(float).tiny
+"""Divisor in the place of zero."""
 
 MOST_NEWTON_STEPS = 60
 """More than bisection needs to exhaust a double; Newton's steps end the search after four to seven."""
@@ -45,9 +48,11 @@ def bracketed_root(
     tolerance: float = 0.0,
     values: tuple[Floats, Floats] | None = None,
 ) -> Floats:
-    """Zeros of a function between `low` and `high`, where its signs differ, by secant steps and bisections.
+    """Zeros of a function between `low` and `high`, where its signs differ, by inverse quadratics and bisections.
 
-    The Illinois rule, with every third step a bisection.
+    Chandrupatla's rule: the inverse quadratic through the last three values where that is sure to be monotone within
+    the bracket, else the middle. A step that would come nearer to an end than the tolerance goes as far as that, beyond
+    the zero, so that the bracket closes from both sides.
 
     Parameters
     ----------
@@ -59,28 +64,37 @@ def bracketed_root(
         Width of the last bracket; 0 for the last bit.
     values : tuple of ndarray, optional
         Of the function at both ends, where they are known.
+
+    Returns
+    -------
+    ndarray
+        Zeros, or else the ends of the last brackets on the side of `high`.
     """
     if not low.size:
         return low
     f_low, f_high = values or (function(low), function(high))
-    for iteration in range(MOST_HALVINGS):
-        bisecting = iteration % 3 == 2
-        with np.errstate(invalid="ignore", divide="ignore"):
-            secant = (low * f_high - high * f_low) / (f_high - f_low)
-        usable = (secant > np.minimum(low, high)) & (secant < np.maximum(low, high)) & (not bisecting)
-        x = np.where(usable, secant, low + (high - low) / 2)
+    # The newest argument, the other end of the bracket, and the argument that was left behind.
+    (new, f_new), (other, f_other), part = (low, f_low), (high, f_high), np.full(low.shape, 0.5)
+    for _ in range(MOST_HALVINGS):
+        x = new + part * (other - new)
         f = function(x)
-        replace_low = (f > 0) == (f_low > 0)
-        # An end that stays is given half its value: false position alone would keep it for good where the function is
-        # convex, and creep up to the root from the other side.
-        weight = 1.0 if bisecting else 0.5
-        f_high = np.where(replace_low, f_high * weight, f)
-        f_low = np.where(replace_low, f, f_low * weight)
-        high = np.where(replace_low, high, x)
-        low = np.where(replace_low, x, low)
-        if np.all((np.abs(high - low) <= tolerance + ADJACENT * np.abs(low)) | (f == 0)):
+        same = (f > 0) == (f_new > 0)
+        left, f_left = np.where(same, new, other), np.where(same, f_new, f_other)
+        other, f_other = np.where(same, other, new), np.where(same, f_other, f_new)
+        new, f_new, width = x, f, other - x
+        closest = (tolerance + ADJACENT * np.abs(x)) / np.maximum(np.abs(width), TINY)
+        settled = (closest >= 1) | (f == 0)
+        if settled.all():
             break
-    return np.where(f == 0, x, high)
+        with np.errstate(all="ignore"):
+            xi, phi = (new - other) / (left - other), (f_new - f_other) / (f_left - f_other)
+            quadratic = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
+            across = f_new / (f_other - f_new) * f_left / (f_other - f_left)
+            beyond = (left - new) / width * f_new / (f_left - f_new) * f_other / (f_left - f_other)
+            part = np.where(quadratic, across + beyond, 0.5)
+        nearest = np.minimum(closest / 2, 0.5)
+        part = np.where(settled, 0.0, np.clip(part, nearest, 1 - nearest))
+    return np.where((f_new == 0) | ((f_new > 0) == (f_high > 0)), new, other)
 
 
 def newton_root(

@@ -246,7 +246,7 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
         return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
 
     # Rough is enough: each of them is solved for in decimals from there.
-    root = bracketed_root(event_value, w[row], w[row + 1], ROUGH)
+    root = bracketed_root(event_value, w[row], w[row + 1], ROUGH, (values[row, event], values[row + 1, event]))
     owners = [owner[row] == i for i in range(len(pieces))]
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
