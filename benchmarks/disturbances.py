@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # as the command sets it before the imports
 
 import re
 import resource
@@ -62,8 +63,8 @@ its block of simulation, as Valgrind takes minutes for what the compiler does.""
 RUN = """
 import sys
 from vireport.__main__ import entry
+from vireport.study import study
 if {without}:
-    from vireport.study import study
     study._with_disturbances = lambda known: known
 sys.argv = ["vireport", "run", *sys.argv[1:]]
 entry()
