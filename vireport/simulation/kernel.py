@@ -307,9 +307,10 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
     """
     v, g, c, s = flight
     sign, first, gap = _breakpoint(phase, g, turn[0])
-    flip, middle, last = sign, (-c, -s), (c, s)
     if g < 1.0:
         flip, middle, last = -sign, (-g, -sign * turn[1]), (-g, sign * turn[1])
+    else:
+        flip, middle, last = sign, (-c, -s), (c, s)
     ends = (first, first + gap)
     node, now, gate = (0.0, 0.0, v), flight, walls
     periods, seen = 0.0, 0.0
@@ -531,17 +532,15 @@ def _follow(
     turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
     s, c = sin(phase), cos(phase)
     walls, flight = (-0.5 * d - z, 0.5 * d - z), 0.0
-    evaluations, status, row, count = 1.0, RUNNING, 0, 0
+    evaluations, status, row, count, kept = 1.0, RUNNING, 0, 0, len(rows)
     parts = np.empty((0, 3))
     if harmonics is not None:
         parts = np.empty((len(harmonics), 3))
         _begun(phase, harmonics, parts)
     place, since, after = 0, 0.0, 0
     while True:
-        out = rows[row]
-        row = row + 1 if row + 1 < len(rows) else 0
-        out[WALL], out[PHASE], out[FLIGHT] = wall, phase, flight
-        out[VELOCITY], out[SETTLING], out[RIDING] = v, 0.0, 0.0
+        rows[row, WALL], rows[row, PHASE], rows[row, FLIGHT] = wall, phase, flight
+        rows[row, VELOCITY], rows[row, SETTLING], rows[row, RIDING] = v, 0.0, 0.0
         if wall != 0.0:
             walls = (-d, 0.0) if wall > 0.0 else (0.0, d)
             r = r_bottom if wall > 0.0 else r_top
@@ -561,9 +560,9 @@ def _follow(
                 # Hops to come are summed with one restitution: the largest, or so late that it makes no difference.
                 settles = settles and (r == laws[which, 2] or abs(v) <= FALLING_CHATTER)
             if settles:
-                out[SETTLING], out[RIDING] = settling, riding
+                rows[row, SETTLING], rows[row, RIDING] = settling, inf if for_ever else riding
                 if for_ever:
-                    out[RIDING], status = inf, REST
+                    status = REST
                     break
                 if drive is not None:
                     phase, v, place, since = _on(phase, settling + riding), 0.0, after, 0.0
@@ -575,6 +574,7 @@ def _follow(
                     _begun(phase, harmonics, parts)
         if count == impacts:
             break
+        row = row + 1 if row + 1 < kept else 0
         if drive is not None:
             (periods, t, wall, v, steps), place, since = _next_impact_along(v, drive, place, since, walls)
         elif harmonics is None or still is None:
