@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis, XAxis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -176,6 +177,17 @@ def letter_panels(panels: Sequence[Axes], first: int, below_axis: bool = True) -
         axes.text(0, 1, f"({letter_of(first + k)})", transform=axes.transAxes + offset, size=sheet().small)
 
 
+def _axis_on_top(axes: Axes) -> Axis:
+    """A second axis along the top of a panel, which has the values of the one below it."""
+    if axes.get_title():  # Matplotlib puts titles over axes of its own alone
+        return axes.secondary_xaxis("top").xaxis
+    top = XAxis(axes)
+    top.set_ticks_position("top")
+    top.set_label_position("top")
+    Scale(top)
+    return top
+
+
 def say(axes: Axes, text: str) -> None:
     """Write a sentence in the middle of a panel that shows nothing else."""
     box = {"facecolor": "white", "edgecolor": "none"}
@@ -313,15 +325,13 @@ class SweepAxis(Struct, frozen=True):
         panels[-1].set_xlim(self.low - margin, self.high + margin)
         put_ticks(panels[-1].xaxis, *round_ticks(self.low, self.high, width))
         panels[-1].set_xlabel(below)
-        top = panels[0].secondary_xaxis("top")
-        if not panels[0].get_title():  # over which Matplotlib would put it
-            Scale(top.xaxis)
+        top = _axis_on_top(panels[0])
         if not self.scales_on_top:
-            top.set_xticks([])
-            top.set_xlabel(above)
+            put_ticks(top, [], [])
+            top.set_label_text(above)
             return
-        put_ticks(top.xaxis, *self._along_top(width))
-        top.set_xlabel(f"{above}\n{over}" if above else over)
+        put_ticks(top, *self._along_top(width))
+        top.set_label_text(f"{above}\n{over}" if above else over)
 
     def _along_top(self, width: float) -> tuple[Floats, list[str]]:
         """Places and labels of the ticks of the swept parameter, or of gbar where the inclination varies."""
