@@ -95,54 +95,63 @@
     return { panel, device, draw, button, close, kind, cells, doubt };
   };
 
+  // A figure's drawing, of which there are two where a narrow screen shows another one, with its crosshair. The places
+  // that the page knows are those of the wide one; across and down give where they are in this one.
+  const drawingOf = (name, svg) => {
+    const moved = svg.classList.contains("narrow") ? data.narrow[name] : null;
+    const to = ([factor, shift], at) => factor * at + shift;
+    const [y1, y2] = moved ? moved.extent : data.figures[name];
+    const line = make("line", { y1, y2 });
+    const dots = data.branches[0].places[name].slice(1).map(() => make("circle", { r: 3 }));
+    const cross = make("g", { class: "cross", visibility: "hidden" }, line, ...dots);
+    svg.append(cross);
+    return { name, svg, line, dots, cross, across: (x) => (moved ? to(moved.across, x) : x),
+      down: (k, y) => (moved ? to(moved.down[k], y) : y) };
+  };
+
   // The figures
   const figures = Object.entries(data.figures).map(([name, extent]) => {
-    const svg = document.querySelector(`svg[data-figure="${name}"]`);
-    if (!svg) return null;
-    const figure = { name, svg, ...panelOf(name) };
+    const drawn = [...document.querySelectorAll(`svg[data-figure="${name}"]`)];
+    if (!drawn.length) return null;
+    const figure = { name, ...panelOf(name) };
     const choice = make("select", { "aria-label": `Motions, ${name}` },
       ...data.branches.map((x, k) => make("option", { value: k }, x.name)));
     const slider = make("input", { type: "range", min: 0, step: 1, "aria-label": `Motion along the branch, ${name}` });
     const control = make("div", { class: "live-control" }, choice, ...(extent === null ? [] : [slider]));
-    svg.parentNode.after(control);
+    drawn[0].parentNode.after(control);
     control.after(figure.panel);
-    Object.assign(figure, { slider, choice, line: null, dots: [], cross: null });
+    Object.assign(figure, { slider, choice, drawings: extent === null ? [] : drawn.map((svg) => drawingOf(name, svg)) });
     slider.addEventListener("input", () => show(branch, Number(slider.value), figure));
     choice.addEventListener("change", () => changeBranch(Number(choice.value), figure));
     figure.close.addEventListener("click", () => {
       figure.panel.hidden = true;
-      figure.cross?.setAttribute("visibility", "hidden");
+      for (const { cross } of figure.drawings) cross.setAttribute("visibility", "hidden");
     });
-    if (extent === null) return figure;
-    figure.line = make("line", { y1: extent[0], y2: extent[1] });
-    figure.dots = data.branches[0].places[name].slice(1).map(() => make("circle", { r: 3 }));
-    figure.cross = make("g", { class: "cross", visibility: "hidden" }, figure.line, ...figure.dots);
-    svg.append(figure.cross);
-    for (const kind of ["pointermove", "pointerdown"]) {
-      svg.addEventListener(kind, (event) => {
-        const [b, i] = nearest(figure, event);
-        show(b, i, figure);
+    for (const drawing of figure.drawings) {
+      for (const kind of ["pointermove", "pointerdown"]) {
+        drawing.svg.addEventListener(kind, (event) => {
+          const [b, i] = nearest(drawing, event);
+          show(b, i, figure);
+        });
+      }
+      drawing.svg.addEventListener("click", (event) => {
+        const [b, i, distance] = nearest(drawing, event, (b, i) => i in data.branches[b].labels);
+        if (distance < NEAR) location.hash = `#point-${data.branches[b].labels[i]}`;
       });
     }
-    svg.addEventListener("click", (event) => {
-      const [b, i, distance] = nearest(figure, event, (b, i) => i in data.branches[b].labels);
-      if (distance < NEAR) location.hash = `#point-${data.branches[b].labels[i]}`;
-    });
     return figure;
   }).filter(Boolean);
 
   // The motion whose curves come nearest to the pointer, of those that are wanted, and how near [units of the drawing].
-  const nearest = ({ name, svg }, event, wanted = () => true) => {
+  const nearest = ({ name, svg, across: toX, down: toY }, event, wanted = () => true) => {
     const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
     let best = [branch, row, Infinity];
     data.branches.forEach(({ places }, b) => {
       const [across, ...curves] = places[name];
-      for (const curve of curves) {
-        curve.forEach((at, i) => {
-          const distance = at === null ? Infinity : Math.hypot(across[i] - x, at - y);
-          if (distance < best[2] && wanted(b, i)) best = [b, i, distance];
-        });
-      }
+      curves.forEach((curve, k) => curve.forEach((at, i) => {
+        const distance = at === null ? Infinity : Math.hypot(toX(across[i]) - x, toY(k, at) - y);
+        if (distance < best[2] && wanted(b, i)) best = [b, i, distance];
+      }));
     });
     return best;
   };
@@ -158,16 +167,19 @@
     [branch, row] = [b, i];
     if (panel) panel.hidden = false;
     const { columns, places, words, labels, outside } = data.branches[branch];
-    for (const { name, line, dots, cross, slider, choice, device, draw, kind, cells, doubt } of figures) {
+    for (const { name, drawings, slider, choice, device, draw, kind, cells, doubt } of figures) {
       choice.value = branch;
-      if (cross) {
-        const [across, ...curves] = places[name];
-        place(line, { x1: across[row], x2: across[row] });
+      for (const { line, dots, cross, across: toX, down: toY } of drawings) {
+        const [across, ...curves] = places[name], x = toX(across[row]);
+        place(line, { x1: x, x2: x });
         curves.forEach((curve, k) => {
           const at = curve[row];
-          place(dots[k], at === null ? { visibility: "hidden" } : { cx: across[row], cy: at, visibility: "inherit" });
+          place(dots[k], at === null ? { visibility: "hidden" } : { cx: x, cy: toY(k, at), visibility: "inherit" });
         });
         cross.setAttribute("visibility", "visible");
+      }
+      if (drawings.length) {
+        const [across] = places[name];
         place(slider, { max: across.length - 1, "aria-valuetext": `${data.swept} ${print(value("sweep_value"))} ${data.unit}, ${words[row]}` });
         slider.value = row;
       }
@@ -195,18 +207,11 @@
   });
 
   // What is unstable can be taken out of a figure that is crowded with it.
-  for (const svg of document.querySelectorAll("svg.figure:has(.unstable)")) {
+  for (const frame of document.querySelectorAll(":has(> svg.figure .unstable)")) {
     const box = make("input", { type: "checkbox", checked: "" });
-    svg.parentNode.after(make("label", { class: "live-control" }, box, "Show unstable motions"));
-    box.addEventListener("change", () => svg.classList.toggle("stable-only", !box.checked));
+    frame.after(make("label", { class: "live-control" }, box, "Show unstable motions"));
+    box.addEventListener("change", () => frame.classList.toggle("stable-only", !box.checked));
   }
 
-  if (!figures.length) return;
-  show(branch, row, figures[0]);
-  // On a narrow screen a figure is wider than its frame: there the design point is brought into view.
-  for (const { name, svg } of figures) {
-    if (data.figures[name] === null) continue;
-    const scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
-    svg.parentNode.scrollLeft = data.branches[branch].places[name][0][row] * scale - svg.parentNode.clientWidth / 2;
-  }
+  if (figures.length) show(branch, row, figures[0]);
 })();

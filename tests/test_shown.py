@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES
 from definitions import mean
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 from msgspec.structs import replace
 from pages import Page
@@ -544,7 +545,7 @@ def test_captions_of_figures_along_the_sweep_have_the_numbers_of_the_results(nam
     study, wrong = study_of(name), []
     for figure, said in along_the_sweep(results_of(name)):
         shown = shown_along(study, Task(figure), simulated_points(study))
-        text = f"{pictured(Task(figure), shown, None).caption} {alt_text(Task(figure), shown)}"
+        text = f"{pictured(Task(figure), shown, Figure).caption} {alt_text(Task(figure), shown)}"
         wrong += [f"{figure}: {fault}" for fault in [said.faults(text)] if fault]
         if figure != "figure-4":
             assert ("equally fast" in text) is (results_of(name).device.inclination_deg == 0)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from bad_scenarios import SEVERAL
+from PIL import Image
 
 from vireport.cli import main
 from vireport.text import visible
@@ -27,7 +28,7 @@ def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path,
     text = "".join(row for row in example("inclined").read_text().splitlines(True) if "ball_mass" not in row)
     (tmp_path / "massless.yaml").write_text(text)
     folder = tmp_path / "out"
-    assert main(["accuracy", str(tmp_path / "massless.yaml"), "-o", str(folder)]) == 0
+    assert main(["accuracy", str(tmp_path / "massless.yaml"), "-o", str(folder), "--figure-width", "86mm"]) == 0
     out = capsys.readouterr().out
     assert "closed form" in out
     assert "device.ball_mass_kg is not given" in out
@@ -37,8 +38,17 @@ def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path,
     ]
     assert min(errors) < 1e-15
     assert accuracy["compliant"] is None
-    assert (folder / "figure-accuracy.png").read_bytes().startswith(b"\x89PNG")
+    with Image.open(folder / "figure-accuracy.png") as figure:
+        assert figure.width == int(86 / 25.4 * 150)
     assert not (folder / "figure-stiffness.png").exists()
+
+
+def test_a_width_of_figures_needs_a_folder_and_is_that_of_a_paper(example, tmp_path: Path, capsys) -> None:
+    scenario = str(example("inclined"))
+    assert main(["accuracy", scenario, "--figure-width", "86mm"]) == 2
+    assert "give --output" in capsys.readouterr().err
+    assert main(["accuracy", scenario, "-o", str(tmp_path / "out"), "--figure-width", "20mm"]) == 2
+    assert "60 to 250 mm" in capsys.readouterr().err
 
 
 @pytest.mark.slow

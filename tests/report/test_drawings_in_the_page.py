@@ -40,10 +40,25 @@ def drawn(study_of) -> tuple[Report, str]:
 def test_the_page_has_every_element_that_is_drawn_and_its_text(drawn) -> None:
     report, page = drawn
     assert "<img" not in page
-    drawings = {re.search('data-figure="(.*?)"', x)[1]: x for x in re.findall("<svg .*?</svg>", page, re.DOTALL)}
+    drawings: dict[str, str] = {}
+    for drawing in re.findall("<svg .*?</svg>", page, re.DOTALL):
+        name = re.search('data-figure="(.*?)"', drawing)[1]
+        drawings[name] = drawings.get(name, "") + drawing
     assert drawings.keys() == report.pictures.keys()
     for name, picture in report.pictures.items():
-        assert elements(drawings[name]) == elements(picture.inline)
+        group, *inside = elements(picture.inline)
+        assert group == ("g", {}, "")
+        assert elements(drawings[name]) == inside
+        assert [x[1]["class"] for x in inside if x[0] == "svg"] == [
+            f"['figure', '{kind}']" for kind in ("wide", "narrow")
+        ]
+
+
+def test_no_two_things_of_a_page_have_the_same_identifier(drawn) -> None:
+    _, page = drawn
+    identifiers = re.findall(' id="([^"]*)"', page)
+    assert len(set(identifiers)) == len(identifiers)
+    assert set(re.findall(r'(?:href="|url\()#([^")]*)', page)) <= set(identifiers)
 
 
 def test_the_policy_of_a_page_allows_the_script_that_is_in_it(drawn) -> None:
@@ -53,7 +68,7 @@ def test_the_policy_of_a_page_allows_the_script_that_is_in_it(drawn) -> None:
     assert json.loads(data)["swept"] == "s"
     digest = b64encode(sha256(script.encode()).digest()).decode()
     assert f"default-src 'none'; script-src 'sha256-{digest}'; img-src data:" in page
-    assert len(page) < 600_000
+    assert len(page) < 720_000
 
 
 def test_without_a_motion_nothing_runs(study_of) -> None:

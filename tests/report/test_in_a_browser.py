@@ -70,8 +70,12 @@ OVERLAPS = """(() => {
   return found;
 })()"""
 
-SMALLEST = """Math.min(...[...document.querySelectorAll("svg.figure")].flatMap(svg => [...svg.querySelectorAll("text")]
+SMALLEST = """Math.min(...[...document.querySelectorAll("svg.figure")].filter(x => x.checkVisibility())
+  .flatMap(svg => [...svg.querySelectorAll("text")]
   .map(text => parseFloat(getComputedStyle(text).fontSize) * svg.getScreenCTM().a)))"""
+
+SHOWN = """[...document.querySelectorAll("svg.figure")].filter(x => x.checkVisibility()).map(x => [x.dataset.figure,
+  x.classList.contains("narrow"), x.parentNode.scrollWidth - x.parentNode.clientWidth])"""
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -85,6 +89,26 @@ def test_it_fits_the_window_and_nothing_lies_on_anything(width: int, browser: Br
     assert browser.overflow() <= 0
     assert browser.run(OVERLAPS) == []
     assert browser.run(SMALLEST) >= LEGIBLE
+
+
+def test_a_narrow_screen_shows_a_drawing_that_fits_it(
+    browser: Browser, folder: Path, request: pytest.FixtureRequest
+) -> None:
+    # Heat maps, and scenarios side by side.
+    drawn_once = request.node.callspec.params["folder"] in ("comparison", "map")
+    browser.run("document.querySelectorAll('details').forEach(x => { x.open = true; })")
+    names = browser.run("[...new Set([...document.querySelectorAll('svg.figure')].map(x => x.dataset.figure))]")
+    once = browser.run(
+        """[...document.querySelectorAll('svg.figure:not(.wide, .narrow)')].map(x => x.dataset.figure)"""
+    )
+    for width in WIDTHS:
+        browser.look(width)
+        shown = browser.run(SHOWN)
+        assert [name for name, _, _ in shown] == names
+        for name, narrow, beyond in shown:
+            assert narrow == (width == 390 and name not in once)
+            assert beyond <= 0 or (name in once and width == 390)
+    assert bool(once) == drawn_once
 
 
 def test_the_keyboard_reaches_everything(browser: Browser) -> None:

@@ -60,10 +60,35 @@ def test_readings_are_those_of_the_results(folder: Path, browser: Browser) -> No
 def test_the_crosshair_is_one_in_all_panels_and_lies_on_the_curves(browser: Browser) -> None:
     browser.run("""(() => { const slider = document.querySelectorAll('.live-control input')[2];
         slider.value = 40; slider.dispatchEvent(new Event('input')); })()""")
-    places = browser.run("""[...document.querySelectorAll('svg[data-figure] .cross')].map(cross => [
+    places = browser.run("""[...document.querySelectorAll('svg.wide .cross')].map(cross => [
         cross.parentNode.dataset.figure, cross.getAttribute('visibility'), cross.querySelectorAll('circle').length])""")
     assert sorted(places) == [["figure-2", "visible", 6], ["figure-4", "visible", 3], ["figure-7", "visible", 3]]
     assert browser.run("[...document.querySelectorAll('.live-control input')].map(x => x.value)") == ["40"] * 3
+
+
+def test_on_a_narrow_screen_the_crosshair_lies_on_the_curves_too(browser: Browser) -> None:
+    browser.look(390)
+    browser.run("""(() => { const slider = document.querySelectorAll('.live-control input')[0];
+        slider.value = 60; slider.dispatchEvent(new Event('input')); })()""")
+    drawings = browser.run("""[...document.querySelectorAll('svg.narrow:has(.cross)')].map(svg => [
+        [...svg.querySelectorAll('.cross circle')].map(x => [x.getAttribute('cx'), x.getAttribute('cy')].map(Number)),
+        [...svg.querySelectorAll('path[d][clip-path]')].map(x => x.getAttribute('d'))])""")
+    assert [len(dots) for dots, _ in drawings] == [6, 3, 3]
+    for dots, paths in drawings:
+        pieces = [piece.split() for path in paths if "C" not in path for piece in path.replace("L", "").split("M")]
+        lines = [np.array(piece, float).reshape(-1, 2) for piece in pieces if len(piece) > 2]
+        starts, ends = (np.concatenate([line[part] for line in lines]) for part in (np.s_[:-1], np.s_[1:]))
+        for dot in dots:
+            along = ends - starts
+            share = ((dot - starts) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-9)
+            assert np.hypot(*(starts + np.clip(share, 0, 1)[:, None] * along - dot).T).min() < 0.5
+    inside = browser.run("""(() => { const svg = document.querySelector('svg.narrow[data-figure="figure-2"]');
+        const dot = svg.querySelectorAll('.cross circle')[2].getBoundingClientRect();
+        const at = {bubbles: true, clientX: dot.x + dot.width / 2, clientY: dot.y + dot.height / 2};
+        svg.dispatchEvent(new PointerEvent('pointermove', at));
+        return document.querySelector('.live-control input').value; })()""")
+    assert inside == "60"
+    browser.look(1440)
 
 
 def test_the_keyboard_moves_the_crosshair_and_reaches_the_buttons(browser: Browser) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path as FilePath
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
@@ -92,7 +93,23 @@ def colored(chart: Chart) -> Colored:
 
 
 def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
-    """Draw the figure of a chart."""
+    """Draw the figure of a chart, with its words."""
+    said = Words("chart", templates)
+
+    def draw() -> Figure:
+        return _drawn(chart, templates)
+
+    named = naming(chart, templates)
+    given = words_given(chart, named)
+    caption = said("caption", given) if sheet().headed else f"{said('caption', given)} {_note(chart, said)}".rstrip()
+    return Picture("figure-chart", said("title"), caption, said("alt", given), draw(), redraw=draw)
+
+
+def _note(chart: Chart, said: Words) -> str:
+    return said("narrow_note", chart.narrow, chart.unmeasured, chart.plane.inputs)
+
+
+def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
     plane, named, shown = chart.plane, naming(chart, templates), colored(chart)
     with style():
         figure, ((axes,),) = blank(1)
@@ -110,16 +127,13 @@ def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
         points = np.array([point.inputs for point in chart.meetings]).reshape(-1, 2)
         axes.add_artist(Line2D(*points.T, **MEETING))
         said = Words("chart", templates)
-        note = said("narrow_note", chart.narrow, chart.unmeasured, plane.inputs)
+        note = _note(chart, said)
         lines = [(", ".join(held_by(plane.device, plane.inputs)), Color.BLACK)]
         # In the column of a paper there is no table that numbers could refer to, and its caption has the note.
         if sheet().headed:
             labels += [Label(str(n), point[:1], point[1:], sheet().small) for n, point in enumerate(points, 1)]
             lines += [(note, Color.GREY)] if note else []
-        drawn = finished(figure, height, lines, list(_legends(chart, shown, named, said)), [(axes, labels)])
-    given = words_given(chart, named)
-    caption = said("caption", given) if sheet().headed else f"{said('caption', given)} {note}".rstrip()
-    return Picture("figure-chart", said("title"), caption, said("alt", given), drawn)
+        return finished(figure, height, lines, list(_legends(chart, shown, named, said)), [(axes, labels)])
 
 
 def _fill(axes: Axes, chart: Chart, shown: Colored) -> None:

@@ -69,8 +69,10 @@ def data(study: Study) -> bytes:
     return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
 
 
-def files(study: Study) -> dict[str, bytes]:
-    """The figures and accuracy.json, by their names."""
-    from vireport.figures import measured_pictures
+def files(study: Study, width_mm: float | None = None) -> dict[str, bytes]:
+    """The figures, as wide as a column of a paper where a width is given, and accuracy.json, by their names."""
+    from vireport.figures import Sheet, drawn_for, measured_pictures
 
-    return {"accuracy.json": data(study), **{f"{drawn.name}.png": drawn.png for drawn in measured_pictures(study)}}
+    with drawn_for(Sheet.of(width_mm)):
+        drawn = {f"{picture.name}.png": picture.png for picture in measured_pictures(study)}
+    return {"accuracy.json": data(study), **drawn}

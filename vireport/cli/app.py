@@ -403,20 +403,27 @@ def accuracy(
     json: Json = False,
     every: Annotated[bool, typer.Option("--all", help="Prints a row for every run, not only for the best.")] = False,
     set_: SetOption = None,
+    figure_width: Annotated[
+        str | None,
+        typer.Option(metavar="86mm", help="Draws the figures this wide, for a column of a paper; needs --output."),
+    ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Measure the error of every method against its run time, and compare compliant with rigid membranes."""
+    if output is None and figure_width is not None:
+        raise UsageError("--figure-width: figures are written to a folder (give --output)")
     loaded = _loaded(scenario, set_)
     from vireport.cli import accuracy_outputs
-    from vireport.study import refuse_special
+    from vireport.study import Task, refuse_special
 
     refuse_special(loaded.scenario, "vireport accuracy")
     if output is not None:
         require_writable(output, accuracy_outputs.NAMES)
+    width_mm = _figure_width(figure_width, (Task.PNG,))
     with progress(quiet, verbose) as say:
         study = accuracy_outputs.measured(loaded, say)
-        files = accuracy_outputs.files(study) if output is not None else {}
+        files = accuracy_outputs.files(study, width_mm) if output is not None else {}
     printed = accuracy_outputs.data(study) if json else accuracy_outputs.text(study, every)
     deliver(CommandOutcome(printed, files, stale=accuracy_outputs.NAMES), output, quiet)
 

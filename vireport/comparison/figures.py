@@ -95,7 +95,11 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     ranked = [scenario for scenario in comparison.ranking if scenario.name in shown]
     ranges = "; ".join(f"{scenario.name}: {scenario.show(Merit.RANGE)}" for scenario in ranked)
     alt = Message.LINE_CHARTS.format(count=len(shown), axis=axis, overlaid=Message.OVERLAID, ranges=ranges)
-    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, overlay(shown, parameter))
+
+    def draw() -> Figure:
+        return overlay(shown, parameter)
+
+    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, draw(), redraw=draw)
 
 
 def _with_stable(drawing: Drawing) -> Drawing:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vireport.figures.captions import OUTSIDE, conditions, held, measured_shown, pictured
@@ -23,6 +24,7 @@ from vireport.figures.layout import (
     prefix,
     sweep_axis,
 )
+from vireport.figures.scales import align_names
 from vireport.figures.style import (
     DASHED,
     Color,
@@ -81,25 +83,8 @@ SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color
 
 
 def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Picture:
-    """Velocities of all impacts of the families, stable and unstable, with their vertices; simulated ones beneath."""
-    axis, families = sweep_axis(atlas.sweep), atlas.shown
-    looks, numbers = _looks(axis, families), {family.number for family in families}
-    vertices = [vertex for vertex in atlas.vertices if not numbers.isdisjoint(vertex.families)]
-    simulated = list(_simulated(study, axis))
-    with style():
-        figure, ((axes,),) = blank(1)
-        for family in families:
-            _draw(axes, axis, family, np.abs(family.velocity), looks)
-        if simulated:
-            axes.add_artist(Line2D(*(np.concatenate(column) for column in zip(*simulated, strict=True)), **SIMULATED))
-        entries = _measured(axes, axis, study)
-        labels = _vertices(axes, axis, families, vertices)
-        axes.set_ylabel("impact velocity |Ż| [–]")
-        fit_vertically([axes])
-        axis.dress([axes])
-        notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else []), *entries]
-        legends = _legends(looks, families, notes)
-        drawn = finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
+    """The figure with its words."""
+    families = atlas.shown
     words = {family.word.letters for family in families if family.stable_runs}
     shown = {
         "held": held(study),
@@ -108,13 +93,51 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
         "measured": measured_shown(study),
         "families": len(families),
         "found": len(atlas.families),
-        "vertices": len(vertices),
+        "vertices": len(_shown_vertices(atlas)),
         "stable": sorted(words, key=lambda word: (len(word), word)),
     }
-    return pictured(Task.FIGURE_ATLAS, shown, drawn, templates)
+    return pictured(Task.FIGURE_ATLAS, shown, lambda: figure_atlas(study, atlas), templates)
+
+
+def _shown_vertices(atlas: Atlas) -> list[Point]:
+    """The vertices of the families that are shown."""
+    numbers = {family.number for family in atlas.shown}
+    return [vertex for vertex in atlas.vertices if not numbers.isdisjoint(vertex.families)]
+
+
+def figure_atlas(study: Study, atlas: Atlas) -> Figure:
+    """Velocities of all impacts of the families, stable and unstable, with their vertices; simulated ones beneath."""
+    axis, families = sweep_axis(atlas.sweep), atlas.shown
+    looks, simulated = _looks(axis, families), list(_simulated(study, axis))
+    with style():
+        figure, ((axes,),) = blank(1)
+        for family in families:
+            _draw(axes, axis, family, np.abs(family.velocity), looks)
+        if simulated:
+            axes.add_artist(Line2D(*(np.concatenate(column) for column in zip(*simulated, strict=True)), **SIMULATED))
+        entries = _measured(axes, axis, study)
+        labels = _vertices(axes, axis, families, _shown_vertices(atlas))
+        axes.set_ylabel("impact velocity |Ż| [–]")
+        fit_vertically([axes])
+        axis.dress([axes])
+        notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else []), *entries]
+        legends = _legends(looks, families, notes)
+        return finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
 
 
 def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Path | None = None) -> Picture:
+    """The figure with its words."""
+    shown = {
+        "held": held(study),
+        "swept": atlas.sweep.parameter,
+        "best": next(iter(ladder(atlas.shown, membrane)), None),
+        "families": len(atlas.shown),
+        "found": len(atlas.families),
+    }
+    return pictured(Task.FIGURE_LADDER, shown, lambda: figure_ladder(study, atlas, membrane), templates)
+
+
+def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:
     """Mean voltage of the impacts, voltage per second and impacts per second of the families along the sweep."""
     axis, families = sweep_axis(atlas.sweep), atlas.shown
     looks, volts = _looks(axis, families), [generation(family, membrane) for family in families]
@@ -135,18 +158,10 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
             fit_vertically([axes])
         letter_panels(panels[:, 0], 0, axis.scales_on_top)
         axis.dress(panels[:, 0])
-        figure.align_ylabels(panels[:, 0])
+        align_names(panels[:, 0])
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
         head = [(conditions(study), Color.BLACK), *outside]
-        drawn = finished(figure, height, head, _legends(looks, families, []))
-    shown = {
-        "held": held(study),
-        "swept": atlas.sweep.parameter,
-        "best": next(iter(ladder(families, membrane)), None),
-        "families": len(families),
-        "found": len(atlas.families),
-    }
-    return pictured(Task.FIGURE_LADDER, shown, drawn, templates)
+        return finished(figure, height, head, _legends(looks, families, []))
 
 
 def _measured(axes: Axes, axis: SweepAxis, study: Study) -> list[Entry]:

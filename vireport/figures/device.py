@@ -31,6 +31,7 @@ from vireport.figures.portraits import (
     TOP_MEMBRANE,
     periods,
 )
+from vireport.figures.scales import put_ticks
 from vireport.figures.style import (
     GUIDE,
     Color,
@@ -68,7 +69,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture:
         words, other, (time, distance) = motion
         shares = dict.fromkeys(float(f"{at / time[-1]:.3g}") for at in time[distance > 1 - AT_WALL])
         shown |= {"motion": words, "other": other, "at_top": list(shares)}
-    return pictured(Task.FIGURE_DEVICE, shown, figure_device(study), templates)
+    return pictured(Task.FIGURE_DEVICE, shown, lambda: figure_device(study), templates)
 
 
 def figure_device(study: Study) -> Figure:
@@ -186,7 +187,7 @@ def _path(axes: Axes, study: Study, motion: DrawnCurve) -> None:
     for impacts, look in ((distance < AT_WALL, BOTTOM_IMPACT), (distance > 1 - AT_WALL, TOP_IMPACT)):
         axes.plot(time[impacts], length * distance[impacts], **look)
     axes.set_xlim(-0.03 * time[-1], 1.03 * time[-1])
-    axes.set_xticks(*round_ticks(0.0, float(time[-1]), WIDTH))
+    put_ticks(axes.xaxis, *round_ticks(0.0, float(time[-1]), WIDTH))
     axes.set_xlabel(TIME)
     axes.set_ylabel("ball from the bottom membrane [m]")
     fit_vertically([axes])

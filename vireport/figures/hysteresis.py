@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from vireport.checks import Hysteresis
 from vireport.figures.captions import conditions, held, measured_shown, pictured
@@ -53,6 +54,18 @@ ENOUGH = 6
 
 
 def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> Picture:
+    """The figure with its words."""
+    shown = {
+        "held": held(study),
+        "swept": study.solution.parameter,
+        "jumps": sum(len(course.jumps) for course in slowly.courses.values()),
+        "loops": slowly.loops,
+        "measured": measured_shown(study),
+    }
+    return pictured(Task.FIGURE_HYSTERESIS, shown, lambda: figure_hysteresis(study, slowly), templates)
+
+
+def figure_hysteresis(study: Study, slowly: Hysteresis) -> Figure:
     """Velocities of all impacts met on the way up and on the way down, over the stable motions that are known."""
     drawing, labels, names = drawing_of(study), [], {Direction.UP: "upwards", Direction.DOWN: "downwards"}
     known = _stable(drawing)
@@ -73,15 +86,7 @@ def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> 
         ways: list[Entry] = [(names[way], LOOKS[way] | {"markersize": 4.8}) for way in slowly.courses]
         notes: list[Entry] = [("stable motion, analytic", STABLE)] if known else []
         heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes, *entries]]
-        drawn = finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
-    shown = {
-        "held": held(study),
-        "swept": study.solution.parameter,
-        "jumps": sum(len(course.jumps) for course in slowly.courses.values()),
-        "loops": slowly.loops,
-        "measured": measured_shown(study),
-    }
-    return pictured(Task.FIGURE_HYSTERESIS, shown, drawn, templates)
+        return finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
 
 
 def _measured(axes: Axes, drawing: Drawing) -> list[Entry]:

@@ -64,7 +64,8 @@ def live_data(study: Study, pictures: Sequence[Picture]) -> str:
     device, swept = study.solution.device, study.solution.parameter
     if study.solution.sweep is not None:
         shown = [picture for picture in pictures if picture.name in HEIGHTS]
-        told = _along_the_sweep(study, shown) if shown else None
+        drawing = drawing_of(study)
+        told = _along_the_sweep(drawing, shown) if shown and drawing.parts else None
     else:
         shown = [picture for picture in pictures if picture.name == Task.FIGURE_DEVICE]
         told = _at_the_design(study) if shown else None
@@ -80,6 +81,11 @@ def live_data(study: Study, pictures: Sequence[Picture]) -> str:
         "force": [(1, 1.0, 0.0), *((own.order, float(own.cosine), float(own.sine)) for own in _harmonics(device))],
         "readings": [("sweep_value", swept.symbol, swept.unit), *(x for x in READINGS if x[0] in known)],
         "figures": {picture.name: _extent(picture) if picture.name in HEIGHTS else None for picture in shown},
+        "narrow": {
+            picture.name: _moved(picture, picture.narrow, drawing)
+            for picture in shown
+            if picture.narrow is not None and picture.name in HEIGHTS
+        },
         "start": start,
         "branches": branches,
     }
@@ -91,16 +97,13 @@ def _harmonics(device: Device) -> Sequence[Harmonic]:
     return device.groups(Parameter.LENGTH, device.length_m).harmonics
 
 
-def _along_the_sweep(study: Study, pictures: Sequence[Picture]) -> tuple[list[dict[str, Any]], tuple[int, int]] | None:
+def _along_the_sweep(drawing: Drawing, pictures: Sequence[Picture]) -> tuple[list[dict[str, Any]], tuple[int, int]]:
     """The branches that are drawn, and which motion is shown first: by its branch, and its place on that."""
-    drawing = drawing_of(study)
-    if not drawing.parts:
-        return None
     ordered = sorted(drawing.parts, key=lambda part: (not part.stable, part.branch.number))
     drawn = {branch: _rows(drawing, branch) for branch in dict.fromkeys(part.branch for part in ordered)}
     told = [_branch(branch, rows, drawing, pictures) for branch, rows in drawn.items()]
     told += _measured(drawing.study, drawing, pictures, told[0]["columns"])
-    return told, _first(study.solution, [branch.motions.select(rows) for branch, rows in drawn.items()])
+    return told, _first(drawing.study.solution, [branch.motions.select(rows) for branch, rows in drawn.items()])
 
 
 def _rows(drawing: Drawing, branch: Branch) -> RowNumbers:
@@ -315,3 +318,27 @@ def _extent(picture: Picture) -> tuple[float, float]:
     boxes = [axes.get_position() for axes in picture.figure.axes]
     ends = height * (1 - max(box.y1 for box in boxes)), height * (1 - min(box.y0 for box in boxes))
     return round(ends[0], 1), round(ends[1], 1)
+
+
+def _moved(wide: Picture, narrow: Picture, drawing: Drawing) -> dict[str, Any]:
+    """Where a place of a figure is in its narrow drawing: factor and shift across, and down for each curve."""
+    counts = [len(curves) for curves in panel_curves(Task(wide.name), drawing, drawing.parts[0].branch)]
+    panels = [_boxes(picture, len(counts)) for picture in (wide, narrow)]
+
+    def map_of(before: tuple[float, float], after: tuple[float, float]) -> tuple[float, float]:
+        factor = (after[1] - after[0]) / (before[1] - before[0])
+        return round(factor, 5), round(after[0] - factor * before[0], 2)
+
+    moved = [[map_of(before[axis], after[axis]) for before, after in zip(*panels, strict=True)] for axis in (0, 1)]
+    return {
+        "extent": _extent(narrow),
+        "across": moved[0][0],
+        "down": [own for own, count in zip(moved[1], counts, strict=True) for _ in range(count)],
+    }
+
+
+def _boxes(picture: Picture, count: int) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    """Left and right, upper and lower end of the first panels of a figure [pt]."""
+    width, height = (72 * size for size in picture.figure.get_size_inches())
+    boxes = [axes.get_position() for axes in picture.figure.axes[:count]]
+    return [((width * box.x0, width * box.x1), (height * (1 - box.y1), height * (1 - box.y0))) for box in boxes]

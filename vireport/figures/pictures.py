@@ -68,7 +68,7 @@ def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path 
     }
     for name, figure in draw.items():
         if study.plan.runs(name):
-            yield pictured(name, shown_along(study, name, simulated), figure(), templates)
+            yield pictured(name, shown_along(study, name, simulated), figure, templates)
 
 
 def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:

@@ -25,6 +25,7 @@ from vireport.figures.layout import (
     title,
     widened,
 )
+from vireport.figures.scales import put_ticks
 from vireport.figures.style import (
     GUIDE,
     Color,
@@ -146,14 +147,16 @@ def portraits_picture(
         Impacts that were measured of each, in figures 3 and 6.
     """
     words = ", ".join(held)
-    if name == Task.FIGURE_6:
-        figure = figure_6(portraits, words, mass_ratio, measured)
-    elif name == Task.FIGURE_3:
-        figure = figure_3(portraits, words, measured)
-    else:
-        figure = figure_portraits(portraits, words)
+
+    def draw() -> Figure:
+        if name == Task.FIGURE_6:
+            return figure_6(portraits, words, mass_ratio, measured)
+        if name == Task.FIGURE_3:
+            return figure_3(portraits, words, measured)
+        return figure_portraits(portraits, words)
+
     shown = portraits_shown(name, portraits, held) | {"measured": sum(own is not None for own in measured)}
-    return pictured(name, shown, figure, templates)
+    return pictured(name, shown, draw, templates)
 
 
 def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
@@ -247,7 +250,7 @@ def _head(held: str) -> list[tuple[str, str]]:
 def _phase_portrait(axes: Axes, portrait: Portrait) -> None:
     z, v, half = portrait.position, portrait.velocity, portrait.d / 2
     axes.set_xlim(*widened(-half, half, 0.09))
-    axes.set_xticks(*round_ticks(*axes.get_xlim(), LEFT))
+    put_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), LEFT))
     for wall in (-half, half):
         axes.axvline(wall, **WALL)
     axes.axhline(0.0, **GUIDE)
@@ -367,7 +370,7 @@ def measured_times(portrait: Portrait, own: ShownImpacts) -> tuple[Floats, Sampl
 def _time_axis(axes: Axes, portrait: Portrait, width: float) -> None:
     end = float(periods(portrait.time[-1])) if moves(portrait) else 2.0
     axes.set_xlim(*widened(0.0, end, 0.02))
-    axes.set_xticks(*round_ticks(*axes.get_xlim(), width))
+    put_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), width))
 
 
 def _lines(axes: Axes, parts: Sequence[DrawnCurve], look: Look) -> None:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from vireport.figures.captions import pictured
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
+from vireport.figures.scales import align_names
 from vireport.figures.style import (
     DASHED,
     GUIDE,
@@ -76,7 +77,7 @@ def figure_stiffness(study: Compliance) -> Figure:
                 along.set_major_formatter(lambda value, _: factor_text(value))
         _errors(errors, study, shown)
         names = _rates(rates, study)
-        figure.align_ylabels([errors, rates])
+        align_names([errors, rates])
         return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)])
 
 
@@ -90,7 +91,7 @@ def picture(study: Compliance, templates: Path | None = None) -> Picture:
             (quantity_label(study, measured), measured.exponent) for measured in study.convergence if measured.exponent
         ],
     }
-    return pictured(Task.FIGURE_STIFFNESS, shown, figure_stiffness(study), templates)
+    return pictured(Task.FIGURE_STIFFNESS, shown, lambda: figure_stiffness(study), templates)
 
 
 def shown_factors(study: Compliance) -> list[float]:

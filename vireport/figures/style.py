@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, cached_property
@@ -18,6 +18,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from vireport.base import UsageError
 from vireport.figures.vector import drawing
@@ -179,6 +180,9 @@ class Sheet(Struct, frozen=True):
 
 
 _REPORT = Sheet()
+_PHONE = Sheet(width=90 / 25.4)
+"""What the figures of a page are drawn for once more: on a narrow screen their type is as large as that of the page."""
+
 _SHEET = ContextVar("_SHEET", default=_REPORT)
 
 
@@ -308,6 +312,8 @@ def figure_css() -> str:
     return (
         f":root{{{light}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
         "svg.figure{display:block;width:100%;height:auto;min-width:35.5rem;max-width:62rem;fill:var(--figure-black)}\n"
+        "svg.figure.narrow{display:none;min-width:0;max-width:32rem}\n"
+        "@media screen and (max-width:44rem){svg.figure.wide{display:none}svg.figure.narrow{display:block}}\n"
     )
 
 
@@ -336,6 +342,8 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     figure : Figure
     sheet : Sheet
         What it is drawn for.
+    redraw : callable, optional
+        Draws it once more, for what figures are drawn for then.
     """
 
     name: str
@@ -344,6 +352,7 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     alt: str
     figure: Figure
     sheet: Sheet = field(default_factory=sheet)
+    redraw: Callable[[], Figure] | None = None
 
     def __repr__(self) -> str:
         return f"<Picture {self.name}: {self.title}>"
@@ -361,7 +370,9 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _elements(self) -> tuple[str, str]:
-        with drawn_for(self.sheet), style(), matplotlib.rc_context({"svg.hashsalt": self.name}):
+        # Both drawings of a figure are in one page, where no two things have the same identifier.
+        salt = f"{self.name} {self.sheet.width:.2f}"
+        with drawn_for(self.sheet), style(), matplotlib.rc_context({"svg.hashsalt": salt}):
             return drawing(self.figure)
 
     @cached_property
@@ -390,11 +401,27 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         head = f'width="{width}pt" height="{height}pt" font-family="{escape(fonts)}" role="img"'
         return f"{_opened(head, f'0 0 {width} {height}', self.alt)}{_LINK.sub('', drawing)}</svg>\n"
 
+    @cached_property
+    def narrow(self) -> Picture | None:
+        """The picture that a narrow screen shows; None where this one is for a column, or is drawn only once."""
+        if self.redraw is None or self.sheet != _REPORT:
+            return None
+        with drawn_for(_PHONE):
+            return replace(self, figure=self.redraw(), sheet=_PHONE, redraw=None)
+
     @property
     def inline(self) -> str:
-        """The figure as an element of an HTML page, with links, in the colours of `figure_css` and the page's font."""
+        """The figure as a group of elements of an HTML page, with links, in the page's font.
+
+        There are two where a narrow screen shows another one; `figure_css` has their colours, and which one is seen.
+        """
+        if self.narrow is None:
+            return f"<g>{self._element('figure')}</g>"
+        return f"<g>{self._element('figure wide')}{self.narrow._element('figure narrow')}</g>"
+
+    def _element(self, kind: str) -> str:
         box, drawing = self._elements
-        head = f'class="figure" data-figure="{self.name}" role="group"'
+        head = f'class="{kind}" data-figure="{self.name}" role="group"'
         colored = _COLOR.sub(_property, drawing)
         return f"{_opened(head, box, self.alt)}{colored}</svg>"
 

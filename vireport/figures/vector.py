@@ -22,10 +22,8 @@ _HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</d
 UNSTABLE_PARTS = "unstable"
 """Group of what a page can hide: set as the identifier of an artist, it is a class in the drawing."""
 
-_NEEDLESS = re.compile(
-    r"""(?<=<g) id="(?!unstable")[^"]*"| font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\""""
-)
-"""Identifiers that nothing refers to, which would be the same in every figure of a page, and what says nothing."""
+_NEEDLESS = re.compile(r""" font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\"""")
+"""What says nothing."""
 
 
 # Matplotlib keeps sizes for one renderer alone; layout and drawing use two, and without this take a sixth longer.
@@ -46,7 +44,22 @@ class _Ruler(RendererBase):
 
 
 class _Drawing(_Ruler, RendererSVG):
-    """What draws in SVG."""
+    """What draws in SVG, without a group around each artist and the identifier of that."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        self._opened: list[bool] = []
+        super().__init__(*args, **kwargs)  # type: ignore[no-untyped-call]
+
+    def open_group(self, s: str, gid: str | None = None) -> None:
+        self._opened.append(gid == UNSTABLE_PARTS)
+        writer: Any = self.writer
+        if self._opened[-1]:
+            writer.start("g", {"class": UNSTABLE_PARTS})
+
+    def close_group(self, s: str) -> None:
+        writer: Any = self.writer
+        if self._opened.pop():
+            writer.end("g")
 
 
 class LayoutCanvas(FigureCanvasBase):
@@ -64,7 +77,7 @@ def drawing(figure: Figure) -> tuple[str, str]:
     file, dpi = StringIO(), figure.dpi
     figure.dpi = PER_INCH  # as it was laid out, so that nothing moves
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
+    renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)
     figure.draw(renderer)
     renderer.finalize()
     figure.dpi = dpi
@@ -74,5 +87,4 @@ def drawing(figure: Figure) -> tuple[str, str]:
     if head is None:
         raise ValueError("Matplotlib wrote an SVG file without a head that is known")
     elements = _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n"))
-    elements = elements.replace(f'<g id="{UNSTABLE_PARTS}"', f'<g class="{UNSTABLE_PARTS}"')
     return f"0 0 {head['width']} {head['height']}", re.sub(r"\n\s*", "\n", elements)

@@ -328,7 +328,11 @@ def picture_front(result: SearchResult) -> Picture:
     )
     fall = f"from {_in_unit(result, first.value, 4)} to {_in_unit(result, last.value, 4)}"
     alt = f"Line chart. With smallest margins of {margins} the largest {of.words} falls {fall}."
-    return Picture("figure-front", "What margin costs", caption, alt, figure_front(result))
+
+    def draw() -> Figure:
+        return figure_front(result)
+
+    return Picture("figure-front", "What margin costs", caption, alt, draw(), redraw=draw)
 
 
 def figure_front(result: SearchResult) -> Figure:
