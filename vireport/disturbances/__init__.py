@@ -8,19 +8,22 @@ from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.disturbances.recovery import Recovery
 
 if TYPE_CHECKING:
+    from vireport.disturbances.met import Met, met_along
     from vireport.disturbances.windows import Edge, OutcomeRange, Window, outcomes_of
 else:
-    __getattr__ = deferred(__name__, "windows")
+    __getattr__ = deferred(__name__, "met", "windows")
 
 __all__ = [
     "Destination",
     "Disturbances",
     "Edge",
     "FromRest",
+    "Met",
     "OutcomeRange",
     "Ramp",
     "Recovery",
     "Window",
     "disturbances_of",
+    "met_along",
     "outcomes_of",
 ]

@@ -171,10 +171,11 @@ class Extent(Struct, frozen=True):
 
 
 class Circles(Struct, frozen=True):
-    """How many simulated impacts are drawn over the curves, and at how many values of the swept parameter."""
+    """How many simulated impacts are drawn over the curves, at how many values, and whether of balls from rest."""
 
     impacts: int
     values: int
+    from_rest: bool
 
 
 class MeasuredShown(Struct, frozen=True):
@@ -232,7 +233,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "bias_v": membrane.bias_voltage_v if membrane is not None else None,
         "outside": "" if solution.within_membrane else OUTSIDE,
         "alert": AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
-        "simulated": _circles(figure, simulated),
+        "simulated": _circles(study, figure, simulated),
         "measured": measured_shown(study),
     }
 
@@ -250,12 +251,12 @@ def _doubled(study: Study) -> list[str]:
     return list(dict.fromkeys(family.word.letters for family in families))
 
 
-def _circles(figure: Task, simulated: PairedImpacts | None) -> Circles | None:
+def _circles(study: Study, figure: Task, simulated: PairedImpacts | None) -> Circles | None:
     """What is drawn over the curves from the simulation."""
     if simulated is None or not len(simulated.d) or (figure == Task.FIGURE_7 and simulated.voltages is None):
         return None
     impacts = sum(int((~np.isnan(speed)).sum()) for speed in simulated.pairs()[0])
-    return Circles(impacts, len(np.unique(simulated.sweep_value)))
+    return Circles(impacts, len(np.unique(simulated.sweep_value)), study.crosscheck is None)
 
 
 def _eigenvalues(part: Stretch) -> tuple[Floats, Floats]:

@@ -233,20 +233,30 @@ def joined(parts: Sequence[DrawnCurve]) -> DrawnCurve:
 
 
 def simulated_points(study: Study) -> PairedImpacts | None:
-    """Every periodic motion that the simulation of a sweep found, once at each value; None where there is no sweep.
+    """Every periodic motion that the simulation of a sweep found, once at each value; None where there is none.
 
     An impact on the bottom shares a row with the impact on the top that follows it.
     """
     check = study.crosscheck
-    if check is None or study.solution.sweep is None:
+    if study.solution.sweep is None:
+        return None
+    if check is not None:
+        met = [
+            (value, d, cycle)
+            for value, d, attractors in zip(check.values, check.groups.d, check.found, strict=True)
+            for cycle in _distinct(attractors)
+        ]
+    else:
+        met = [(each.value, each.d, each.cycle) for each in study.met]
+    met = [(value, d, cycle) for value, d, cycle in met if len(cycle.wall) <= MOST_IMPACTS]
+    if check is None and not met:
         return None
     rows: list[tuple[float, float, Floats]] = []
     motion: list[int] = []
-    for value, d, attractors in zip(check.values, check.groups.d, check.found, strict=True):
-        for cycle in _distinct(attractors):
-            impacts = list(_paired(cycle))
-            motion += [motion[-1] + 1 if motion else 0] * len(impacts)
-            rows += [(value, d, impact) for impact in impacts]
+    for k, (value, d, cycle) in enumerate(met):
+        impacts = list(_paired(cycle))
+        motion += [k] * len(impacts)
+        rows += [(value, d, impact) for impact in impacts]
     values, d = np.array([row[:2] for row in rows]).reshape(-1, 2).T
     velocity, phase, flight = np.moveaxis(np.array([row[2] for row in rows]).reshape(-1, 2, 3), 0, -1).swapaxes(0, 1)
     voltages = _paired_voltages(study.solution, values, velocity, np.array(motion, dtype=np.intp))
@@ -257,7 +267,7 @@ def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
     """The cycles among some attractors, each once; those that stick are left to the bifurcation diagram."""
     # Starts that end on one motion share its cycle.
     cycles = {id(attractor.cycle): attractor.cycle for attractor in attractors if attractor.cycle is not None}
-    return [cycle for cycle in cycles.values() if not cycle.sticks and len(cycle.wall) <= MOST_IMPACTS]
+    return [cycle for cycle in cycles.values() if not cycle.sticks]
 
 
 def _paired(cycle: Cycle) -> Iterator[Floats]:

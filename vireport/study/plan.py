@@ -55,6 +55,7 @@ class Task(StrEnum):
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
     FIGURE_4 = "figure-4", "Delta and the eigenvalues (figure-4)"
     FIGURE_7 = "figure-7", "voltages along the sweep (figure-7)"
+    CIRCLES = "circles", "the motions that a ball from rest comes to along the sweep: circles in figures 2 and 7"
     SIMULATION = "simulation", "simulation of the sampled motions"
     MOTIONS = "motions", "families of motions of other impact sequences"
     FIGURE_3 = "figure-3", "phase portraits and time series (figure-3)"
@@ -205,6 +206,9 @@ DIELECTRIC = Precondition(
     "thickness_m, relative_permittivity and breakdown_field_v_m of device.membrane are not given",
 )
 SIMULATION = Precondition(lambda scenario, _: scenario.simulation, "the scenario has no simulation block")
+NO_SIMULATION = Precondition(
+    lambda scenario, _: not scenario.simulation, "the motions that the simulation block finds are drawn"
+)
 PORTRAITS = Precondition(
     lambda scenario, _: scenario.simulation and scenario.simulation.portraits, "simulation.portraits is empty"
 )
@@ -304,6 +308,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
+    DeclaredStep(Task.CIRCLES, (SWEEP, PICTURES, NO_SIMULATION), "a sweep is drawn"),
     DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     DeclaredStep(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),

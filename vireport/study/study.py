@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from vireport.checks.certificates import Certificate
     from vireport.compliant import OwnStiffness
     from vireport.design import Tolerances
-    from vireport.disturbances import Disturbances
+    from vireport.disturbances import Disturbances, Met
     from vireport.driven import Driven
     from vireport.gate import Verdict
     from vireport.membranes import Compliance
@@ -97,6 +97,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         What the analytic theory says.
     crosscheck : CrossCheck or None
         What the simulation found.
+    met : tuple of Met
+        The periodic motions that a ball from rest comes to along the sweep, where it is drawn.
     atlas : Atlas or None
         The families of motions of other impact sequences.
     work : WorkPrecision or None
@@ -133,6 +135,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     plan: Plan
     solution: Solution
     crosscheck: CrossCheck | None = None
+    met: tuple[Met, ...] = ()
     atlas: Atlas | None = None
     work: WorkPrecision | None = None
     compliance: Compliance | None = None
@@ -369,6 +372,10 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         from vireport.checks import crosscheck
 
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, say))
+    if solution.sweep is not None and steps.runs(Task.CIRCLES):
+        from vireport.disturbances import met_along
+
+        study = replace(study, met=met_along(solution.sweep))
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
         study = _with_motions(study, scenario.motion_limits, say)
     nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
