@@ -17,6 +17,8 @@ SLOW, SHORT, TERMS = LONG(1e-7), LONG(0.01), 14
 FALLING = np.linspace(LONG(1), LONG(0), 100)
 LAST = (1.5, 8.0)
 """How far a flight is sampled, and how far if it does not end before [t_c]."""
+NEARLY = 1e3
+"""How many times as far apart as what repeats the impacts may be that do so in the end."""
 GRIDS = {last: SHORT * np.arange(1, int(last / SHORT)) for last in LAST}
 
 
@@ -152,14 +154,20 @@ def outcome(d: float, gbar: float, r: float, impacts: int = 400) -> tuple[str, s
 
 
 def repeated(found: list[tuple[int, LONG, LONG]], close: float) -> tuple[str, str, int] | None:
-    """The motion that the last impacts are, if they repeat so closely."""
+    """The motion that the last impacts are, if they repeat so closely.
+
+    Not seen is one that they nearly repeat: on a slow approach from either side in turn they are nearer to twice it.
+    """
     wall = np.array([row[0] for row in found])
     time, speed = (np.array([row[k] for row in found], dtype=LONG) for k in (1, 2))
     for length in range(1, 33):
         late = (time[-1] - time[-1 - length]) / 2
         same = (wall[-2 * length :] == np.roll(wall[-2 * length :], length)).all()
         apart = np.abs(speed[-length:] - speed[-2 * length : -length]).max()
-        if same and apart < close and abs(late - np.round(late)) < 1e-6:
+        nearly = same and apart < NEARLY * close and abs(late - np.round(late)) < NEARLY * 1e-6
+        if nearly and not (apart < close and abs(late - np.round(late)) < 1e-6):
+            return None
+        if nearly:
             letters = "".join("B" if each > 0 else "T" for each in wall[-length:])
             word = min(letters[i:] + letters[:i] for i in range(length))
             return ("reaches_1_1" if (word, round(late)) == ("BT", 1) else "other_motion"), word, round(float(late))

@@ -8,17 +8,20 @@ import numpy as np
 import pytest
 from conftest import first
 from devices import Case, of
+from exact_friction import Reference
+from mpmath import mp, mpf
 from test_jitter import monte_carlo
 from test_shock import lead_out, least
 
 from vireport.design import motions_at
 from vireport.disturbances.ramp import ramped
 from vireport.motions import motion_at
-from vireport.physics import Device, Groups
+from vireport.physics import Device, Groups, wrapped
 from vireport.scenario import Parameter
 from vireport.shocks.deviations import flight_matrices, kick_effects
 from vireport.shocks.impact_map import forwards
 from vireport.shocks.jitter import Jitter, jitter
+from vireport.shocks.shock import LeastShock
 
 
 def rubbed(
@@ -126,3 +129,50 @@ def test_a_ramp_is_what_short_steps_come_to(friction: float, phase: float, perio
     wall, position, velocity, _ = ramped(groups, phase, periods)
     position = wall * groups.d / 2 if wall else position
     assert (position, velocity) == pytest.approx(stepped(groups, phase, periods, 20_000), abs=3e-4)
+
+
+def farthest_in_forty_digits(device: Case, found: LeastShock, size: float, impacts: int) -> float:
+    """How far the last impacts after a shock are from the motion, by the model in 40 digits, in phase and velocity."""
+    motion, wall = device.stable[0], int(device.stable[0].word.walls[found.impact])
+    apart: list[float] = []
+    with mp.workdps(40):
+        reference = Reference(device.groups)
+        x = mp.pi * mpf(float(motion.time[found.impact]))
+        before = mpf(float(motion.velocity[found.impact])) - found.sign * mpf(size) / reference.groups.restitution
+        for _ in range(impacts):
+            wall, _, before, x, _ = reference.next_impact(wall, before, x)
+            own = [
+                max(abs(wrapped(float(x - mp.pi * mpf(float(time))))), abs(float(before) - velocity))
+                for at, time, velocity in zip(motion.word.walls, motion.time, motion.velocity, strict=True)
+                if at == wall
+            ]
+            apart.append(min(own))
+    return max(apart[-4:])
+
+
+HORIZONTAL = {"force": 4.9374, "length": 0.6488, "inclination": 0.0, "r": 0.7878}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("friction", "impacts", "over"),
+    [
+        (0.02, 70, {}),
+        (0.02, 110, HORIZONTAL),
+        (0.08, 110, HORIZONTAL),
+        (0.2, 150, HORIZONTAL),
+        (0.02, 250, {"force": 5.3472, "length": 1.3455, "inclination": 62.8729, "r": 0.2176}),
+        (0.02, 70, {"force": 3.0627, "length": 1.7751, "inclination": 39.4464, "r": 0.6275}),
+    ],
+)
+def test_in_forty_digits_a_shock_smaller_by_1e_9_returns_and_a_larger_one_does_not(
+    friction: float, impacts: int, over: dict[str, float]
+) -> None:
+    """After as many impacts as the unstable motion on the edge needs to let both go."""
+    device = rubbed(friction, **over)
+    found = least(device)
+    assert found.jump is not None
+    assert found.delay == 0
+    smaller, larger = (farthest_in_forty_digits(device, found, found.jump * (1 + e), impacts) for e in (-1e-9, 1e-9))
+    assert smaller < 0.02
+    assert larger > 0.1

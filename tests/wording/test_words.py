@@ -310,6 +310,16 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "There the ball strikes",
         ],
     ),
+    "others at the design point that are not reached from rest": (
+        lambda: Evidence(
+            solved("inclined", **HERE), atlas=followed("BBT"), disturbances=Disturbances(FromRest(Destination.CHAOTIC))
+        ),
+        [
+            "once per forcing period (BBT); from rest the ball moves in a way that is chaotic, or not periodic within",
+            "at s = 0.6 m; from rest the ball moves in a way that is chaotic",
+            "die out (@figure-2). By simulation, from rest it moves in a way that is chaotic, or not periodic within",
+        ],
+    ),
     "many others": (
         lambda: Evidence(solved("inclined", **HERE), atlas=followed("BBT", "BTBT3", "T", "BTT", "BB")),
         ["once and the top twice per forcing period (BTT), or in other ways, 5 in all"],

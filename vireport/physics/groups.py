@@ -236,7 +236,7 @@ class Groups(NamedTuple, Generic[Number]):
         """
         return flight.acceleration(force, self.gravity(way))
 
-    def gravity(self, way: int) -> Any:
+    def gravity(self, way: Any) -> Any:
         """What stands for gbar in a flight in which Z' has the sign `way`: friction is against the relative velocity.
 
         Z falls on the way up, from the bottom to the top membrane.

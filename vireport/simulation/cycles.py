@@ -157,11 +157,12 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
 
 def _jacobians_with_friction(model: Array, before: Array) -> Array:
     """`jacobians` of a ball with friction, over what it does between impacts."""
-    from vireport.simulation.stops import jacobian
+    from vireport.simulation import stops
 
-    held = before[:, RIDING] + before[:, SETTLING] > 0
-    nothing = np.zeros((2, 2))
-    return np.array([nothing if rides else jacobian(model, row) for row, rides in zip(before, held, strict=True)])
+    free = before[:, RIDING] + before[:, SETTLING] == 0
+    result = np.zeros((len(before), 2, 2))
+    result[free] = stops.jacobians(model, before[free])
+    return result
 
 
 def growth_bound(groups: Groups[float], cycle: Cycle) -> float:

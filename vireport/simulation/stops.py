@@ -6,15 +6,14 @@ between. They are found anew, by the search's own steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import pi
 from typing import NamedTuple
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.physics import ARRAYS, Groups, Wave, flight
+from vireport.physics import ARRAYS, Groups, flight
 from vireport.simulation import kernel
 from vireport.simulation.events import groups_of, search_data
 from vireport.simulation.kernel import PHASE, RIDING, SETTLING, VELOCITY, WALL
@@ -44,13 +43,31 @@ class Way(NamedTuple):
     end: float
 
 
+class _Searched(NamedTuple):
+    """What the search takes of a device, see `search_data`."""
+
+    groups: Groups[float]
+    plain: Array
+    harmonics: Array
+    still: Array
+
+    @staticmethod
+    def of(model: Array) -> _Searched:
+        """That of a row of `check_model`."""
+        return _Searched(groups_of(model), *(each[0] for each in search_data(model[None])))
+
+
 def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
     """The ways from one impact to the next, of a row of `check_model` and a row of impacts, see `kernel`.
 
     Where the row is a start in flight, from its position [x_c] to the first impact: without end, if there is none.
     """
-    groups = groups_of(model)
-    plain, harmonics, still = (each[0] for each in search_data(model[None]))
+    return _ways(_Searched.of(model), before, position)
+
+
+def _ways(searched: _Searched, before: Array, position: float = 0.0) -> Iterator[Way]:
+    """The same, of a device whose search is prepared: that takes ten times as long as a way."""
+    groups, plain, harmonics, still = searched
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
     phase, gone = kernel.turned(float(before[PHASE]) + pi * held), 0.0
     if wall:
@@ -112,34 +129,8 @@ def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Arra
     return time, position, velocity
 
 
-class _Moved(Struct, frozen=True, eq=False):
-    """How a state moves with (phase, velocity) of the impact before: rows of position, velocity and phase."""
-
-    rows: Array
-
-    def onward(self, way: Way, groups: Groups[float], strikes: bool) -> _Moved:
-        """At the end of a way."""
-        z, v, x = self.rows
-        if not way.sign:
-            # Let go at a phase of the force alone, at rest: only the place is kept.
-            return _Moved(np.array([z, np.zeros(2), np.zeros(2)]))
-        t, sign = way.time, int(way.sign)
-        begun, end = (groups.wave(phase, ARRAYS) for phase in (way.phase, way.phase + pi * t))
-        z = z + t * v + _by_phase(begun, end, t) * x
-        v = v + (end.force - begun.force) / pi * x
-        pull = groups.pull(end.force, sign)
-        # The end comes at another time: on a wall where Z does, else where Z' is zero.
-        dt = -z / way.end if strikes else -v / pull
-        return _Moved(np.array([z + way.end * dt, v + pull * dt, x + pi * dt]))
-
-
-def _by_phase(begun: Wave, end: Wave, t: float) -> float:
-    """Derivative of the way covered in a time by the phase at its beginning."""
-    return float((end.impulse - begun.impulse) / pi**2 - begun.force * t / pi)
-
-
-def jacobian(model: Array, before: Array) -> Array:
-    """Exact derivatives of an impact by the one before, in (phase, velocity before the impact), over all stops between.
+def jacobians(model: Array, before: Array) -> Array:
+    """Exact derivatives of impacts by those before, in (phase, velocity before the impact), over all stops between.
 
     Where the ball was held on the way they are of rank one.
 
@@ -147,14 +138,43 @@ def jacobian(model: Array, before: Array) -> Array:
     ----------
     model : array
         A row of `check_model`, with friction.
-    before : array (6,)
-        The impact before.
+    before : array (n, 6)
+        The impacts before.
+
+    Returns
+    -------
+    array (n, 2, 2)
     """
-    groups = groups_of(model)
-    r = groups.restitution_at(int(before[WALL]))
-    moved = _Moved(np.array([[0.0, 0.0], [0.0, -r], [1.0, 0.0]]))
-    passed = list(ways(model, before))
-    for i, way in enumerate(passed):
-        moved = moved.onward(way, groups, strikes=i + 1 == len(passed))
-    _, by_velocity, by_phase = moved.rows
-    return np.array([by_phase, by_velocity])
+    searched = _Searched.of(model)
+    passed = [list(_ways(searched, row)) for row in before]
+    matrices = iter(_onward(searched.groups, passed))
+    result = np.empty((len(before), 2, 2))
+    for i, own in enumerate(passed):
+        r = searched.groups.restitution_at(int(before[i, WALL]))
+        moved = np.array([[0.0, 0.0], [0.0, -r], [1.0, 0.0]])  # position, velocity and phase, just after the impact
+        for _ in own:
+            moved = next(matrices) @ moved
+        result[i] = moved[2], moved[1]
+    return result
+
+
+def _onward(groups: Groups[float], passed: Sequence[Sequence[Way]]) -> Array:
+    """How position, velocity and phase at the end of each way move with those at its beginning, (n, 3, 3)."""
+    columns = np.array([way for own in passed for way in own]).reshape(-1, len(Way._fields)).T
+    sign, time, phase, _, end = columns
+    strikes = np.array([i + 1 == len(own) for own in passed for i in range(len(own))])
+    begun, now = groups.wave(phase, ARRAYS), groups.wave(phase + pi * time, ARRAYS)
+    # At the same time as before: position by velocity and by phase, velocity by phase.
+    free = np.zeros((len(time), 3, 3))
+    free[:, [0, 1, 2], [0, 1, 2]] = 1.0
+    free[:, 0, 1] = time
+    free[:, 0, 2] = (now.impulse - begun.impulse) / pi**2 - begun.force * time / pi
+    free[:, 1, 2] = (now.force - begun.force) / pi
+    # The end comes at another time: on a wall where Z does, else where Z' is zero.
+    pull = flight.acceleration(now.force, groups.gravity(sign))
+    ending = np.where(strikes[:, None], free[:, 0], free[:, 1])
+    later = -ending / np.where(strikes, end, pull)[:, None]
+    moved = free + np.stack([end, pull, np.full_like(end, pi)], axis=-1)[:, :, None] * later[:, None, :]
+    # Let go at a phase of the force alone, at rest: only the place is kept.
+    moved[sign == 0] = np.diag([1.0, 0.0, 0.0])
+    return np.asarray(moved)

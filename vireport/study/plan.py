@@ -308,7 +308,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
-    DeclaredStep(Task.CIRCLES, (SWEEP, PICTURES, NO_SIMULATION), "a sweep is drawn"),
+    DeclaredStep(Task.CIRCLES, (SWEEP, PICTURES), "a sweep is drawn", (NO_SIMULATION,)),
     DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
     DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     DeclaredStep(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
