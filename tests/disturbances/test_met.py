@@ -1,0 +1,71 @@
+"""The circles of figures 2 and 7: what a ball from rest comes to along a sweep, beside the analytic motions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vireport import analyse, load
+from vireport.design import motions_at
+from vireport.disturbances import met_along
+from vireport.disturbances.met import VALUES
+from vireport.figures import shown_along, simulated_points
+from vireport.physics import Device
+from vireport.scenario import DesignInput
+from vireport.study import Task, sweep_of
+from vireport.wording import Words
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def sweep(name: str, *changes: str):
+    return sweep_of(load(EXAMPLES / f"{name}.yaml", changes).scenario)
+
+
+@pytest.mark.parametrize(("name", "found"), [("inclined", 16), ("horizontal", 19), ("inclined-forcing", 14)])
+def test_what_a_ball_from_rest_comes_to_is_the_stable_motion(name: str, found: int) -> None:
+    along, checked = sweep(name), 0
+    for met in met_along(along):
+        if met.cycle.word != "BT":
+            continue
+        device = Device.of(load(EXAMPLES / f"{name}.yaml").scenario)
+        device = device.with_values({DesignInput(along.parameter): met.value})
+        motions = motions_at(device, along.parameter)[0]
+        stable = motions.select(motions.stable_mask)
+        bottom, top = met.cycle.wall > 0, met.cycle.wall < 0
+        apart = np.abs(stable.velocity_bottom - met.cycle.velocity[bottom])
+        apart += np.abs(stable.velocity_top - met.cycle.velocity[top])
+        apart += np.abs(np.exp(1j * stable.phi_bottom) - np.exp(1j * met.cycle.phase[bottom]))
+        assert apart.min() < 1e-9
+        assert met.d == pytest.approx(stable.d[0], rel=1e-14)
+        checked += 1
+    assert checked >= found
+
+
+def test_beyond_the_period_doubling_it_comes_to_the_doubled_motion() -> None:
+    words = {met.cycle.word for met in met_along(sweep("inclined")) if met.value < 0.628}
+    assert words == {"BTBT"}
+
+
+def test_nothing_is_met_where_the_ball_stays_at_rest_or_goes_on_irregularly() -> None:
+    assert met_along(sweep("inclined-forcing", "sweep.from=0.5", "sweep.to=0.8", "excitation.amplitude_n=0.6")) == ()
+    chaotic = sweep("inclined-forcing", "excitation.amplitude_n=6.9375", "sweep.from=6.937", "sweep.to=6.938")
+    assert len(met_along(chaotic)) < VALUES / 2
+
+
+def test_circles_are_said_to_be_of_a_ball_from_rest_where_no_simulation_is_asked_for() -> None:
+    study = analyse(load(EXAMPLES / "inclined.yaml"), ("png",))
+    shown = shown_along(study, Task.FIGURE_2, simulated_points(study))
+    caption = Words("figures/sweep")("figure_2_caption", shown)
+    values = len({met.value for met in study.met})
+    assert f"impacts of periodic motions that a ball from rest comes to at {values} values" in caption
+    asked = analyse(load(EXAMPLES / "inclined.yaml", ("simulation.samples=3", "simulation.starts=1")), ("png",))
+    assert asked.met == ()
+    caption = Words("figures/sweep")("figure_2_caption", shown_along(asked, Task.FIGURE_2, simulated_points(asked)))
+    assert "impacts of periodic motions at 2 values" in caption
+
+
+def test_without_figures_nothing_is_simulated_for_them() -> None:
+    assert analyse(load(EXAMPLES / "inclined.yaml"), ("json",)).met == ()
