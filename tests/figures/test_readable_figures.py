@@ -77,7 +77,11 @@ def test_of_a_map(tmp_path: Path) -> None:
     file = tmp_path / "map.yaml"
     file.write_text(text.replace("count: 60", "count: 12").replace("count: 80", "count: 16"), encoding="utf-8")
     run_map(str(file), tmp_path / "out", workers=1, draw=False)
-    drawn = map_figures(map_plan(load_map(file)), tmp_path / "out" / "map.parquet")
+    finished = map_plan(load_map(file)), tmp_path / "out" / "map.parquet"
+    drawn = map_figures(*finished)
     assert list(drawn) == ["map-stability", "map-margin", "map-voltage"]
     for figure in drawn.values():
         assert_readable(figure)
+    for figure in map_figures(*finished, width_mm=86, style={"font.size": 9}).values():
+        assert figure.get_figwidth() * 25.4 == pytest.approx(86)
+        assert figure.axes[0].xaxis.label.get_size() == 9

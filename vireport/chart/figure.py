@@ -5,8 +5,9 @@ Fills are outlines of the pixels of regions, smoothed by less than the width of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +31,9 @@ from vireport.figures import (
     Label,
     Look,
     Picture,
+    Sheet,
     blank,
+    drawn_for,
     finished,
     held_by,
     mark_design,
@@ -103,6 +106,19 @@ def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
     given = words_given(chart, named)
     caption = said("caption", given) if sheet().headed else f"{said('caption', given)} {_note(chart, said)}".rstrip()
     return Picture("figure-chart", said("title"), caption, said("alt", given), draw(), redraw=draw)
+
+
+def figure_chart(chart: Chart, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None) -> Figure:
+    """Draw a chart.
+
+    Parameters
+    ----------
+    chart : Chart
+    width_mm, style : float and mapping, optional
+        As in `vireport.figure_2`.
+    """
+    with drawn_for(Sheet.of(width_mm, style)):
+        return _drawn(chart, None)
 
 
 def _note(chart: Chart, said: Words) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,9 @@ from vireport.figures import (
     Look,
     Picture,
     Pixel,
+    Sheet,
     blank,
+    drawn_for,
     finished,
     held_by,
     mark_design,
@@ -162,7 +164,9 @@ def outcomes_of(found: MapFindings) -> list[tuple[str, int]]:
     return [(OUTCOMES[outcome][0], count) for outcome, count in found.from_rest.most_common() if count]
 
 
-def map_figures(plan: MapPlan, result: Path) -> dict[str, Figure]:
+def map_figures(
+    plan: MapPlan, result: Path, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
+) -> dict[str, Figure]:
     """Draw the heat maps of a map, by their names, without a design point.
 
     Parameters
@@ -170,8 +174,11 @@ def map_figures(plan: MapPlan, result: Path) -> dict[str, Figure]:
     plan : MapPlan
     result : Path
         The finished map.
+    width_mm, style : float and mapping, optional
+        As in `vireport.figure_2`.
     """
-    return {picture.name: picture.figure for picture in map_pictures(plan, result, findings_of(plan, result))}
+    with drawn_for(Sheet.of(width_mm, style)):
+        return {picture.name: picture.figure for picture in map_pictures(plan, result, findings_of(plan, result))}
 
 
 def _raster(plan: MapPlan, result: Path) -> Raster:

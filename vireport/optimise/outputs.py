@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
 from math import isfinite
 from textwrap import fill
@@ -330,13 +330,30 @@ def picture_front(result: SearchResult) -> Picture:
     alt = f"Line chart. With smallest margins of {margins} the largest {of.words} falls {fall}."
 
     def draw() -> Figure:
-        return figure_front(result)
+        return _front(result)
 
     return Picture("figure-front", "What margin costs", caption, alt, draw(), redraw=draw)
 
 
-def figure_front(result: SearchResult) -> Figure:
-    """The largest objective against the smallest margin in any input, with the margin that is required."""
+def figure_front(
+    result: SearchResult, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
+) -> Figure:
+    """The largest objective against the smallest margin in any input, with the margin that is required.
+
+    Parameters
+    ----------
+    result : SearchResult
+        With a front.
+    width_mm, style : float and mapping, optional
+        As in `vireport.figure_2`.
+    """
+    from vireport.figures import Sheet, drawn_for
+
+    with drawn_for(Sheet.of(width_mm, style)):
+        return _front(result)
+
+
+def _front(result: SearchResult) -> Figure:
     from vireport.figures import (
         Color,
         blank,
