@@ -8,8 +8,9 @@ times. The floors are processes that do nothing of ours:
 
 - command: imports numpy, yaml, typer and pydantic, and runs a command that does nothing: only then do the last two
 import what they are made of;
-- report: imports what a report needs, draws as many empty panels in as many figures of the same size, saves each as
-PNG and as SVG, and compiles an empty page to PDF and to HTML: the files that a report is made of.
+- report: imports what a report needs, draws as many empty panels in as many figures of the same sizes, wide ones saved
+as PNG and as SVG and narrow ones for phones as SVG, and compiles an empty page to PDF and to HTML: what a report is
+made of.
 """
 
 from __future__ import annotations
@@ -46,12 +47,13 @@ import io, jinja2, typst
 from matplotlib.figure import Figure
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 for panels, height in {FIGURES}:
-    figure = Figure(figsize=(6.7, height))
-    FigureCanvasAgg(figure)
-    for i in range(panels):
-        figure.add_subplot(panels, 1, i + 1)
-    for suffix in ("png", "svg"):
-        figure.savefig(io.BytesIO(), dpi=150, format=suffix)
+    for width, suffixes in ((6.7, ("png", "svg")), (3.54, ("svg",))):
+        figure = Figure(figsize=(width, height))
+        FigureCanvasAgg(figure)
+        for i in range(panels):
+            figure.add_subplot(panels, 1, i + 1)
+        for suffix in suffixes:
+            figure.savefig(io.BytesIO(), dpi=150, format=suffix)
 for suffix in ("pdf", "html"):
     typst.Compiler(b"empty").compile(format=suffix)
 """

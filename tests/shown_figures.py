@@ -15,11 +15,10 @@ import numpy as np
 from definitions import VACUUM_PERMITTIVITY, mean
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from shown import PREFIXES, Amount, Below, Said, plain
 from shown_tables import Results, in_input, number, rungs, swept
-
-from vireport.figures.keys import Key
 
 Points = list[tuple[float, float]]
 
@@ -31,7 +30,7 @@ def legend_of(figure: Figure) -> dict[str, Any]:
     """The looks of a figure's legends, by their words."""
     return {
         plain(text.get_text()): handle
-        for legend in figure.findobj(Key)
+        for legend in figure.findobj(Legend)
         for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True)
     }
 

@@ -17,7 +17,6 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from vireport.figures import Picture, figure_2, figure_4, figure_7, pictures
-from vireport.figures.scales import Scale
 from vireport.physics import Device
 from vireport.scenario import Parameter, load
 from vireport.simulation import (
@@ -155,16 +154,7 @@ def boxes_of(figure: Figure) -> list[tuple[str, Bbox]]:
     with mock.patch.object(Text, "draw", record):
         figure.canvas.draw()
     renderer = figure.canvas.get_renderer()
-    ticks = [place for scale in figure.findobj(Scale) for place in _tick_labels(scale, renderer)]
-    return [*((text.get_text(), _ink(text, renderer)) for text in drawn), *ticks]
-
-
-def _tick_labels(scale: Scale, renderer: RendererAgg) -> list[tuple[str, Bbox]]:
-    """The labels of ticks that are drawn as one, with the boxes of their ink."""
-    below = DESCENDER * scale.text.get_size() / 72 * scale.axes.figure.dpi
-    boxes = scale.boxes(renderer) if scale.axes.axison else []
-    # Those with powers of ten are drawn as texts.
-    return [(text, Bbox.from_extents(box.x0, box.y0 + below, box.x1, box.y1)) for text, box in boxes if "$" not in text]
+    return [(text.get_text(), _ink(text, renderer)) for text in drawn]
 
 
 def _ink(text: Text, renderer: RendererAgg) -> Bbox:

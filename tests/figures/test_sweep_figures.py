@@ -51,7 +51,6 @@ from vireport.figures.curves import (
     stretches,
 )
 from vireport.figures.labels import LEADER
-from vireport.figures.scales import Scale
 from vireport.figures.sweeps import (
     ALIKE,
     BOTTOM,
@@ -356,10 +355,9 @@ def test_simulated_motions_are_drawn_over() -> None:
 
 def top_axis(name: str, figure: str = "figure-2") -> tuple[str, list[float], list[str]]:
     """Label, places and texts of the axis along the top."""
-    scales = [artist for artist in figure_of(name, figure).axes[0].get_children() if isinstance(artist, Scale)]
-    (top,) = [scale.axis for scale in scales if scale.axis.get_label_position() == "top"]
-    values = list(top.get_majorticklocs())
-    return top.get_label_text(), values, top.get_major_formatter().format_ticks(values)
+    (top,) = figure_of(name, figure).axes[0].child_axes
+    texts = [text.get_text() for text in top.get_xticklabels()]
+    return top.get_xlabel(), list(top.get_xticks()), texts
 
 
 @pytest.mark.parametrize("name", cases("inclined", "inclined-forcing", "frequency", "forcing-wide", "large"))

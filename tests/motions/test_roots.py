@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -36,7 +38,8 @@ def test_a_bracket_is_closed_in_a_quarter_of_the_steps_of_bisection(shift: float
 def test_a_bracket_is_closed_where_values_are_infinite_or_none() -> None:
     """NaN counts as one side; what is left is the end on the side of the other one that was given."""
     for beyond in (np.nan, -np.inf):
-        zero = bracketed_root(lambda x: np.where(x < SHIFT, beyond, 1.0 + x), np.zeros(4), np.full(4, 4.0))
+        function = partial(lambda beyond, x: np.where(x < SHIFT, beyond, 1.0 + x), beyond)
+        zero = bracketed_root(function, np.zeros(4), np.full(4, 4.0))
         np.testing.assert_allclose(zero, SHIFT, rtol=1e-15)
         assert np.all(zero >= SHIFT)
 

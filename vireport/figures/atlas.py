@@ -24,7 +24,6 @@ from vireport.figures.layout import (
     prefix,
     sweep_axis,
 )
-from vireport.figures.scales import align_names
 from vireport.figures.style import (
     DASHED,
     Color,
@@ -158,7 +157,7 @@ def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:
             fit_vertically([axes])
         letter_panels(panels[:, 0], 0, axis.scales_on_top)
         axis.dress(panels[:, 0])
-        align_names(panels[:, 0])
+        figure.align_ylabels(panels[:, 0])
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
         head = [(conditions(study), Color.BLACK), *outside]
         return finished(figure, height, head, _legends(looks, families, []))

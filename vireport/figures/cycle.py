@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks, title
-from vireport.figures.scales import put_ticks
 from vireport.figures.style import DASHED, Color, Look, Picture, sheet, style
 from vireport.physics import ElectricalCycle, Membrane, cycle_of
 from vireport.study import Study, Task
@@ -89,8 +88,8 @@ def figure_cycle(cycles: tuple[ElectricalCycle, ...], membrane: Membrane) -> Fig
                 axes.axhline(limit / 10.0 ** powers[1], **LIMIT)
         ends = [high / 10.0**power for high, power in zip(highest, powers, strict=True)]
         panels[0, 0].set(xlim=(0, ends[0]), ylim=(0, ends[1]), ylabel=f"voltage [{PREFIXES[powers[1]]}V]")
-        put_ticks(panels[0, 0].xaxis, *round_ticks(0.0, ends[0], min(WIDTH, sheet().across / 2)))
-        put_ticks(panels[0, 0].yaxis, *round_ticks(0.0, ends[1], WIDTH))
+        panels[0, 0].set_xticks(*round_ticks(0.0, ends[0], min(WIDTH, sheet().across / 2)))
+        panels[0, 0].set_yticks(*round_ticks(0.0, ends[1], WIDTH))
         broken: list[Entry] = [(BREAKDOWN, LIMIT)] if limit is not None and limit < highest[1] else []
         return finished(figure, HEIGHT, [], [STAGES, broken])
 

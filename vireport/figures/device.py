@@ -31,7 +31,6 @@ from vireport.figures.portraits import (
     TOP_MEMBRANE,
     periods,
 )
-from vireport.figures.scales import put_ticks
 from vireport.figures.style import (
     GUIDE,
     Color,
@@ -187,7 +186,7 @@ def _path(axes: Axes, study: Study, motion: DrawnCurve) -> None:
     for impacts, look in ((distance < AT_WALL, BOTTOM_IMPACT), (distance > 1 - AT_WALL, TOP_IMPACT)):
         axes.plot(time[impacts], length * distance[impacts], **look)
     axes.set_xlim(-0.03 * time[-1], 1.03 * time[-1])
-    put_ticks(axes.xaxis, *round_ticks(0.0, float(time[-1]), WIDTH))
+    axes.set_xticks(*round_ticks(0.0, float(time[-1]), WIDTH))
     axes.set_xlabel(TIME)
     axes.set_ylabel("ball from the bottom membrane [m]")
     fit_vertically([axes])

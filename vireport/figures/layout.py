@@ -13,20 +13,18 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis, XAxis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from msgspec import Struct
 
 from vireport.figures.curves import Floats
-from vireport.figures.keys import Key
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.scales import Scale, put_ticks, scaled
 from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
-from vireport.figures.vector import PER_INCH, LayoutCanvas, text_size
+from vireport.figures.vector import PER_INCH, LayoutCanvas
 from vireport.motions import Sweep
 from vireport.scenario import Parameter
 from vireport.text import (
@@ -84,10 +82,7 @@ def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[Figure, Any]:
     width = sheet().width
     figure = NotebookFigure(figsize=(width, width), dpi=PER_INCH, facecolor="white")
     LayoutCanvas(figure)
-    panels = figure.subplots(rows, columns, squeeze=False, **shared)
-    for axes in panels.flat:
-        scaled(axes)
-    return figure, panels
+    return figure, figure.subplots(rows, columns, squeeze=False, **shared)
 
 
 def finished(
@@ -116,8 +111,7 @@ def finished(
         for text, color in lines
         if page.headed or color != Color.BLACK
     ]
-    room = PER_INCH * (page.width - 2 * EDGE)
-    heading += [Key(figure, _fitting(entries), page.small, room) for entries in legends if entries]
+    heading += [_legend(figure, entries) for entries in legends if entries]
     heights = [item.get_window_extent().height / figure.dpi for item in heading]
     total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
     # The panels alone are laid out, as high as they shall be; the heading then makes the figure higher, and their share
@@ -131,8 +125,8 @@ def finished(
     top = total - LINE_GAP
     for item, own in zip(heading, heights, strict=True):
         place = EDGE / page.width, top / total
-        if isinstance(item, Key):
-            item.place(*place)
+        if isinstance(item, Legend):
+            item.set_bbox_to_anchor(place, transform=figure.transFigure)
         else:
             item.set(position=place)
         top -= own + LINE_GAP
@@ -149,14 +143,30 @@ def _filled(text: str) -> str:
     return fill(text, sheet().letters(sheet().width - 2 * EDGE), break_long_words=False)
 
 
-def _fitting(entries: Sequence[Entry]) -> list[Entry]:
-    """Entries of a legend whose names are no longer than a line of it; what is longer has several lines."""
-    page = sheet()
-    room = page.width - 2 * EDGE - HANDLE
-    font, letters = FontProperties(size=page.small), page.letters(room)
-    return [
-        (name if text_size(name, font)[0] <= PER_INCH * room else fill(name, letters), look) for name, look in entries
-    ]
+def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
+    """A legend in as many columns as fit, to be read line by line; what is too long for one has several lines."""
+    room = sheet().width - 2 * EDGE
+    for columns in range(len(entries), 0, -1):
+        legend = _in_columns(figure, entries, columns)
+        if legend.get_window_extent().width <= room * figure.dpi:
+            return legend
+        legend.remove()
+    letters = sheet().letters(room - HANDLE)
+    return _in_columns(figure, [(fill(name, letters), look) for name, look in entries], 1)
+
+
+def _in_columns(figure: Figure, entries: Sequence[Entry], columns: int) -> Legend:
+    only_marks = all(look.get("linestyle") == "none" for _, look in entries)
+    # Matplotlib fills a legend column by column.
+    ordered = [entry for k in range(columns) for entry in entries[k::columns]]
+    return figure.legend(
+        [Line2D([], [], **look) for _, look in ordered],
+        [name for name, _ in ordered],
+        ncols=columns,
+        loc="upper left",
+        bbox_to_anchor=(0, 1),
+        handlelength=1.0 if only_marks else None,
+    )
 
 
 def letter_of(number: int) -> str:
@@ -175,17 +185,6 @@ def letter_panels(panels: Sequence[Axes], first: int, below_axis: bool = True) -
         rise = LETTER_RISE if k or not below_axis else LETTER_RISE + TOP_LABEL
         offset = ScaledTranslation(0, rise / 72, axes.figure.dpi_scale_trans)
         axes.text(0, 1, f"({letter_of(first + k)})", transform=axes.transAxes + offset, size=sheet().small)
-
-
-def _axis_on_top(axes: Axes) -> Axis:
-    """A second axis along the top of a panel, which has the values of the one below it."""
-    if axes.get_title():  # Matplotlib puts titles over axes of its own alone
-        return axes.secondary_xaxis("top").xaxis
-    top = XAxis(axes)
-    top.set_ticks_position("top")
-    top.set_label_position("top")
-    Scale(top)
-    return top
 
 
 def say(axes: Axes, text: str) -> None:
@@ -323,15 +322,15 @@ class SweepAxis(Struct, frozen=True):
         below, over = reversed(names) if self.by_value else names
         margin = MARGIN_X * (self.high - self.low)
         panels[-1].set_xlim(self.low - margin, self.high + margin)
-        put_ticks(panels[-1].xaxis, *round_ticks(self.low, self.high, width))
+        panels[-1].set_xticks(*round_ticks(self.low, self.high, width))
         panels[-1].set_xlabel(below)
-        top = _axis_on_top(panels[0])
+        top = panels[0].secondary_xaxis("top")
         if not self.scales_on_top:
-            put_ticks(top, [], [])
-            top.set_label_text(above)
+            top.set_xticks([])
+            top.set_xlabel(above)
             return
-        put_ticks(top, *self._along_top(width))
-        top.set_label_text(f"{above}\n{over}" if above else over)
+        top.set_xticks(*self._along_top(width))
+        top.set_xlabel(f"{above}\n{over}" if above else over)
 
     def _along_top(self, width: float) -> tuple[Floats, list[str]]:
         """Places and labels of the ticks of the swept parameter, or of gbar where the inclination varies."""

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from vireport.design import Margin
 from vireport.figures.captions import pictured
 from vireport.figures.layout import blank, finished
-from vireport.figures.scales import put_ticks
 from vireport.figures.style import (
     GUIDE,
     Color,
@@ -35,7 +34,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         figure, panels = blank(1)
         axes = panels[0, 0]
         axes.barh(range(len(shifts)), [shift for _, shift in shifts], height=0.7, color=Color.GREY)
-        put_ticks(axes.yaxis, range(len(shifts)), [f"{name.quantity} {name.symbol}" for name, _ in shifts])
+        axes.set_yticks(range(len(shifts)), [f"{name.quantity} {name.symbol}" for name, _ in shifts])
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)
         shift = f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]"

@@ -23,7 +23,6 @@ from vireport.figures.layout import (
     round_ticks,
     widened,
 )
-from vireport.figures.scales import align_names, put_ticks
 from vireport.figures.style import (
     Color,
     Look,
@@ -98,7 +97,7 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
             labels.append((axes, [Label(str(k), x, y, color=color) for k, ((x, y), color) in numbered]))
             fit_vertically([axes])
         _dress(panels[-1, 0], shown, along)
-        align_names(panels[:, 0])
+        figure.align_ylabels(panels[:, 0])
         letters = sheet().letters(sheet().across)
         names = (fill(f"{k} {literal(name)}", letters) for k, name in enumerate(drawings, 1))
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
@@ -162,6 +161,6 @@ def _dress(axes: Axes, drawings: Sequence[Drawing], along: Parameter | None) -> 
     ends = [(sweep.start, sweep.end) if along is not None else sweep.coordinate_range for sweep in sweeps]
     low, high = (float(choose(np.ravel(ends))) for choose in (np.min, np.max))
     axes.set_xlim(*widened(low, high, MARGIN_X))
-    put_ticks(axes.xaxis, *round_ticks(low, high, sheet().across))
+    axes.set_xticks(*round_ticks(low, high, sheet().across))
     swept = "distance d = 4 M s f² / F [–]" if along is None else f"{along.quantity} {along.symbol} [{along.unit}]"
     axes.set_xlabel(swept)

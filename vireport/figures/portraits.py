@@ -25,7 +25,6 @@ from vireport.figures.layout import (
     title,
     widened,
 )
-from vireport.figures.scales import put_ticks
 from vireport.figures.style import (
     GUIDE,
     Color,
@@ -250,7 +249,7 @@ def _head(held: str) -> list[tuple[str, str]]:
 def _phase_portrait(axes: Axes, portrait: Portrait) -> None:
     z, v, half = portrait.position, portrait.velocity, portrait.d / 2
     axes.set_xlim(*widened(-half, half, 0.09))
-    put_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), LEFT))
+    axes.set_xticks(*round_ticks(*axes.get_xlim(), LEFT))
     for wall in (-half, half):
         axes.axvline(wall, **WALL)
     axes.axhline(0.0, **GUIDE)
@@ -370,7 +369,7 @@ def measured_times(portrait: Portrait, own: ShownImpacts) -> tuple[Floats, Sampl
 def _time_axis(axes: Axes, portrait: Portrait, width: float) -> None:
     end = float(periods(portrait.time[-1])) if moves(portrait) else 2.0
     axes.set_xlim(*widened(0.0, end, 0.02))
-    put_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), width))
+    axes.set_xticks(*round_ticks(*axes.get_xlim(), width))
 
 
 def _lines(axes: Axes, parts: Sequence[DrawnCurve], look: Look) -> None:

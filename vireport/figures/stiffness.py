@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from vireport.figures.captions import pictured
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
-from vireport.figures.scales import align_names
 from vireport.figures.style import (
     DASHED,
     GUIDE,
@@ -77,7 +76,7 @@ def figure_stiffness(study: Compliance) -> Figure:
                 along.set_major_formatter(lambda value, _: factor_text(value))
         _errors(errors, study, shown)
         names = _rates(rates, study)
-        align_names([errors, rates])
+        figure.align_ylabels([errors, rates])
         return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)])
 
 

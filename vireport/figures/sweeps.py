@@ -44,7 +44,6 @@ from vireport.figures.layout import (
     say,
     sweep_axis,
 )
-from vireport.figures.scales import align_names, put_ticks
 from vireport.figures.style import (
     DASH_DOTTED,
     DOTTED,
@@ -286,7 +285,7 @@ def sweep_figure(
             if panels.size > 1:
                 letter_panels(panels[:, k], k * len(rows), drawing.axis.scales_on_top)
             drawing.axis.dress(panels[:, k], len(drawings), fill(remarks[k], letters) if remarks else "")
-        align_names(panels[:, 0])
+        page.align_ylabels(panels[:, 0])
         crowded = max(len(drawing.events) for drawing in drawings) / ROOM_FOR
         height = HEIGHTS[figure] * len(rows) * max(1.0, crowded) + AXES_HEIGHT
         head = _head(figure, drawings[0].study) if lines is None else lines
@@ -381,7 +380,7 @@ def _angles(axes: Axes, cut: float) -> None:
     low, high = min(cut, axes.dataLim.y0), max(cut + TURN, axes.dataLim.y1)
     axes.set_ylim(low - 0.03 * TURN, high + 0.03 * TURN)
     quarters = np.arange(np.ceil(4 * (low - CUT_DISTANCE) / TURN), np.floor(4 * (high + CUT_DISTANCE) / TURN) + 1)
-    put_ticks(axes.yaxis, quarters * TURN / 4, [_quarters(int(k)) for k in quarters])
+    axes.set_yticks(quarters * TURN / 4, [_quarters(int(k)) for k in quarters])
 
 
 def _quarters(count: int) -> str:
