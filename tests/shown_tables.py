@@ -1274,14 +1274,14 @@ def _of_design(x: Results) -> Iterator[Said]:
 
 def _of_stable(x: Results) -> Iterator[Said]:
     if x.data["simulation"] is None:
-        yield Said("Does a simulation agree? ✓Yes Started beside the motion, it is off by ")
+        yield Said("Does a simulation agree? ✓Yes Started close to the motion, it is off by ")
     bottom, top = x.design_speeds[0]
     yield Said(
         "How fast are the impacts? {} at the bottom, {} at the top", Amount(bottom, "m/s", 4), Amount(top, "m/s", 4)
     )
     if (of := x.data["disturbances"]["from_rest"])["outcome"] == "reaches_1_1":
         periods = number(of["settles_after_periods"])
-        yield Said("Switched on from rest, the device gets there after {} periods.", periods)
+        yield Said("Switched on from rest, the device reaches this motion after {} periods.", periods)
         yield Said(f"{FROM_REST} ✓Yes, after {{}} periods ", periods)
     if x.ending:
         end = x.ending[0]
@@ -1325,7 +1325,7 @@ def _effects(x: Results) -> Iterator[Said]:
     share = percentage(abs(end / at - 1))
     where = in_input(parameter, end, min(5, digits_of(x, parameter, end, 5)))
     name = f"{WORDS_OF[of['kind']]} {of['label']}".strip()
-    yield Said(f"Without: {name} in {quantity}, at {{}}, {{}} away.", where, share)
+    yield Said(f"Without these effects: {name} in {quantity}, at {{}}, {{}} away.", where, share)
 
     known = [shift for shift in of["rows"] if shift["stable"] is not None]
     worst = min(known, key=lambda shift: margin_left(x, shift))
@@ -1338,7 +1338,7 @@ def _effects(x: Results) -> Iterator[Said]:
         moved = worst["sweep_value"] / end - 1
         sign = "+" if moved > 0 else "−" if moved < 0 else ""
         yield Said(
-            f"The worst of what is left out; the end moves by {sign}{{}}; without it {{}} in {quantity}: all",
+            f"The worst of the neglected effects; the end moves by {sign}{{}}; without it {{}} in {quantity}: all",
             percentage(abs(moved)), share,
         )  # fmt: skip
 
@@ -1398,7 +1398,7 @@ def _of_membrane(x: Results) -> Iterator[Said]:
     deepest = max(device.deflection(max(speeds)) for speeds in everywhere)
     if deepest > radius:
         yield Said(
-            "press the membrane up to {} mm deep, {} times its active radius of {} mm. The formulae still",
+            "press the membrane up to {} mm deep, {} times its active radius of {} mm. The formulae can still",
             number(1e3 * deepest, 3), number(deepest / radius, 2), number(1e3 * radius, 2),
         )  # fmt: skip
         ratio = (deepest / radius) ** (h + 1)
@@ -1449,7 +1449,7 @@ def _alerts(x: Results) -> Iterator[Said]:
         share = float(contact.split(" some ")[1].split(" %")[0])
         yield Said("Contacts last up to {} of a period", Amount(share, "%", 2))
         if x.points:
-            yield Said("The digits are those that contacts of {} of a period leave.", Amount(share, "%", 2))
+            yield Said("Contacts of {} of a period limit the digits shown.", Amount(share, "%", 2))
 
 
 def of_tolerances(x: Results) -> Iterator[Said]:

@@ -298,7 +298,7 @@ SAID = [
     (
         "VR002",
         {"solution": known(branches=stretches(Stability.STABLE_NODE))},
-        ["One stretch", "its eigenvalues would call it stable", f"It is {LEFT}"],
+        ["One stretch", "its eigenvalues indicate stability", f"It is {LEFT}"],
     ),
     (
         "VR002",
@@ -308,7 +308,7 @@ SAID = [
     (
         "VR002",
         {"solution": known(branches=stretches(Stability.UNSTABLE_NODE, Stability.STABLE_FOCUS))},
-        ["2 stretches of", "by up to 0.02 of", "some with eigenvalues that would call them stable", f"They are {LEFT}"],
+        ["2 stretches of", "by up to 0.02 of", "some with eigenvalues that indicate stability", f"They are {LEFT}"],
     ),
     (
         "VR002",
@@ -424,12 +424,12 @@ SAID = [
     (
         "VR010",
         {"solution": deep()},
-        ["18.9 mm deep, 3 times its active radius of 6.3 mm", "a ranking, not as volts"],
+        ["18.9 mm deep, 3 times its active radius of 6.3 mm", "for ranking only"],
     ),
     (
         "VR010",
         {"solution": deep(ball_mass_kg=1e-3, stiffness=2e6, active_radius_m=0.02)},
-        ["of: a ball of at most 0.9995 g; a stiffness of at least 2.001e+06 N/m^h; an active radius of at least 20"],
+        ["us: a ball of at most 0.9995 g; a stiffness of at least 2.001e+06 N/m^h; an active radius of at least 20"],
     ),
     ("VR013", moved(True, ("velocity", 0.06), ("U_ave", -0.25)), ["stiffness moves velocity by +6 %, U_ave by -25 %."]),
     ("VR013", moved(True, (Parameter.LENGTH, -0.6)), ["length_m by 0.6 times the margin to it."]),

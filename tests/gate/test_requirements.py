@@ -370,7 +370,7 @@ def test_without_a_design_point_the_first_page_says_what_is_stable_in_the_sweep_
     assert (study.verdict.status, study.verdict.word) == ("caution", "Stable, but not 1:1")
     said = " ".join(markdown(study, "run").split())
     assert "no such motion is stable in the sweep. Somewhere in it the ball strikes the bottom membrane twice" in said
-    assert "three times and the top once per forcing period (BBBT), and stays so" in said
+    assert "three times and the top once per forcing period (BBBT), and small disturbances die out" in said
     where = next(fact for fact in study.verdict.facts if fact.question == Question.WHERE)
     assert (where.answer, where.status) == ("Nowhere", Status.NEUTRAL)
     pictures = {name: name for name in ("figure-2", "figure-atlas")}

@@ -125,7 +125,7 @@ def test_the_first_page_has_the_answer_and_no_voltage_that_cannot_be(name: str, 
     first = text[text.index("Verdict !" if verdict.status == "caution" else "Verdict ✓") : text.index("Alerts !")]
     for says in (verdict.word, "strikes each membrane once in every forcing period", "a 1:1 motion", "m/s at the top"):
         assert says in first
-    assert "Switched on from rest, the device gets there after" in first
+    assert "Switched on from rest, the device reaches this motion after" in first
     elsewhere = Question.MOTION, Question.REACHED
     for fact in verdict.facts:
         assert (fact.question in first) == (fact.question not in elsewhere)

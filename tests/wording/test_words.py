@@ -397,18 +397,19 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         [
             "reached from rest after 17 periods; deflection",
             "Yes, after 17 periods 1 % of a small disturbance is left after 30.8 periods (15.4 s)",
-            "Switched on from rest, the device gets there after 17 periods.",
+            "Switched on from rest, the device reaches this motion after 17 periods.",
         ],
     ),
     "reached from rest, not known when": (
         lambda: switched_on(settles=None),
-        ["reached from rest; deflection", "Is it reached from rest? Yes", "gets there. Along"],
+        ["reached from rest; deflection", "Is it reached from rest? Yes", "reaches this motion. Along"],
     ),
     "reached by a ramp": (
         lambda: switched_on(settles=1, ramp_periods=20.0, share=1.0),
         [
             "Yes, after 1 period With the amplitude ramped up over 20 periods; 1:1 motion is reached from 100 % of",
-            "Switched on from rest, with the amplitude ramped up over 20 periods, the device gets there after 1 period",
+            "Switched on from rest, with the amplitude ramped up over 20 periods, "
+            "the device reaches this motion after 1 period",
         ],
     ),
     "not reached from rest": (
@@ -418,7 +419,8 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "No: rest every 3 forcing periods (B~) 1:1 motion is reached from "
             "22 % of the moments at which the force may set in; a ramp over 10 periods reaches it from every moment",
             "so it is for s from 0.6912 m to 0.75 m",
-            "Switched on from rest, the device does not get there:** it comes to rest every 3 forcing periods (B~).",
+            "Switched on from rest, "
+            "the device does not reach this motion:** it comes to rest every 3 forcing periods (B~).",
         ],
     ),
     "not stable, and from rest": (
@@ -516,7 +518,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "outside the membrane model: no voltage, more electrical energy than the impacts lose (efficiency ",
             "the active radius: no volts. More electrical energy than the impacts lose (efficiency ",
             "**No device does this:** more electrical energy than the impacts lose (efficiency ",
-            "Its voltages are a ranking, not volts: its impacts are outside the membrane model.",
+            "Its voltages serve for ranking only: the impacts are outside the membrane model.",
         ],
     ),
     "beyond breakdown": (
@@ -1348,13 +1350,13 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         "effects",
         "detail",
         (shift(relative=0.0391), thing(end=thing(parameter=Parameter.FREQUENCY, relative=-0.0472))),
-        "The worst of what is left out; the end moves by +3.9 %; without it 4.7 % in frequency",
+        "The worst of the neglected effects; the end moves by +3.9 %; without it 4.7 % in frequency",
     ),
     (
         "effects",
         "detail",
         (shift(relative=None), thing(end=thing(parameter=Parameter.FREQUENCY, relative=-0.0472))),
-        "The worst of what is left out; without it 4.7 % in frequency",
+        "The worst of the neglected effects; without it 4.7 % in frequency",
     ),
     ("compliant", "head", ("critical",), "critical point"),
     ("compliant", "head", ("critical", "B1"), "B1"),

@@ -123,21 +123,21 @@ CATALOGUE = (
         AlertCode.INADMISSIBLE_SOLUTIONS,
         Severity.NOTE,
         "Solutions that are not motions were left out",
-        "The periodicity conditions know only the ends of each flight. Some of their solutions pass through a membrane "
-        "in between; the eigenvalues may even call them stable. They are in the results, marked as not admissible, "
-        "and neither drawn nor counted.",
+        "The periodicity conditions describe only the ends of each flight. Some of their solutions pass through a "
+        "membrane in between, even where their eigenvalues indicate stability. They are in the results, marked as not "
+        "admissible, and neither drawn nor counted.",
         "Nothing to do; the grazing points show where the motions end.",
         {
             "one": "One stretch of the algebraic solution would pass through a membrane, by up to {depth:.3g} of the "
             "length unit x_c. It is listed in the results as not admissible, and neither drawn nor counted.",
             "one_stable": "One stretch of the algebraic solution would pass through a membrane, by up to {depth:.3g} "
-            "of the length unit x_c, though its eigenvalues would call it stable. It is listed in the results as "
+            "of the length unit x_c, although its eigenvalues indicate stability. It is listed in the results as "
             "not admissible, and neither drawn nor counted.",
             "several": "{count} stretches of the algebraic solution would pass through a membrane, by up to "
             "{depth:.3g} of the length unit x_c. They are listed in the results as not admissible, and neither "
             "drawn nor counted.",
             "several_stable": "{count} stretches of the algebraic solution would pass through a membrane, by up to "
-            "{depth:.3g} of the length unit x_c, some with eigenvalues that would call them stable. They are listed "
+            "{depth:.3g} of the length unit x_c, some with eigenvalues that indicate stability. They are listed "
             "in the results as not admissible, and neither drawn nor counted.",
             "turns": "In {count} of the stretches of the algebraic solution the ball would turn back between two "
             "impacts, and friction with it: these are no motions. A block 'simulation:' shows what the ball does "
@@ -253,14 +253,14 @@ CATALOGUE = (
         Severity.WARNING,
         "The membrane model is outside its geometry",
         "The deflection of (5.5) exceeds the active radius of the membrane. The cone-and-cap shape of (5.3) and (5.4) "
-        "cannot hold there, though the formulae still evaluate, to voltages that no membrane would survive.",
+        "cannot hold there, although the formulae still yield voltages, which no membrane would survive.",
         "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
         "at such depths.",
         {
             "deflection": "The impacts press the membrane up to {depth_mm:.3g} mm deep, {times:.2g} times its active "
-            "radius of {radius_mm:.3g} mm. The formulae still evaluate, but the cone-and-cap shape of Eqs. "
-            "(5.3)-(5.5) cannot hold there: read the voltages as a ranking, not as volts.",
-            "fits": "The deflection would fit with any one of: {ways:; }.",
+            "radius of {radius_mm:.3g} mm. The formulae can still be evaluated, but the cone-and-cap shape of Eqs. "
+            "(5.3)-(5.5) cannot hold there: use the voltages for ranking only.",
+            "fits": "Any one of these would bring the deflection within the radius: {ways:; }.",
             "ball": "a ball of at most {mass_g:.4g} g",
             "stiffness": "a stiffness of at least {stiffness:.4g} N/m^h",
             "radius": "an active radius of at least {radius_mm:.4g} mm",
@@ -273,7 +273,7 @@ CATALOGUE = (
         "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
         "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
         "Act on the compliant ends and margins beside the rigid ones; vireport accuracy, or an accuracy block in the "
-        "scenario, has more of that motion. Or use a stiffer membrane or a lighter ball.",
+        "scenario, computes that motion in detail. Or use a stiffer membrane or a lighter ball.",
         {
             "share": "A contact takes some {percent:.2g} % of the forcing period with the membrane's own stiffness, "
             "by an estimate without gravity and forcing.",
