@@ -7,10 +7,10 @@ same state: it does not know the motions that the ball may come to. Of the least
 simulates a regular grid of shocks, all of them, with the same compiled flights; the least shock is then known to the
 grid's spacing only. Times are of the processor, on one core.
 
-What a run without a `disturbances:` block takes longer for what it tells of them is the difference of the processor
-times of whole processes with and without that step, in medians over runs in turn. Its limits are 20 ms with --json and
-50 ms of a report. Instructions, which other work beside does not change, are no measure of it: the loops of the
-simulation have twice as many in a millisecond as the rest of a run.
+What a run without a `disturbances:` block takes longer for what it tells of them is the time of that step in processes
+of its own, in the median. What a run without the step imports or computes too is there before the clock starts. Its limits are 20 ms with --json and 50 ms of a report. Differences of whole runs scatter by
+more than the step takes; and of instructions the loops of the simulation have twice as many in a millisecond as the
+rest of a run.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # as the command sets it before the imports
 
-import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -59,36 +59,44 @@ its block of simulation, as Valgrind takes minutes for what the compiler does.""
 
 RUN = """
 import sys
+from importlib import import_module
+from time import perf_counter
 from vireport.__main__ import entry
 from vireport.study import study
-if {without}:
-    study._with_disturbances = lambda known: known
+
+step = study._with_disturbances
+
+def timed(known):
+    for name in {before}:
+        import_module(name)
+    known.solution.bounds  # are in results.json anyway
+    begun = perf_counter()
+    found = step(known)
+    print("took", 1e3 * (perf_counter() - begun), file=sys.stderr)
+    return found
+
+study._with_disturbances = timed if {before} else lambda known: known
 sys.argv = ["vireport", "run", *sys.argv[1:]]
 entry()
+print("modules", *[name for name in sys.modules if name.startswith("vireport.")], file=sys.stderr)
 """
 
-
-PAIRS = 25
-"""Runs with and without that step, in turn."""
+RUNS = 15
 
 
-def whole_run(without: bool, arguments: list[str]) -> float:
-    """Processor time of a run, with or without what it tells of disturbances [ms]."""
+def said(before: list[str], arguments: list[str], word: str) -> list[str]:
+    """What a run says behind a word: with the step and these modules imported before it, or without the step."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, "-c", RUN.format(without=without), *arguments]
-    subprocess.run(command, capture_output=True, check=True, env=environment)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return 1e3 * (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    command = [sys.executable, "-c", RUN.format(before=before), *arguments]
+    told = subprocess.run(command, capture_output=True, check=True, env=environment, text=True).stderr
+    return next(line for line in told.splitlines() if line.startswith(word)).split()[1:]
 
 
 def growth_ms(name: str, *arguments: str) -> float:
     """What the step adds to a run."""
     line = [str(EXAMPLES / f"{name}.yaml"), *arguments]
-    whole_run(False, line)  # compiles modules
-    pairs = np.array([[whole_run(without, line) for without in (False, True)] for _ in range(PAIRS)])
-    ours, bare = np.median(pairs, axis=0)
-    return float(ours - bare)
+    before = said([], line, "modules")
+    return statistics.median([float(said(before, line, "took")[0]) for _ in range(RUNS + 1)][1:])
 
 
 def solved(name: str, changes: tuple[str, ...]):

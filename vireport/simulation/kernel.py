@@ -53,7 +53,8 @@ LENGTH, PULL, RATE, BEND, JERK, CONCAVE = 0, 1, 2, 3, 4, 5
 def _long(t: float, x: float) -> FlightRow:
     """Return 1 - cos x and x - sin x, x = pi t, with sine and cosine; for x of 1 or more."""
     sine, cosine = sin(x), cos(x)
-    head = t * SPLIT - (t * SPLIT - t)
+    spread = t * SPLIT
+    head = spread - (spread - t)
     rest = ((PI_HEAD * head - x) + PI_HEAD * (t - head)) + PI_TAIL * t  # what rounding cut off pi t
     return 1.0 - cosine + rest * sine, x - sine + rest * (1.0 - cosine), sine, cosine
 
@@ -315,7 +316,7 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
     node, now, gate = (0.0, 0.0, v), flight, walls
     periods, seen = 0.0, 0.0
     for window in range(MAX_PERIODS):
-        for half in range(2):
+        for half in (0, 1):
             end = _node(ends[half], now, middle if half == 0 else last)
             wall, t, hit, steps = _piece(sign if half == 0 else flip, now, None, gate, node, end, periods)
             seen += steps
