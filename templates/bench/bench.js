@@ -551,8 +551,15 @@ export function mount(root, start, backend) {
   };
 
   const drawFirst = () => {
-    drawInputs();
     drawFigure();
+    cards.margins.classList.add("waiting");
+    // The curves are shown first: the rest is drawn once they are.
+    const mine = answer;
+    requestAnimationFrame(() => setTimeout(() => mine === answer && drawRest()));
+  };
+
+  const drawRest = () => {
+    drawInputs();
     device.show(answer.path, answer.values.inclination_deg ?? answer.swept?.value ?? 0);
     drawNumbers();
     const motion = shownMotion();
@@ -571,7 +578,6 @@ export function mount(root, start, backend) {
           : "No stable 1:1 motion in the sweep."
         : "";
     cards.motion.hidden = false;
-    cards.margins.classList.add("waiting");
     placePoint();
   };
 

@@ -75,7 +75,9 @@ SMALLEST = """Math.min(...[...document.querySelectorAll("svg.figure")].filter(x 
   .map(text => parseFloat(getComputedStyle(text).fontSize) * svg.getScreenCTM().a)))"""
 
 SHOWN = """[...document.querySelectorAll("svg.figure")].filter(x => x.checkVisibility()).map(x => [x.dataset.figure,
-  x.classList.contains("narrow"), x.parentNode.scrollWidth - x.parentNode.clientWidth])"""
+  x.classList.contains("narrow"), x.parentNode.scrollWidth - x.parentNode.clientWidth, Boolean(x.closest(".beside")),
+  Math.min(...[...x.querySelectorAll("text")].map(text => parseFloat(getComputedStyle(text).fontSize)))
+    * x.getScreenCTM().a])"""
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -91,7 +93,7 @@ def test_it_fits_the_window_and_nothing_lies_on_anything(width: int, browser: Br
     assert browser.run(SMALLEST) >= LEGIBLE
 
 
-def test_a_narrow_screen_shows_a_drawing_that_fits_it(
+def test_a_narrow_place_shows_a_drawing_that_fits_it(
     browser: Browser, folder: Path, request: pytest.FixtureRequest
 ) -> None:
     # Heat maps, and scenarios side by side.
@@ -104,10 +106,13 @@ def test_a_narrow_screen_shows_a_drawing_that_fits_it(
     for width in WIDTHS:
         browser.look(width)
         shown = browser.run(SHOWN)
-        assert [name for name, _, _ in shown] == names
-        for name, narrow, beyond in shown:
-            assert narrow == (width == 390 and name not in once)
+        assert [name for name, *_ in shown] == names
+        for name, narrow, beyond, beside, _ in shown:
+            # On a wide screen that of the key numbers stands beside them.
+            assert narrow == (name not in once and (width == 390 or (width == 1440 and beside)))
             assert beyond <= 0 or (name in once and width == 390)
+        for key in (size for *_, beside, size in shown if beside):
+            assert all(key > 0.85 * size for *_, size in shown)
     assert bool(once) == drawn_once
 
 
