@@ -760,7 +760,7 @@ ALONG = {
 }
 """What figures 2, 4 and 7 show where there is nothing to be said."""
 
-WITH_ALL = ALONG | {"doubled": ["BTBT"], "mirrored": True, "simulated": Circles(8, 1), "from_rest": 0.862}
+WITH_ALL = ALONG | {"doubled": ["BTBT"], "mirrored": True, "simulated": Circles(8, 1, False), "from_rest": 0.862}
 
 SPEEDS = [Extent("speed", 0.5, 1.2345, where="bottom"), Extent("phase", 1e-9, 3.0, where="top")]
 VALUES = [Extent("discriminant", -1.0, 2e9), Extent("eigenvalues", 0.5, 0.5)]
@@ -825,8 +825,8 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ("figure_7_caption", ALONG, "; m = 4.1 g, U_in = 2 kV."),
     (
         "figure_7_caption",
-        {**ALONG, "outside": "outside the membrane", "simulated": Circles(8, 2)},
-        "; outside the membrane (VR010); circles: voltages of 8 impacts of periodic motions at 2 values of",
+        {**ALONG, "outside": "outside the membrane", "simulated": Circles(8, 2, True)},
+        "circles: voltages of 8 impacts of periodic motions that a ball from rest comes to at 2 values of the swept",
     ),
     (
         "figure_2_alt",
@@ -840,7 +840,12 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ),
     (
         "figure_2_alt",
-        {**ALONG, "extents": [(True, SPEEDS), (False, SPEEDS[:1])], "points": POINTS, "simulated": Circles(8, 2)},
+        {
+            **ALONG,
+            "extents": [(True, SPEEDS), (False, SPEEDS[:1])],
+            "points": POINTS,
+            "simulated": Circles(8, 2, False),
+        },
         "0.6 m. There is no stable admissible 1:1 motion in the sweep. Stable motions: impact speed at the bottom 0.5 "
         "to "
         "1.23, phase at the top about 0 to 3. Unstable motions: impact speed at the bottom 0.5 to 1.23. Critical "
@@ -855,7 +860,7 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ),
     (
         "figure_7_alt",
-        {**ALONG, "extents": [(True, [Extent("average", 1.0, 2e5, "V")])], "simulated": Circles(8, 2)},
+        {**ALONG, "extents": [(True, [Extent("average", 1.0, 2e5, "V")])], "simulated": Circles(8, 2, False)},
         "Stable motions: average voltage about 0 to 200 kV. Circles: voltages of 8 impacts",
     ),
     ("figure_7_alt", {**ALONG, "extents": [(True, [Extent("average", 4.0, 4.0, "V")])]}, "average voltage 4 V."),
