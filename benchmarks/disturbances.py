@@ -8,9 +8,9 @@ simulates a regular grid of shocks, all of them, with the same compiled flights;
 grid's spacing only. Times are of the processor, on one core.
 
 What a run without a `disturbances:` block takes longer for what it tells of them is the time of that step in processes
-of its own, in the median. What a run without the step imports or computes too is there before the clock starts. Its limits are 20 ms with --json and 50 ms of a report. Differences of whole runs scatter by
-more than the step takes; and of instructions the loops of the simulation have twice as many in a millisecond as the
-rest of a run.
+of its own, in the median. What a run without the step imports or computes too is there before the clock starts. The
+limits are 20 ms with --json and 50 ms of a report. Differences of whole runs scatter by more than the step takes; and
+of instructions the loops of the simulation have twice as many in a millisecond as the rest of a run.
 """
 
 from __future__ import annotations
