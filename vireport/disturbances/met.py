@@ -12,8 +12,7 @@ from vireport.base import brief
 from vireport.disturbances.from_rest import presses
 from vireport.motions import Sweep
 from vireport.physics import Groups
-from vireport.simulation import BOTTOM, RUNNING, Cycle, approached, check_model, follow_one
-from vireport.simulation.events import as_start
+from vireport.simulation import BOTTOM, RUNNING, Cycle, approached, as_start, check_model, follow_one
 
 VALUES = 21
 """Values along a sweep, its ends among them: 30 to 60 ms for the paper's sweeps, and 150 ms where all is chaotic."""
