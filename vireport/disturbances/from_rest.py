@@ -59,7 +59,7 @@ TRANSIENT = 1024
 SHORT_TRANSIENT = 256
 """Impacts after which other motions are looked for where no 1:1 motion is stable."""
 
-BUDGET = 1100
+BUDGET = 1024
 """Impacts for those: some 10 ms without the compiler, which would take longer to start. Of 309 random devices called
 chaotic 55 settle within 300,000 impacts after all; with a budget of 600 it would be 24 %, with 1500 still 15 %."""
 

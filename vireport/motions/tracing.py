@@ -45,10 +45,10 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-ROUGH = 1e-7
+ROUGH = 1e-9
 """Tolerance of a parameter at which an event is found before it is polished."""
 
-BRACKET = 10 * ROUGH
+BRACKET = 1e-6
 """Distance to either side of an event at which it is evaluated to bound it where the polish does not settle."""
 
 INSET = 1e-7
