@@ -66,7 +66,7 @@ def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
 
 
 def _ways(searched: _Searched, before: Array, position: float = 0.0) -> Iterator[Way]:
-    """The same, of a device whose search is prepared: that takes ten times as long as a way."""
+    """`ways` of a device whose search is prepared, which takes ten times as long as a way."""
     groups, plain, harmonics, still = searched
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
     phase, gone = kernel.turned(float(before[PHASE]) + pi * held), 0.0
