@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from vireport.base import brief
 from vireport.motions.branches import Branch
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
 from vireport.motions.level_curve import LevelCurve, curve_of, sample
-from vireport.motions.motion import Symmetry
+from vireport.motions.motion import Motion, Symmetry
 from vireport.motions.points import Point
 from vireport.motions.stability import Stability
 from vireport.motions.sweep import Sweep
 from vireport.motions.tracing import branches_of
 
-Floats = NDArray[np.float64]
-
 SAME_POINT = 1e-9
-"""Relative difference of the swept value below which two critical points of one kind are mirror images."""
-
-SAME_SHARE = 1e-9
-"""Difference from q = 1/2 below which a branch begins at the symmetric motion."""
-
-SAME_ENDS = 1e-6
-"""Difference of the coordinate, q and impact velocity up to which two branches are mirror images: both end within
-rounding."""
+"""Relative difference of the swept value below which an asymmetric branch begins at a pitchfork."""
 
 
 class BifurcationDiagram(Struct, frozen=True, eq=False):
@@ -68,47 +57,36 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
     return BifurcationDiagram(curve, branches, critical_points)
 
 
-def _numbered(curve: LevelCurve, unordered: list[Branch]) -> tuple[tuple[Branch, ...], tuple[Point, ...]]:
-    """Number branches and critical points, and join mirror images."""
-    ordered = sorted(unordered, key=_order)
-    mirrored = _mirrors(curve, ordered)
-    critical: list[Point] = []
-    owner: dict[Point, int] = {}
-    for i, branch in enumerate(ordered):
-        for mark in branch.family.marks:
-            point = mark.point
-            if point is None or not _near_admissible(branch, mark.row):
-                continue
-            twin = next((k for k, other in enumerate(critical) if _is_twin(other, point, mirrored[i])), None)
-            if twin is None:
-                owner[point] = len(critical)
-                critical.append(replace(point, families=(i + 1,)))
-            else:
-                owner[point] = twin
-                critical[twin] = replace(critical[twin], mirror=point)
+def _numbered(
+    curve: LevelCurve, found: list[tuple[Branch, Branch | None]]
+) -> tuple[tuple[Branch, ...], tuple[Point, ...]]:
+    """Number branches and critical points: symmetric branches first, mirror images last."""
+    found = sorted(found, key=lambda pair: pair[0].symmetry is Symmetry.ASYMMETRIC)
+    critical = [
+        replace(mark.point, families=(number,))
+        for number, (branch, _) in enumerate(found, 1)
+        for mark in branch.family.marks
+        if mark.point is not None and _near_admissible(branch, mark.row)
+    ]
     labels, order = _labels(curve, critical)
-    points = {k: replace(critical[k], label=labels[k]) for k in order}
-    known = {point: points[k] for point, k in owner.items()}
+    points = [replace(critical[k], label=labels[k]) for k in order]
+    known = {point.motion: point for point in points}
+    images = [(image, number) for number, (_, image) in enumerate(found, 1) if image is not None]
     branches = []
-    for i, (branch, mirror) in enumerate(zip(ordered, mirrored, strict=True)):
+    for number, (branch, mirror_of) in enumerate([*((branch, None) for branch, _ in found), *images], 1):
         marks = tuple(_labelled(mark, branch, known) for mark in branch.family.marks)
-        family = replace(branch.family, number=i + 1, marks=marks)
-        branches.append(replace(branch, family=family, mirror_of=None if mirror is None else mirror + 1))
-    return tuple(branches), tuple(points.values())
+        family = replace(branch.family, number=number, marks=marks)
+        branches.append(replace(branch, family=family, mirror_of=mirror_of))
+    return tuple(branches), tuple(points)
 
 
-def _labelled(mark: Mark, branch: Branch, known: dict[Point, Point]) -> Mark:
+def _labelled(mark: Mark, branch: Branch, known: dict[Motion, Point]) -> Mark:
     """A mark with the critical point that its point is; an asymmetric branch begins at one of the symmetric one."""
     if mark.point is not None:
-        return replace(mark, point=known.get(mark.point, mark.point))
+        return replace(mark, point=known.get(mark.point.motion, mark.point))
     if mark.event is Event.PITCHFORK:
         return replace(mark, point=next((point for point in known.values() if _meets(point, branch, mark.row)), None))
     return mark
-
-
-def _order(branch: Branch) -> tuple[bool, bool]:
-    """Symmetric branches first, and of two mirror images the one with the larger q."""
-    return branch.symmetry is Symmetry.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
 
 
 def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], list[int]]:
@@ -124,43 +102,11 @@ def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], l
     return labels, order
 
 
-def _is_twin(other: Point, point: Point, mirrored: int | None) -> bool:
-    """Whether a critical point is the mirror image of another that was found on the branch `mirrored`."""
-    if mirrored is None or other.families != (mirrored + 1,) or other.event != point.event or other.mirror is not None:
-        return False
-    value = point.sweep_value
-    return abs(other.sweep_value - value) <= SAME_POINT * abs(value)
-
-
 def _meets(point: Point, branch: Branch, row: int) -> bool:
     """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
     coordinate = point.motion.coordinate
     apart = abs(coordinate - float(branch.family.x[row, -1]))
     return point.event is Event.PITCHFORK and apart <= SAME_POINT * coordinate
-
-
-def _mirrors(curve: LevelCurve, ordered: list[Branch]) -> list[int | None]:
-    """For each branch of a horizontal capsule, the earlier one whose mirror image it is."""
-    mirrors: list[int | None] = [None] * len(ordered)
-    for i, branch in enumerate(ordered):
-        if curve.horizontal and branch.symmetry is Symmetry.ASYMMETRIC:
-            earlier = (k for k in range(i) if mirrors[k] is None and _reflected(branch, ordered[k]))
-            mirrors[i] = next(earlier, None)
-    return mirrors
-
-
-def _reflected(first: Branch, second: Branch) -> bool:
-    """Whether the ends of two branches are mirror images: q and 1 - q, with the impact velocities exchanged."""
-
-    def ends(branch: Branch, sign: float) -> Floats:
-        m = branch.motions
-        speed = m.velocity_bottom if sign > 0 else -m.velocity_top
-        rows = np.stack([branch.family.x[:, -1], sign * (m.q - 0.5), speed], axis=1)[[0, -1]]
-        return np.asarray(rows[np.argsort(rows[:, 1])])
-
-    return first.symmetry == second.symmetry and bool(
-        np.allclose(ends(first, 1.0), ends(second, -1.0), rtol=0, atol=SAME_ENDS)
-    )
 
 
 def _near_admissible(branch: Branch, row: int) -> bool:

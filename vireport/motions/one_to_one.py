@@ -102,6 +102,18 @@ class Motions(Struct, frozen=True, eq=False):
         own = each(self.restitution, lambda r: r[index] if np.ndim(r) else r)
         return replace(self, **{name: getattr(self, name)[index] for name in names}, restitution=own)
 
+    def mirrored(self) -> Motions:
+        """The mirror images, which a horizontal capsule with membranes that are alike has."""
+        return replace(
+            self,
+            q=0.5 - self.u,
+            u=0.0 - self.u,
+            phi_bottom=np.mod(self.phi_top + np.pi, 2 * np.pi),
+            phi_top=np.mod(self.phi_bottom + np.pi, 2 * np.pi),
+            velocity_bottom=-self.velocity_top,
+            velocity_top=-self.velocity_bottom,
+        )
+
     @property
     def words(self) -> list[str]:
         """Table 1's type of each motion, in its words."""

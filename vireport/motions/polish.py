@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -151,6 +152,19 @@ class Solved(Struct, frozen=True, eq=False):
     x: list[Decimal]
     groups: Groups[Decimal]
     symmetric: bool
+
+    def mirrored(self, first: int) -> Solved:
+        """The mirror image, counted from one of the impacts; within `in_decimals`."""
+        count, period = len(self.word), 2 * self.word.periods
+        velocity, time = self.x[:count], self.x[count : 2 * count]
+        # Half a forcing period later, and less whole ones: the first impact comes within the first one.
+        late = 1 - 2 * ((time[first] + 1) // 2)
+        x = [
+            *(-v for v in (*velocity[first:], *velocity[:first])),
+            *(t + late for t in (*time[first:], *(t + period for t in time[:first]))),
+            *self.x[2 * count :],
+        ]
+        return replace(self, word=self.word.mirrored().rotated(first), x=x)
 
 
 def solve_motion(

@@ -2,7 +2,8 @@
 
 A strand is cut where it leaves the sweep or an impact velocity vanishes; on what is left, the points are found at
 which the ball grazes a membrane or the type of stability changes; then the motions are evaluated, with the events
-polished.
+polished. Of two mirror images of a horizontal capsule the one with q > 1/2 is worked out, and the other one is its
+reflection.
 """
 
 from __future__ import annotations
@@ -10,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from math import pi, remainder
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base import NumericalError
@@ -21,11 +22,12 @@ from vireport.motions.branches import Branch, family_of
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
-from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples, Strand
+from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples
 from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.orbits import Orbits
 from vireport.motions.points import (
+    OneToOne,
     Point,
     model_of,
     motion_of,
@@ -38,9 +40,6 @@ from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
 from vireport.physics import by_wall
-
-if TYPE_CHECKING:
-    from vireport.motions.contour import Contour
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -69,8 +68,12 @@ end is then that of the one which fails more beyond."""
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
 
-AT_SYMMETRY = 1e-9
-"""|u| below which a sample of an asymmetric branch of a horizontal capsule is on the symmetric motion."""
+AT_SYMMETRY = 1e-6
+"""|u| of an asymmetric motion of a horizontal capsule below which rounding decides the sign of tr - 1 - r^4: this goes
+with u^2 there, and comes with an error of some 1e-14. Folds were told at u = 1e-9 that were rounding."""
+
+FROM_SYMMETRY = 1e-3
+"""Share of a step from the symmetric motion at which that sign is taken in its place."""
 
 BEGINS_AT_SYMMETRY = 1e-12
 """|u| at the end of a piece below which it begins at the symmetric motion; the end is known to rounding."""
@@ -123,7 +126,17 @@ def _pieces(curve: LevelCurve, samples: Samples) -> list[Piece]:
         w = np.concatenate([[end for end, _ in lead], run.w, [end for end, _ in tail]])
         event = [*(kind for _, kind in lead), *[-1] * len(run.w), *(kind for _, kind in tail)]
         pieces.append(Piece(run.strand, w, np.array(event, dtype=np.int8)))
-    return _with_inner_events(curve, _with_dips(curve, pieces))
+    kept = _originals(curve, pieces)
+    return _with_inner_events(curve, _with_dips(curve, kept)) if kept else []
+
+
+def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
+    """The pieces without those that are the mirror images of others: of each pair the one with the larger q is left."""
+    if not curve.horizontal:
+        return pieces
+    which = np.array([piece.strand for piece in pieces], dtype=np.intp)
+    u = curve.at(which, np.array([(piece.w[0] + piece.w[-1]) / 2 for piece in pieces])).u
+    return [p for p, own in zip(pieces, u, strict=True) if own > 0 or curve.strands[p.strand].symmetric]
 
 
 class Run(Struct, frozen=True, eq=False):
@@ -140,29 +153,34 @@ def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
     strand = curve.strands[k]
     mine = samples.which == k
     w, valid = samples.w[mine], samples.validity[mine] > 0
+    cuts = _symmetric_points(curve, k)
     if strand.closed and valid[0] and not valid.all():
         # Of a closed strand the parameter begins anywhere, also inside a run, which would then be two.
         turn = strand.end - strand.start
         first = int(np.argmin(valid))
         w = np.concatenate([w[first:-1], w[: first + 1] + turn])
+        cuts = sorted([*cuts, *(cut + turn for cut in cuts)])
         valid = np.concatenate([valid[first:-1], valid[: first + 1]])
     edges = np.nonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))[0]
-    cuts = _symmetric_points(curve, strand)
     for a, b in zip(edges[::2], edges[1::2], strict=True):
-        run = w[a:b]
-        inner = [cut for cut in cuts if run[0] < cut < run[-1]]
-        ends = [w[a - 1] if a else None, *[None] * (2 * len(inner)), w[b] if b < len(w) else None]
+        run, before, after = w[a:b], w[a - 1] if a else None, w[b] if b < len(w) else None
+        # Of a sweep that ends next to the pitchfork the symmetric motion may be the only sample, or lie beside it.
+        low, high = run[0] if before is None else before, run[-1] if after is None else after
+        inner = [cut for cut in cuts if low < cut < high]
+        ends = [before, *[None] * (2 * len(inner)), after]
         for i, part in enumerate(np.split(run, np.searchsorted(run, inner, side="left"))):
             lead, tail = inner[max(i - 1, 0) : i], inner[i : i + 1]
             body = part[~np.isin(part, inner)]
             yield Run(k, np.concatenate([lead, body, tail]), ends[2 * i], ends[2 * i + 1])
 
 
-def _symmetric_points(curve: LevelCurve, strand: Strand | Contour) -> list[float]:
-    """Parameters at which an asymmetric strand of a horizontal capsule passes through the symmetric motion."""
-    if not curve.horizontal or strand.symmetric:
+def _symmetric_points(curve: LevelCurve, k: int) -> list[float]:
+    """Parameters at which a strand of a horizontal capsule passes through a symmetric motion of the sweep."""
+    strand = curve.strands[k]
+    if not curve.horizontal or strand.symmetric or not (cuts := strand.crossings()):
         return []
-    return strand.crossings()
+    values = curve.event_values(curve.on(k, np.array(cuts)), with_gap=False)[:, VALIDITY]
+    return [cut for cut, valid in zip(cuts, values.min(axis=1) > 0, strict=True) if valid]
 
 
 Ends = tuple[tuple[float, int], tuple[float, int]]
@@ -230,10 +248,7 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     which, owner, w = _joined(pieces)
     orbit = curve.at(which, w)
     values = curve.event_values(orbit)[:, : GRAZING + 1]
-    # On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing: rounding there is no event.
-    asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
-    touching = asymmetric & (np.abs(orbit.u) < AT_SYMMETRY) & curve.horizontal
-    values[touching, MEETING] = np.nan
+    met = _off_symmetry(curve, which, owner, w, orbit.u, values)
     with np.errstate(invalid="ignore"):
         crossing = (values[1:] > 0) != (values[:-1] > 0)
     crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
@@ -246,17 +261,40 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
         return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
 
     # Rough is enough: each of them is solved for in decimals from there.
-    root = bracketed_root(event_value, w[row], w[row + 1], ROUGH, (values[row, event], values[row + 1, event]))
+    start, end = (np.where(event == MEETING, met[side], w[side]) for side in (row, row + 1))
+    root = bracketed_root(event_value, start, end, ROUGH, (values[row, event], values[row + 1, event]))
     owners = [owner[row] == i for i in range(len(pieces))]
     return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
 
 
-def branches_of(curve: LevelCurve, samples: Samples) -> list[Branch]:
-    """The branches of a curve with the critical points on them, neither of them numbered yet."""
-    return [_branch(curve, piece) for piece in _pieces(curve, samples)]
+def _off_symmetry(curve: LevelCurve, which: Ints, owner: Ints, w: Floats, u: Floats, values: Floats) -> Floats:
+    """Put the values of meetings that rounding decides in order; returns the parameters that they belong to.
+
+    On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing. Next to it the value is that a
+    little farther on, or none if that is still too near.
+    """
+    met = w.copy()
+    asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
+    touching = np.nonzero(asymmetric & (np.abs(u) < AT_SYMMETRY))[0] if curve.horizontal else np.empty(0, dtype=np.intp)
+    if touching.size:
+        beside = np.clip(touching + np.array([[-1], [1]]), 0, len(w) - 1)
+        farther = np.where(owner[beside] == owner[touching], np.abs(u[beside]), -1.0).argmax(axis=0)
+        met[touching] += FROM_SYMMETRY * (w[beside[farther, np.arange(len(touching))]] - w[touching])
+        orbit = curve.at(which[touching], met[touching])
+        near = np.abs(orbit.u) < AT_SYMMETRY
+        values[touching, MEETING] = np.where(near, np.nan, curve.event_values(orbit, with_gap=False)[:, MEETING])
+    return met
 
 
-def _branch(curve: LevelCurve, piece: Piece) -> Branch:
+def branches_of(curve: LevelCurve, samples: Samples) -> list[tuple[Branch, Branch | None]]:
+    """The branches of a curve with the critical points on them, neither of them numbered yet.
+
+    Each comes with its mirror image, where it has another one than itself.
+    """
+    return [_branches(curve, piece) for piece in _pieces(curve, samples)]
+
+
+def _branches(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]:
     conditions = {int(row): COLUMNS[piece.event[row]] for row in np.nonzero(piece.event >= 0)[0]}
     orbit = curve.on(piece.strand, piece.w)
     points = {
@@ -279,8 +317,23 @@ def _branch(curve: LevelCurve, piece: Piece) -> Branch:
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.level, curve.through(u, phi))
     _pin(motions, curve, piece, points, at_symmetry)
-    marks = _marks(piece, points, at_symmetry)
-    return Branch(family_of(curve.sweep, motions, marks), _symmetry(curve, piece), None, motions)
+    marks = tuple(_marks(piece, points, at_symmetry))
+
+    def branch(rows: Motions) -> Branch:
+        return Branch(family_of(curve.sweep, rows, marks), _symmetry(curve, piece), None, rows)
+
+    if not _mirrored(curve, piece):
+        return branch(motions), None
+    image = motions.mirrored()
+    for row, point in points.items():
+        if point.mirror is not None:
+            _pin_place(image, row, point.mirror.closed)
+    return branch(motions), branch(image)
+
+
+def _mirrored(curve: LevelCurve, piece: Piece) -> bool:
+    """Whether the motions of a piece have mirror images other than themselves."""
+    return curve.horizontal and not curve.strands[piece.strand].symmetric
 
 
 def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> Iterator[Mark]:
@@ -329,7 +382,7 @@ def _polish_ends(curve: LevelCurve, piece: Piece, u: Floats, phi: Floats) -> Non
 
 
 def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbit: Orbits) -> Point:
-    """The critical point at a row of a piece, whose motions are `orbit`."""
+    """The critical point at a row of a piece, whose motions are `orbit`; with its mirror image where it has one."""
     symmetric = curve.strands[piece.strand].symmetric
     event = Event.GRAZING if condition.event is Event.ZERO_VELOCITY else condition.event
     if condition.event is Event.GRAZING and curve.level.friction is not None:
@@ -339,26 +392,43 @@ def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbi
     # Without gravity along the capsule an impact loses its velocity together with the other, by momentum (3.8).
     rests = (0, 1) if curve.level.horizontal and condition.rests else condition.rests
     try:
-        return _polished(curve, event, condition, rests, orbit.select([row]), symmetric)
+        return _polished(curve, piece, event, condition, rests, orbit.select([row]))
     except (NumericalError, ArithmeticError):
         return _bracketed(curve, piece, row, event, rests)
 
 
 def _polished(
-    curve: LevelCurve, event: Event, condition: Condition, rests: tuple[int, ...], orbit: Orbits, symmetric: bool
+    curve: LevelCurve, piece: Piece, event: Event, condition: Condition, rests: tuple[int, ...], orbit: Orbits
 ) -> Point:
     """An event of a piece, polished; `orbit` is the motion as far as it is known (arrays of length one)."""
     sweep, coordinate = curve.sweep, float(curve.sweep.coordinate(orbit)[0])
+    symmetric = curve.strands[piece.strand].symmetric
     with in_decimals():
         motion = motion_of(orbit, curve.n, coordinate)
         solved, touches = solve_one_to_one(lambda ops: model_of(sweep, ops), motion, condition, symmetric)
-        return point_of(solved, event, sweep.value(solved.x[-1], DECIMALS), (*rests, *touches), touches)
+        value, at_rest = sweep.value(solved.x[-1], DECIMALS), (*rests, *touches)
+        point = point_of(solved, event, value, at_rest, touches)
+        if not _mirrored(curve, piece):
+            return point
+        # Its bottom impact is the image of the top one.
+        top = next(i for i, wall in enumerate(solved.word.walls) if wall == -1 and i not in touches)
+        resting, touching = (tuple((i - top) % len(solved.word) for i in own) for own in (at_rest, touches))
+        return replace(point, mirror=point_of(solved.mirrored(top), event, value, resting, touching))
 
 
 def _bracketed(curve: LevelCurve, piece: Piece, row: int, event: Event, rests: tuple[int, ...]) -> Point:
     """The event as it was bracketed, where the polish does not settle: its bound is what the bracket leaves open."""
-    sweep = curve.sweep
     orbit = curve.on(piece.strand, piece.w[row] + BRACKET * np.array([0.0, -1.0, 1.0]))
+    point = _between(curve, orbit, event, rests)
+    if not _mirrored(curve, piece):
+        return point
+    image = curve.through(-orbit.u, np.arctan2(orbit.sin_top, orbit.cos_top) + np.pi)
+    return replace(point, mirror=_between(curve, image, event, tuple(1 - rest for rest in rests)))
+
+
+def _between(curve: LevelCurve, orbit: Orbits, event: Event, rests: tuple[int, ...]) -> Point:
+    """An event by the motion where it was found and those on either side of it."""
+    sweep = curve.sweep
 
     def spread(values: Floats) -> float:
         return float(np.max(np.abs(values - values[0])) + BRACKET_ROUNDING * abs(values[0]))
@@ -381,7 +451,7 @@ def _turns(curve: LevelCurve, piece: Piece, row: int) -> bool:
 
 def _symmetric_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> list[int]:
     """Rows, 0 or -1, at which an asymmetric branch of a horizontal capsule begins at the symmetric motion."""
-    if not curve.horizontal or curve.strands[piece.strand].symmetric:
+    if not _mirrored(curve, piece):
         return []
     return [row for row in (0, -1) if abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
 
@@ -399,12 +469,9 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
             motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end)
             _pin_restitution(motions, curve, row, end)
     for row, point in points.items():
-        closed = point.closed
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
         _pin_restitution(motions, curve, row, point.sweep_value)
-        motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
-        motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
-        motions.phi_top[row] = closed.phi_top
+        _pin_place(motions, row, point.closed)
         if point.event is Event.STOP:
             motions.wall_gap[row], motions.admissible_mask[row] = 0.0, False
         elif point.event is not Event.GRAZING:
@@ -413,6 +480,13 @@ def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Po
             motions.wall_gap[row], motions.admissible_mask[row] = 0.0, False
     motions.stability[at_symmetry] = UNSTABLE
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+
+
+def _pin_place(motions: Motions, row: int, closed: OneToOne) -> None:
+    """Put a motion of the closed form into a row."""
+    motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
+    motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
+    motions.phi_top[row] = closed.phi_top
 
 
 def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float) -> None:
