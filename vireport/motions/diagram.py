@@ -19,6 +19,9 @@ from vireport.motions.tracing import branches_of
 SAME_POINT = 1e-9
 """Relative difference of the swept value below which an asymmetric branch begins at a pitchfork."""
 
+SAME_SHARE = 1e-9
+"""Difference from q = 1/2 below which a branch begins at the symmetric motion."""
+
 
 class BifurcationDiagram(Struct, frozen=True, eq=False):
     """Every 1:1 motion along a sweep.
@@ -60,8 +63,8 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
 def _numbered(
     curve: LevelCurve, found: list[tuple[Branch, Branch | None]]
 ) -> tuple[tuple[Branch, ...], tuple[Point, ...]]:
-    """Number branches and critical points: symmetric branches first, mirror images last."""
-    found = sorted(found, key=lambda pair: pair[0].symmetry is Symmetry.ASYMMETRIC)
+    """Number branches and critical points: mirror images last."""
+    found = sorted(found, key=lambda pair: _order(pair[0]))
     critical = [
         replace(mark.point, families=(number,))
         for number, (branch, _) in enumerate(found, 1)
@@ -87,6 +90,11 @@ def _labelled(mark: Mark, branch: Branch, known: dict[Motion, Point]) -> Mark:
     if mark.event is Event.PITCHFORK:
         return replace(mark, point=next((point for point in known.values() if _meets(point, branch, mark.row)), None))
     return mark
+
+
+def _order(branch: Branch) -> tuple[bool, bool]:
+    """Symmetric branches first, then those with q > 1/2."""
+    return branch.symmetry is Symmetry.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
 
 
 def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], list[int]]:
