@@ -100,12 +100,12 @@ def controls_of(scenario: Scenario) -> tuple[Control, ...]:
     Keys that a scenario is without are there as well, where it may have them: the ball's mass, each restitution, and
     what can be required of the 1:1 motions.
     """
-    return tuple(_controls(scenario))
+    return tuple(_control(scenario, path, group) for path, group in _paths(scenario))
 
 
 def values_of(scenario: Scenario) -> dict[str, Any]:
     """The values behind all controls and choices, by their paths, None where one is not given; and the harmonics."""
-    own = {path: value_at(scenario, path) for path in (*(x.path for x in _controls(scenario)), *CHOICES)}
+    own = {path: value_at(scenario, path) for path in (*(path for path, _ in _paths(scenario)), *CHOICES)}
     return {**own, "excitation.harmonics": [each.model_dump() for each in scenario.excitation.harmonics]}
 
 
@@ -122,18 +122,16 @@ def value_at(scenario: Scenario, path: str) -> Any:
     return value
 
 
-def _controls(scenario: Scenario) -> Iterator[Control]:
-    for group, paths in ((Group.DEVICE, DEVICE), (Group.FORCE, FORCE)):
-        for path in paths:
-            yield _control(scenario, path, group)
+def _paths(scenario: Scenario) -> Iterator[tuple[str, Group]]:
+    """The keys that have a control, with the group of each."""
+    yield from ((path, Group.DEVICE) for path in DEVICE)
+    yield from ((path, Group.FORCE) for path in FORCE)
     if scenario.device.membrane is not None:
-        for name in MembraneBlock.model_fields:
-            yield _control(scenario, f"device.membrane.{name}", Group.MEMBRANE)
+        yield from ((f"device.membrane.{name}", Group.MEMBRANE) for name in MembraneBlock.model_fields)
     for name, key in RequirementsBlock.model_fields.items():
         if _is_number(key):
-            yield _control(scenario, f"requirements.{name}", Group.REQUIRED)
-    for varied in DesignInput:
-        yield _control(scenario, f"tolerances.{percent_key(varied)}", Group.TOLERANCES)
+            yield f"requirements.{name}", Group.REQUIRED
+    yield from ((f"tolerances.{percent_key(varied)}", Group.TOLERANCES) for varied in DesignInput)
 
 
 def _is_number(key: FieldInfo) -> bool:

@@ -309,14 +309,15 @@ def _branches(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]:
         w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
         orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
-    _polish_ends(curve, piece, u, phi)
+    ends = _sweep_ends(curve, piece)
+    _polish_ends(curve, piece, ends, u, phi)
     for row, point in points.items():
         if point.rest is None:
             u[row], phi[row] = point.closed.u, point.closed.phi_bottom
     at_symmetry = _symmetric_ends(curve, piece, orbit)
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.level, curve.through(u, phi))
-    _pin(motions, curve, piece, points, at_symmetry)
+    _pin(motions, curve, ends, points, at_symmetry)
     marks = tuple(_marks(piece, points, at_symmetry))
 
     def branch(rows: Motions) -> Branch:
@@ -352,30 +353,29 @@ def _symmetry(curve: LevelCurve, piece: Piece) -> Symmetry:
     return Symmetry.SYMMETRIC if curve.strands[piece.strand].symmetric else Symmetry.ASYMMETRIC
 
 
-def _end_value(curve: LevelCurve, condition: Condition | None) -> float | None:
-    """The swept value of the sweep's end that cuts a strand; None if none does or the curve stops before it."""
-    if condition is None or condition.event is not Event.SWEEP_END:
-        return None
-    sweep, last = curve.sweep, condition.sign > 0
-    if curve.bounds[last] != sweep.coordinate_range[last]:
-        return None
-    return sorted((sweep.start, sweep.end), key=sweep.coordinate_of)[last]
+def _sweep_ends(curve: LevelCurve, piece: Piece) -> dict[int, float]:
+    """Of the rows, 0 and -1, at which an end of the sweep cuts a piece, the swept value there."""
+    cut = {row: at for row in (0, -1) if (at := piece.condition_at(row)) is not None and at.event is Event.SWEEP_END}
+    if not cut:
+        return {}
+    sweep = curve.sweep
+    asked = sorted((sweep.coordinate_of(end), end) for end in (sweep.start, sweep.end))
+    # Where the curve stops before the end of the sweep, it is not this that cuts the piece.
+    sides = {row: int(condition.sign > 0) for row, condition in cut.items()}
+    return {row: asked[side][1] for row, side in sides.items() if curve.bounds[side] == asked[side][0]}
 
 
-def _polish_ends(curve: LevelCurve, piece: Piece, u: Floats, phi: Floats) -> None:
-    """Put the motion of the very end of the sweep into the rows where it cuts a piece.
+def _polish_ends(curve: LevelCurve, piece: Piece, ends: dict[int, float], u: Floats, phi: Floats) -> None:
+    """Put the motions of the very ends of the sweep into the rows where they cut a piece.
 
     Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
     capsule that is to a few digits. On a fold the row stays as it is: the polish does not settle there.
     """
     symmetric = curve.strands[piece.strand].symmetric
-    for row, inner in ((0, 1), (-1, -2)):
-        value = _end_value(curve, piece.condition_at(row))
-        if value is None:
-            continue
+    for row, value in ends.items():
         # Next to a fold the phase goes with the root of the coordinate: the end may be farther than `FARTHEST`, but not
         # farther than the next sample.
-        reach = abs(remainder(phi[row] - phi[inner], 2 * pi))
+        reach = abs(remainder(phi[row] - phi[1 if row == 0 else -2], 2 * pi))
         with suppress(NumericalError, ArithmeticError):
             orbit = curve.through(u[[row]], phi[[row]])
             u[row], phi[row] = place_at(curve.sweep, value, orbit, symmetric, max(reach, FARTHEST))
@@ -456,18 +456,18 @@ def _symmetric_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> list[int]
     return [row for row in (0, -1) if abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
 
 
-def _pin(motions: Motions, curve: LevelCurve, piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> None:
+def _pin(
+    motions: Motions, curve: LevelCurve, ends: dict[int, float], points: dict[int, Point], at_symmetry: list[int]
+) -> None:
     """Put into the rows of a branch what is known exactly there.
 
     Where an impact has no velocity, the trace stays that of `INSET` before it.
     """
     sweep = curve.sweep
-    for row in (0, -1):
-        end = _end_value(curve, piece.condition_at(row))
-        if end is not None:
-            motions.sweep_value[row] = end
-            motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end)
-            _pin_restitution(motions, curve, row, end)
+    for row, end in ends.items():
+        motions.sweep_value[row] = end
+        motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end)
+        _pin_restitution(motions, curve, row, end)
     for row, point in points.items():
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
         _pin_restitution(motions, curve, row, point.sweep_value)
