@@ -80,6 +80,7 @@ export function mount(root, start, backend) {
       if (!dragging) {
         beside = turn;
         askMargins();
+        await null; // their question goes out first: it is passed on before the curves keep the server busy
       }
       const found = await ask("first");
       if (found === null) {
