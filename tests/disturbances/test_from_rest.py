@@ -17,7 +17,7 @@ from vireport import analyse, loads
 from vireport.design import motions_at, solution_of
 from vireport.disturbances import Destination, disturbances_of
 from vireport.disturbances.behaviour import _window
-from vireport.disturbances.from_rest import RAMPS, Target, _unpressed, from_rest, presses, started, switched_on
+from vireport.disturbances.from_rest import PHASES, RAMPS, Target, from_rest, presses, started, switched_on, unpressed
 from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
 from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Restitutions
@@ -161,7 +161,7 @@ def test_a_force_with_harmonics_presses_and_leaves_the_ball_as_its_pull_says() -
         for each in told:
             before, after = (groups.pull(groups.wave(each.release + off, FLOATS).force) for off in (-1e-6, 1e-6))
             assert before > 0 > after
-        free = np.array(_unpressed(told))
+        free = np.array(unpressed(told, PHASES))
         assert (groups.pull(groups.wave(free, ARRAYS).force) < 0).all()
         several += len(told) > 1
     assert several > 5

@@ -29,8 +29,8 @@ EVERYTHING += "disturbances: {jitter_m_s: 0.01, prove: true, basin: true}\n"
 EVERYTHING += "measured: [{impacts: impacts.csv}]\n"
 EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 0.6, to: 0.8}]}\n"
 
-INSTEAD = {Task.SAMPLED_FROM_REST, Task.CIRCLES}
-"""What is done where there is no design point, or no simulation block."""
+INSTEAD = {Task.SAMPLED_FROM_REST, Task.CIRCLES, Task.NEARBY}
+"""What is done where there is no design point, no simulation block, or no block of disturbances."""
 
 RECORDED = {Task.DRIVEN, Task.FIGURE_DRIVEN}
 """What is done where the shaker's acceleration was recorded, of one device."""
@@ -67,6 +67,12 @@ def test_a_sweep_without_a_design_point_has_outcomes_from_rest_where_nothing_is_
     planned = of(DESIGN + SWEEP, device__length_m=None)
     assert planned.runs(Task.SAMPLED_FROM_REST)
     assert not planned.runs(Task.FROM_REST)
+
+
+def test_a_short_look_around_the_design_point_is_had_for_a_report_unless_a_block_asks_for_more():
+    assert of(DESIGN, "html").runs(Task.NEARBY)
+    assert "neither HTML nor PDF" in why(of(DESIGN, "json", "png"), Task.NEARBY)
+    assert Task.NEARBY not in {step.task for step in of(DESIGN + "disturbances: {}\n", "html").steps}
 
 
 @pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])

@@ -18,8 +18,19 @@ from msgspec.structs import replace
 from vireport import analyse, load
 from vireport.chart.words import Naming
 from vireport.design import MeasuredShare, Solution, Unmoved
-from vireport.disturbances import Destination, Disturbances, Edge, FromRest, OutcomeRange, Ramp, Recovery, Window
-from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
+from vireport.disturbances import (
+    Destination,
+    Disturbances,
+    Edge,
+    FromRest,
+    Met,
+    Nearby,
+    OutcomeRange,
+    Ramp,
+    Recovery,
+    Window,
+)
+from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown, Strip
 from vireport.gate import Evidence, verdict_of
 from vireport.maps.cells import AxisName
 from vireport.measurement import BetterFit, NoFit, Open, Unfit, Unknown
@@ -222,6 +233,15 @@ SHOCK = thing(tried=9000, sign=1, leads_to=thing(name="B~ every 3 forcing period
 RESTING = Edge(0.6912, FromRest(Destination.REST_CYCLE, "B~", 3, 0), accumulates=True)
 LENGTH_WINDOW = Window(Parameter.LENGTH, 0.7, RESTING, Edge(0.75, None, accumulates=False))
 
+
+def nearby(others: str, *values: str) -> Nearby:
+    """What 4 other moments lead to, and lengths in cm: the motion of the design point at 69.34 cm where it is "=X"."""
+    here, there = FromRest(Destination.ONE_TO_ONE, "BT", 1, 17), FromRest(Destination.REST_CYCLE, "B~", 3, 0)
+    moments = tuple(here if each == "=" else there for each in others)
+    met = tuple(Met(float(at[1:]) / 100, 0.4, here if at[0] == "=" else there) for at in values)
+    return Nearby(0.5928, moments, Parameter.LENGTH, 0.6934, met, here)
+
+
 NARROW = {"device__length_m": 0.61, "excitation__amplitude_n": 6.9375, "tolerances__length_percent": 10.0}
 """At which 1:1 motion is stable from 0.6083 to 0.6125 m."""
 
@@ -404,6 +424,22 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: switched_on(settles=None),
         ["reached from rest; deflection", "Is it reached from rest? Yes", "reaches this motion. Along"],
     ),
+    "around it, tried": (
+        lambda: switched_on(nearby=nearby("==!=", "!60", "=65", "=70", "=75", "!80")),
+        [
+            "So it is from 59 % of the switch-on moments, which press the ball down, and from 3 of 4 others tried; at "
+            "3 values of s tried, 0.65 m to 0.75 m, so it is, not at 0.6 m or 0.8 m",
+        ],
+    ),
+    "at one value beside it": (
+        lambda: switched_on(nearby=nearby("==", "=69", "!70")),
+        ["from 2 of 2 others tried; at 1 value of s tried, 0.69 m, so it is, not at 0.7 m"],
+    ),
+    "nowhere beside it": (
+        lambda: switched_on(nearby=nearby("!!", "!69", "!70")),
+        ["from 0 of 2 others tried; so it is not for s = 0.69 m or 0.7 m"],
+    ),
+    "only below a sweep": (lambda: switched_on(nearby=nearby("=", "=71")), ["and from 1 of 1 others tried"]),
     "reached by a ramp": (
         lambda: switched_on(settles=1, ramp_periods=20.0, share=1.0),
         [
@@ -760,7 +796,12 @@ ALONG = {
 }
 """What figures 2, 4 and 7 show where there is nothing to be said."""
 
-WITH_ALL = ALONG | {"doubled": ["BTBT"], "mirrored": True, "simulated": Circles(8, 1, False), "from_rest": 0.862}
+WITH_ALL = ALONG | {
+    "doubled": ["BTBT"],
+    "mirrored": True,
+    "simulated": Circles(8, 1, False),
+    "from_rest": Strip(0.862, 0),
+}
 
 SPEEDS = [Extent("speed", 0.5, 1.2345, where="bottom"), Extent("phase", 1e-9, 3.0, where="top")]
 VALUES = [Extent("discriminant", -1.0, 2e9), Extent("eigenvalues", 0.5, 0.5)]
@@ -830,8 +871,8 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ),
     (
         "figure_2_alt",
-        {**ALONG, "from_rest": 0.2},
-        "motion in the sweep. Strip: what switching on from rest leads to, 1:1",
+        {**ALONG, "from_rest": Strip(13, 21)},
+        "Strip: what switching on from rest leads to, 1:1 motion at 13 of 21 values.",
     ),
     (
         "figure_2_alt",

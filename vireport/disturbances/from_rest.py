@@ -322,7 +322,7 @@ def switched_on(
         one = _pressed(groups, targets, ratio, compiled)
         if not pressed:
             return ((1.0, FromRest(Destination.AT_REST)),)
-        starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, phase) for phase in _unpressed(pressed))
+        starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, phase) for phase in unpressed(pressed, PHASES))
         each = (1 - sum(share for share, _ in one)) / PHASES
     else:
         one, each = [], 1 / PHASES
@@ -331,11 +331,11 @@ def switched_on(
     return (*one, *((each, started(start, groups, targets, ratio, compiled)) for start in starts))
 
 
-def _unpressed(pressed: Sequence[Press]) -> list[float]:
-    """Forcing phases evenly spaced over the times in which a ball at rest is not pressed down [rad]."""
+def unpressed(pressed: Sequence[Press], count: int) -> list[float]:
+    """So many forcing phases evenly spaced over the times in which a ball at rest is not pressed down [rad]."""
     ends = np.cumsum([each.free for each in pressed])
     begins = ends - [each.free for each in pressed]
-    places = ends[-1] * (np.arange(PHASES) + 0.5) / PHASES
+    places = ends[-1] * (np.arange(count) + 0.5) / count
     which = np.minimum(np.searchsorted(ends, places), len(pressed) - 1)
     phases: list[float] = (np.array([each.release for each in pressed])[which] + (places - begins[which])).tolist()
     return phases
@@ -366,7 +366,7 @@ def started(
     most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
     rows, status = follow_one(model, start, BLOCK, compiled=compiled)
     while True:
-        found = _rested(model, rows, released, compiled) or _arrived(rows, targets, ratio)
+        found = rested(model, rows, released, compiled) or _arrived(rows, targets, ratio)
         if found is None and not targets:
             found = _recurred(model, rows, ratio, compiled)
         if found is not None or status[2] != RUNNING or len(rows) > most:
@@ -412,8 +412,11 @@ def _times(rows: Floats) -> Floats:
     return times
 
 
-def _rested(model: Floats, rows: Floats, released: bool, compiled: bool) -> tuple[FromRest, Floats] | None:
-    """The rest cycle, and the impacts to its end, once the ball has come to rest twice on one membrane; else None."""
+def rested(model: Floats, rows: Floats, released: bool, compiled: bool) -> tuple[FromRest, Floats] | None:
+    """The rest cycle, and the impacts to its end, once the ball has come to rest twice on one membrane; else None.
+
+    The first row counts where it is the start of a ball that a membrane has `released`.
+    """
     resting = (_held(rows) > 0) & np.isfinite(_held(rows))
     resting[0] |= released
     for wall in (BOTTOM, -BOTTOM):

@@ -247,7 +247,7 @@ def simulated_points(study: Study) -> PairedImpacts | None:
             for cycle in _distinct(attractors)
         ]
     else:
-        met = [(each.value, each.d, each.cycle) for each in study.met]
+        met = [(each.value, each.d, each.motion) for each in study.met if each.motion is not None]
     met = [(value, d, cycle) for value, d, cycle in met if len(cycle.wall) <= MOST_IMPACTS]
     if check is None and not met:
         return None

@@ -6,7 +6,7 @@ Only motions are drawn: what is not admissible is neither a line nor a point her
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import chain, cycle
+from itertools import chain, cycle, groupby, pairwise
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -479,8 +479,15 @@ def _marker_scale(simulated: PairedImpacts) -> float:
 
 
 def _outcomes(drawing: Drawing) -> tuple[OutcomeRange, ...]:
-    """The outcomes from rest along the sweep, where they were looked for."""
-    return drawing.study.disturbances.along if drawing.study.disturbances is not None else ()
+    """The outcomes from rest along the sweep, in stretches, or each half way to the next value."""
+    study = drawing.study
+    if study.disturbances is not None and study.disturbances.along:
+        return study.disturbances.along
+    values = [each.value for each in study.met]
+    ends = [*values[:1], *((a + b) / 2 for a, b in pairwise(values)), *values[-1:]]
+    parts = list(zip(pairwise(ends), (each.end for each in study.met), strict=True))
+    alike = (list(same) for _, same in groupby(parts, lambda part: part[1].destination))
+    return tuple(OutcomeRange(same[0][0][0], same[-1][0][1], same[0][1]) for same in alike)
 
 
 def _draw_outcomes(axes: Axes, drawing: Drawing) -> None:

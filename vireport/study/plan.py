@@ -43,6 +43,7 @@ class Task(StrEnum):
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
     SAMPLED_FROM_REST = "from-rest-sampled", "what it comes to at some values of a sweep without stable 1:1 motion"
+    NEARBY = "from-rest-nearby", "a short look at other moments of switching on, and at values of an input nearby"
     WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
     SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
     COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
@@ -232,6 +233,10 @@ COMPLIANT = Precondition(
 DISTURBANCES = Precondition(
     lambda scenario, _: scenario.disturbances, "the scenario has no disturbances block (an empty one is enough)"
 )
+NO_DISTURBANCES = Precondition(
+    lambda scenario, _: not scenario.disturbances,
+    "the disturbances block asks for the share of the moments and windows",
+)
 BESIDE = Precondition(
     lambda scenario, formats: (
         scenario.disturbances or (formats and scenario.requirements and scenario.requirements.allowed)
@@ -293,6 +298,7 @@ STEPS = (
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.SAMPLED_FROM_REST, (FRICTIONLESS,), "a sweep is given, and no design point", (NO_DESIGN,)),
+    DeclaredStep(Task.NEARBY, (DESIGN, PAGES), "a report is asked for", (NO_DISTURBANCES,)),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(

@@ -423,7 +423,9 @@ def _with_disturbances(study: Study) -> Study:
     from vireport.disturbances import disturbances_of
 
     asked, windows = study.scenario.disturbances, study.plan.runs(Task.WINDOWS)
-    return replace(study, disturbances=disturbances_of(study.solution, asked, compiled=windows, windows=windows))
+    along = study.met if study.plan.runs(Task.NEARBY) else None
+    found = disturbances_of(study.solution, asked, compiled=windows, windows=windows, along=along)
+    return replace(study, disturbances=found)
 
 
 def _with_driven(study: Study, record: str, say: Progress) -> Study:
