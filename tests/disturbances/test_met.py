@@ -108,6 +108,16 @@ def test_values_around_the_design_point_have_its_outcome_up_to_the_first_with_an
     assert near is None or near.alike == near.beyond == ()
 
 
+@pytest.mark.slow
+def test_between_the_values_tried_lies_the_edge_of_the_window_that_a_block_tells() -> None:
+    for name in ("inclined", "inclined-forcing"):
+        study, near = nearby_of(name)
+        assert near is not None
+        window = disturbances_of(study.solution, DisturbancesBlock(), compiled=True, windows=True).window
+        assert window is not None
+        assert near.beyond[0].value < window.low.value < near.alike[0].value
+
+
 def test_of_what_does_not_settle_soon_nothing_is_told_around_it() -> None:
     chaotic, near = nearby_of("inclined-forcing", "excitation.amplitude_n=6.9375", "sweep.to=7")
     assert chaotic.disturbances.from_rest.destination is Destination.CHAOTIC

@@ -84,6 +84,14 @@ def test_next_to_the_pitchfork_no_fold_is_told_that_is_rounding(
     assert not [point for point in folds if 0 < abs(point.closed.u) < 1e-6]
 
 
+def test_folds_that_are_near_the_pitchfork_are_told() -> None:
+    device = replace(HORIZONTAL, restitution=0.6530363217, harmonics=(Harmonic.of(3, 32.0, 128.6858),))
+    diagram = solve(Sweep(device, Parameter.LENGTH, 0.05, 1.5))
+    met = [(point.event, point.closed.u) for point in diagram.critical_points if point.event.letter == "C"]
+    assert [event for event, _ in met] == [Event.FOLD, Event.PITCHFORK, Event.FOLD]
+    assert [u for _, u in met] == pytest.approx([0.0438051453, 0.0, 0.1727794454], abs=1e-9)
+
+
 @pytest.mark.parametrize("beyond", [1e-10, 1e-8, 1e-6, 1e-3])
 @pytest.mark.parametrize("harmonics", [(), ODD])
 def test_a_sweep_that_ends_next_to_the_pitchfork_has_both_images_from_there(harmonics, beyond: float) -> None:

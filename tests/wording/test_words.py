@@ -236,9 +236,10 @@ LENGTH_WINDOW = Window(Parameter.LENGTH, 0.7, RESTING, Edge(0.75, None, accumula
 
 def nearby(others: str, *values: str) -> Nearby:
     """What 4 other moments lead to, and lengths in cm: the motion of the design point at 69.34 cm where it is "=X"."""
+    untold = FromRest(Destination.UNDECIDED)
     here, there = FromRest(Destination.ONE_TO_ONE, "BT", 1, 17), FromRest(Destination.REST_CYCLE, "B~", 3, 0)
     moments = tuple(here if each == "=" else there for each in others)
-    met = tuple(Met(float(at[1:]) / 100, 0.4, here if at[0] == "=" else there) for at in values)
+    met = tuple(Met(float(at[1:]) / 100, 0.4, {"=": here, "!": there, "?": untold}[at[0]]) for at in values)
     return Nearby(0.5928, moments, Parameter.LENGTH, 0.6934, met, here)
 
 
@@ -436,8 +437,8 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         ["from 2 of 2 others tried; at 1 value of s tried, 0.69 m, so it is, not at 0.7 m"],
     ),
     "nowhere beside it": (
-        lambda: switched_on(nearby=nearby("!!", "!69", "!70")),
-        ["from 0 of 2 others tried; so it is not for s = 0.69 m or 0.7 m"],
+        lambda: switched_on(nearby=nearby("!!", "!69", "?70")),
+        ["from 0 of 2 others tried; so it is not for s = 0.69 m or 0.7 m (not settled soon)"],
     ),
     "only below a sweep": (lambda: switched_on(nearby=nearby("=", "=71")), ["and from 1 of 1 others tried"]),
     "reached by a ramp": (

@@ -118,6 +118,8 @@ class Strand(Struct, frozen=True, eq=False):
 
     def crossings(self) -> list[float]:
         """Parameters at which q = 1/2 is crossed: u = low + (high - low) sin^2(w/2) is zero there."""
+        if not self.low < 0 < self.high:
+            return []
         middle = 2 * np.arcsin(np.sqrt(-self.low / (self.high - self.low)))
         return [w for w in (-middle, middle, 2 * np.pi - middle) if self.start < w < self.end]
 

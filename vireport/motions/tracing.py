@@ -423,7 +423,7 @@ def _bracketed(curve: LevelCurve, piece: Piece, row: int, event: Event, rests: t
     if not _mirrored(curve, piece):
         return point
     image = curve.through(-orbit.u, np.arctan2(orbit.sin_top, orbit.cos_top) + np.pi)
-    return replace(point, mirror=_between(curve, image, event, tuple(1 - rest for rest in rests)))
+    return replace(point, mirror=_between(curve, image, event, rests))  # without gravity along it both rest, or none
 
 
 def _between(curve: LevelCurve, orbit: Orbits, event: Event, rests: tuple[int, ...]) -> Point:
