@@ -366,7 +366,7 @@ def test_the_same_page_speaks_to_a_kernel(tmp_path: Path) -> None:
     page.open(page_file)
     settled(page)
     assert texts(page, ".headline") == [study.verdict.headline]
-    assert [kind for kind, _ in page.run("sent")] == ["first", "margins", "plane", "study", "changes"]
+    assert [kind for kind, _ in page.run("sent")] == ["margins", "first", "plane", "study", "changes"]
     assert texts(page, ".actions button:not([hidden])") == [
         "Undo",
         "Redo",

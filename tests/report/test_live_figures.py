@@ -75,7 +75,8 @@ def test_on_a_narrow_screen_the_crosshair_lies_on_the_curves_too(browser: Browse
         [...svg.querySelectorAll('path[d][clip-path]')].map(x => x.getAttribute('d'))])""")
     assert [len(dots) for dots, _ in drawings] == [6, 3, 3]
     for dots, paths in drawings:
-        pieces = [piece.split() for path in paths if "C" not in path for piece in path.replace("L", "").split("M")]
+        curves = [path.replace("L", "") for path in paths if not set("Cz") & set(path)]
+        pieces = [piece.split() for path in curves for piece in path.split("M")]
         lines = [np.array(piece, float).reshape(-1, 2) for piece in pieces if len(piece) > 2]
         starts, ends = (np.concatenate([line[part] for line in lines]) for part in (np.s_[:-1], np.s_[1:]))
         for dot in dots:

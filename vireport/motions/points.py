@@ -347,8 +347,8 @@ def at_value(sweep: Sweep, value: float) -> Equation:
     return lambda x, groups, ops: x[-1] - asked[ops]
 
 
-def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> tuple[float, float]:
-    """Place of the motion at a value of the swept parameter: q - 1/2 and phase, correctly rounded.
+def solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> Solved:
+    """The motion at a value of the swept parameter; within `in_decimals`.
 
     Parameters
     ----------
@@ -367,6 +367,11 @@ def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: 
         If it does not settle.
     """
     n = sweep.device.period_ratio
+    motion = motion_of(orbit, n, float(np.ravel(sweep.coordinate(orbit))[0]))
+    return solved_on_sweep(sweep, motion, at_value(sweep, value), symmetric, reach=reach)
+
+
+def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> tuple[float, float]:
+    """Place of the motion at a value of the swept parameter: q - 1/2 and phase, correctly rounded; see `solved_at`."""
     with in_decimals():
-        motion = motion_of(orbit, n, float(np.ravel(sweep.coordinate(orbit))[0]))
-        return place_of(solved_on_sweep(sweep, motion, at_value(sweep, value), symmetric, reach=reach))
+        return place_of(solved_at(sweep, value, orbit, symmetric, reach))

@@ -32,9 +32,10 @@ from vireport.motions.points import (
     model_of,
     motion_of,
     one_to_one,
-    place_at,
+    place_of,
     point_of,
     solve_one_to_one,
+    solved_at,
 )
 from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
@@ -310,7 +311,7 @@ def _branches(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]:
         orbit = curve.on(piece.strand, w)
     u, phi = np.array(orbit.u), np.array(orbit.phi)
     ends = _sweep_ends(curve, piece)
-    _polish_ends(curve, piece, ends, u, phi)
+    of_images = _polish_ends(curve, piece, ends, u, phi)
     for row, point in points.items():
         if point.rest is None:
             u[row], phi[row] = point.closed.u, point.closed.phi_bottom
@@ -326,6 +327,8 @@ def _branches(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]:
     if not _mirrored(curve, piece):
         return branch(motions), None
     image = motions.mirrored()
+    for row, phase in of_images.items():
+        image.phi_bottom[row] = phase
     for row, point in points.items():
         if point.mirror is not None:
             _pin_place(image, row, point.mirror.closed)
@@ -365,20 +368,24 @@ def _sweep_ends(curve: LevelCurve, piece: Piece) -> dict[int, float]:
     return {row: asked[side][1] for row, side in sides.items() if curve.bounds[side] == asked[side][0]}
 
 
-def _polish_ends(curve: LevelCurve, piece: Piece, ends: dict[int, float], u: Floats, phi: Floats) -> None:
-    """Put the motions of the very ends of the sweep into the rows where they cut a piece.
+def _polish_ends(curve: LevelCurve, piece: Piece, ends: dict[int, float], u: Floats, phi: Floats) -> dict[int, float]:
+    """Put the motions of the very ends of the sweep into the rows where they cut a piece; the phases of their images.
 
     Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
     capsule that is to a few digits. On a fold the row stays as it is: the polish does not settle there.
     """
-    symmetric = curve.strands[piece.strand].symmetric
+    symmetric, of_images = curve.strands[piece.strand].symmetric, {}
     for row, value in ends.items():
         # Next to a fold the phase goes with the root of the coordinate: the end may be farther than `FARTHEST`, but not
         # farther than the next sample.
         reach = abs(remainder(phi[row] - phi[1 if row == 0 else -2], 2 * pi))
-        with suppress(NumericalError, ArithmeticError):
+        with suppress(NumericalError, ArithmeticError), in_decimals():
             orbit = curve.through(u[[row]], phi[[row]])
-            u[row], phi[row] = place_at(curve.sweep, value, orbit, symmetric, max(reach, FARTHEST))
+            solved = solved_at(curve.sweep, value, orbit, symmetric, max(reach, FARTHEST))
+            u[row], phi[row] = place_of(solved)
+            if _mirrored(curve, piece):
+                of_images[row] = place_of(solved.mirrored(1))[1]
+    return of_images
 
 
 def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbit: Orbits) -> Point:
