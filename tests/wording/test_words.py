@@ -428,19 +428,20 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
     "around it, tried": (
         lambda: switched_on(nearby=nearby("==!=", "!60", "=65", "=70", "=75", "!80")),
         [
-            "The same from the 59 % of the switch-on moments that press the ball down, and from 3 of 4 others tried; "
-            "the same at 3 values of s tried, 0.65 m to 0.75 m, but not at 0.6 m or 0.8 m",
+            "after 17 periods. The outcome from rest is the same from the 59 % of the switch-on moments that press the "
+            "ball down and from 3 of 4 others tried, and at 3 values of s tried, 0.65 m to 0.75 m, but not at 0.6 m or "
+            "0.8 m. Along the",
         ],
     ),
     "at one value beside it": (
         lambda: switched_on(nearby=nearby("==", "=69", "!70")),
-        ["from 2 of 2 others tried; the same at 1 value of s tried, 0.69 m, but not at 0.7 m"],
+        ["from 2 of 2 others tried, and at 1 value of s tried, 0.69 m, but not at 0.7 m. Along"],
     ),
     "nowhere beside it": (
         lambda: switched_on(nearby=nearby("!!", "!69", "?70")),
-        ["from 0 of 2 others tried; not the same at s = 0.69 m or 0.7 m (not settled soon)"],
+        ["from 0 of 2 others tried, but not at s = 0.69 m or 0.7 m (not settled soon). Along"],
     ),
-    "only below a sweep": (lambda: switched_on(nearby=nearby("=", "=71")), ["and from 1 of 1 others tried"]),
+    "only below a sweep": (lambda: switched_on(nearby=nearby("=", "=71")), ["and from 1 of 1 others tried. Along"]),
     "reached by a ramp": (
         lambda: switched_on(settles=1, ramp_periods=20.0, share=1.0),
         [
