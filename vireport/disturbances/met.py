@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from vireport.base import brief
 from vireport.design import Solution
 from vireport.disturbances.from_rest import Destination, FromRest, presses, rested, unpressed
+from vireport.disturbances.windows import groups_at
 from vireport.motions import Sweep
 from vireport.physics import Device, Groups
 from vireport.scenario import DesignInput, Parameter, ScalarInput
@@ -180,9 +181,7 @@ def _around(device: Device, varied: ScalarInput) -> list[Met]:
     own, (low, high) = float(device.value_of(varied)), varied.limits
     values = np.array([own * (1 + sign * step) for step in STEPS for sign in (-1, 1)])
     values = values[(low <= values) & (values <= high)] if own else np.empty(0)
-    several = device.with_values({varied: values})
-    known = several.groups(Parameter.LENGTH, several.length_m)
-    groups = known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
+    groups = groups_at(device, varied, values)
     each = [groups.each(itemgetter(i)).as_floats() for i in range(len(values))]
     ends = _within_budget(_met(one, device.period_ratio) for one in each)
     met = (Met(value, one.d, end) for value, one, end in zip(values.tolist(), each, ends, strict=False))

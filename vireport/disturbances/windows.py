@@ -116,11 +116,16 @@ class OutcomeRange(Struct, frozen=True):
     outcome: FromRest
 
 
-def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
-    """What a device comes to from rest at each of some values of an input."""
+def groups_at(device: Device, varied: ScalarInput, values: Floats) -> Groups[Floats]:
+    """The groups of a device at each of some values of an input."""
     several = device.with_values({varied: values})
     known = several.groups(Parameter.LENGTH, several.length_m)
-    groups = known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
+    return known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
+
+
+def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
+    """What a device comes to from rest at each of some values of an input."""
+    groups = groups_at(device, varied, values)
     return outcomes_of(groups, find_motions(groups, device.period_ratio), device.period_ratio, compiled)
 
 

@@ -73,7 +73,7 @@ def _numbered(
     ]
     labels, order = _labels(curve, critical)
     points = [replace(critical[k], label=labels[k]) for k in order]
-    known = {point.motion: point for point in points}
+    known = {point.motion: point for point in points}  # by what numbering leaves the same object
     images = [(image, number) for number, (_, image) in enumerate(found, 1) if image is not None]
     branches = []
     for number, (branch, mirror_of) in enumerate([*((branch, None) for branch, _ in found), *images], 1):
