@@ -208,8 +208,7 @@ def test_what_is_wrong_with_the_design_point_is_told_before_the_cells_are_comput
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--format", "json"), "'json'"),
-        (("--format", "png,junit"), "'junit'"),
+        (("--format", "png,junit"), "vireport sweep has no junit"),
         (("--no-figures", "--format", "html"), "writes the cells alone"),
         (("--no-figures", "--figure-width", "86mm"), "writes the cells alone"),
         (("--figure-width", "86mm"), "figures of a report are as wide as its page"),

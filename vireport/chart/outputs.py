@@ -38,9 +38,6 @@ CHART_FILES = {
 }
 """Files that a chart may be written to, by their formats."""
 
-FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.SVG, Task.JSON, Task.MARKDOWN)
-"""What is written by default."""
-
 
 def files(
     chart: Chart,

@@ -37,6 +37,7 @@ from vireport.base import (
     writable,
     write_new,
 )
+from vireport.cli.formats import format_option, formats_of
 from vireport.cli.outcome import (
     RED,
     CommandOutcome,
@@ -91,15 +92,6 @@ Folder = Annotated[
 ]
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Replaces a value of the file; may be repeated.")
-]
-Formats = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--format",
-        metavar="FORMAT",
-        help="Writes only these formats, separated by commas: html, pdf, png, svg, figure-pdf, json, csv, and for CI "
-        "junit, markdown, github.",
-    ),
 ]
 Templates = Annotated[
     Path | None,
@@ -239,7 +231,7 @@ def run(
     output: Folder = None,
     json: Json = False,
     set_: SetOption = None,
-    format_: Formats = None,
+    format_: Annotated[list[str] | None, format_option("run")] = None,
     certify: Annotated[
         bool,
         typer.Option("--certify", help="Proves the critical points in ball arithmetic; prints enclosures."),
@@ -279,7 +271,7 @@ def run(
             outcome = results_outcome(loaded, command, certify, carried, say)
         deliver(outcome, quiet=quiet)
         return
-    folder, formats = output or _default_folder(scenario), _formats(format_)
+    folder, formats = output or _default_folder(scenario), formats_of("run", format_)
     width_mm = _figure_width(figure_width, formats)
     require_writable(folder, file_names(formats))
     with progress(quiet, verbose) as say:
@@ -380,13 +372,13 @@ def plan(
     scenario: ScenarioFile,
     json: JsonCheck = False,
     set_: SetOption = None,
-    format_: Formats = None,
+    format_: Annotated[list[str] | None, format_option("plan")] = None,
     quiet: QuietCheck = False,
 ) -> None:
     """Print what a run would compute and leave out, with the reasons. Computes nothing."""
     from vireport.study import plan as plan_of
 
-    steps = plan_of(_loaded(scenario, set_).scenario, _formats(format_)).steps
+    steps = plan_of(_loaded(scenario, set_).scenario, formats_of("plan", format_)).steps
     if json:
         told = [{"step": step.task, "runs": step.runs, "what": step.what, "why": step.why} for step in steps]
         deliver(CommandOutcome(_json({"steps": told})))
@@ -444,7 +436,7 @@ def compare(
     output: Folder = None,
     json: Json = False,
     set_: SetOption = None,
-    format_: Formats = None,
+    format_: Annotated[list[str] | None, format_option("compare")] = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
@@ -459,7 +451,7 @@ def compare(
 
     options = (("--vary", vary), ("--rank-by", rank_by), ("--json", json), ("--set", set_), ("--format", format_))
     command = _command("compare", scenarios, *options, _wide(figure_width), _paper(paper))
-    formats = _formats(format_)
+    formats = formats_of("compare", format_)
     width_mm = _figure_width(figure_width, formats)
     if not json:
         require_writable(output or Path(COMPARISON_FOLDER), file_names(formats, COMPARISON_FILES))
@@ -565,15 +557,7 @@ def optimise(
     output: Folder = None,
     json: Json = False,
     set_: SetOption = None,
-    format_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--format",
-            metavar="FORMAT",
-            help="Writes only these formats beside best.yaml and optimise.json, separated by commas: html, pdf, png, "
-            "svg, figure-pdf.",
-        ),
-    ] = None,
+    format_: Annotated[list[str] | None, format_option("optimise")] = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
@@ -595,7 +579,7 @@ def optimise(
     problem = problem_of(loaded)
     options = (("--json", json), ("--set", set_), ("--format", format_), _wide(figure_width), _paper(paper))
     command = _command("optimise", [scenario], *options)
-    formats = _formats(format_, outputs.OPTIMISE_FILES, outputs.FORMATS)
+    formats = formats_of("optimise", format_)
     width_mm, provenance = _figure_width(figure_width, formats), provenance_of(loaded, command)
     stale = (*outputs.DATA, *file_names(formats, outputs.OPTIMISE_FILES))
     folder = _writable_folder(output, scenario, "-best", json, stale)
@@ -720,14 +704,7 @@ def chart(
     output: Folder = None,
     json: Json = False,
     set_: SetOption = None,
-    format_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--format",
-            metavar="FORMAT",
-            help="Writes only these formats, separated by commas: html, pdf, png, svg, figure-pdf, json, markdown.",
-        ),
-    ] = None,
+    format_: Annotated[list[str] | None, format_option("chart")] = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
@@ -744,7 +721,7 @@ def chart(
 
     options = (("--over", [over]), ("--json", json), ("--set", set_), ("--format", format_))
     command = _command("chart", [scenario], *options, _wide(figure_width), _paper(paper))
-    formats = _formats(format_, charts.CHART_FILES, charts.FORMATS)
+    formats = formats_of("chart", format_)
     width_mm = _figure_width(figure_width, formats)
     names = file_names(formats, charts.CHART_FILES)
     folder = _writable_folder(output, scenario, "-chart", json, names)
@@ -777,14 +754,7 @@ def sweep(
     figures: Annotated[
         bool, typer.Option(help="Writes a report, with heat maps of a grid over two parameters, beside the cells.")
     ] = True,
-    format_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--format",
-            metavar="FORMAT",
-            help="Writes only these formats beside the cells, separated by commas: html, pdf, png, svg, figure-pdf.",
-        ),
-    ] = None,
+    format_: Annotated[list[str] | None, format_option("sweep")] = None,
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
@@ -795,10 +765,10 @@ def sweep(
     if not figures and (format_ or figure_width):
         raise UsageError("--no-figures writes the cells alone: leave out --format and --figure-width")
     from vireport.cli.outputs import file_names
-    from vireport.maps import FORMATS, MAP_FILES, MapOutput, run_map
+    from vireport.maps import MAP_FILES, MapOutput, run_map
 
     command = _command("sweep", [map_file], ("--format", format_), _wide(figure_width), _paper(paper))
-    formats = _formats(format_, MAP_FILES, FORMATS)
+    formats = formats_of("sweep", format_)
     width_mm = _figure_width(figure_width, formats)
     folder = output or _default_folder(map_file)
     require_writable(folder, file_names(formats, MAP_FILES) if figures else ())
@@ -848,20 +818,6 @@ def _carried(path: str) -> Carried | None:
     carried = read_carried(path)
     require_comparable(carried.results, carried.report)
     return carried
-
-
-def _formats(
-    asked: list[str] | None, allowed: Collection[Task] | None = None, usual: tuple[Task, ...] | None = None
-) -> tuple[Task, ...]:
-    """The outputs asked for among those of a command, the usual ones where none are; by default those of a run."""
-    from vireport.study import ALL_FORMATS, FORMATS
-
-    every = ALL_FORMATS if allowed is None else tuple(allowed)
-    words = [word.strip() for part in asked or [] for word in part.split(",") if word.strip()]
-    unknown = [word for word in words if word not in every]
-    if unknown:
-        raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(every)})")
-    return tuple(task for task in every if task in words) or usual or FORMATS
 
 
 def _figure_width(text: str | None, formats: tuple[Task, ...]) -> float | None:

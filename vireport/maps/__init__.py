@@ -7,12 +7,11 @@ from vireport.maps.cells import MapPlan, map_plan
 from vireport.maps.run import run_map
 
 if TYPE_CHECKING:
-    from vireport.maps.outputs import FORMATS, MAP_FILES, MapOutput
+    from vireport.maps.outputs import MAP_FILES, MapOutput
 else:
     __getattr__ = deferred(__name__, "outputs")
 
 __all__ = [
-    "FORMATS",
     "MAP_FILES",
     "MapOutput",
     "MapPlan",
