@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from io import BytesIO
-
 import numpy as np
 import pytest
 from figure_cases import boxes_of
 from matplotlib.figure import Figure
-from matplotlib.image import imread
-from matplotlib.lines import Line2D
 
-from vireport.figures import Label, Picture, blank, finished, round_ticks, style
+from vireport.figures import Label, blank, finished, round_ticks, style
 from vireport.figures.labels import write_labels
 from vireport.figures.layout import tick_labels, widened
 
@@ -80,17 +76,3 @@ def assert_clear(figure: Figure) -> None:
     for line in axes.lines:
         pixels = line.get_transform().transform(line.get_xydata())
         assert not any(boxes[name].count_contains(pixels) for name in ("A1", "A2"))
-
-
-@pytest.mark.parametrize("height", [2.71, 6.0])
-def test_a_picture_has_all_of_its_rows(height: float) -> None:
-    """A straight line goes on by as much from each row of pixels to the next."""
-    with style():
-        figure = Figure(figsize=(6.7, height))
-        axes = figure.add_axes((0, 0, 1, 1))
-        axes.add_artist(Line2D([0, 1], [0, 1], color="black", linewidth=3.0))
-        axes.set_axis_off()
-    ink = 1 - imread(BytesIO(Picture("line", "", "", "", figure).png))[..., 0]
-    place = (ink @ np.arange(ink.shape[1])) / np.maximum(ink.sum(axis=1), 1e-9)
-    steps = np.diff(place[10:-10])
-    assert np.abs(steps - np.median(steps)).max() < 0.3

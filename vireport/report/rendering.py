@@ -9,7 +9,7 @@ import os
 import re
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Set
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
@@ -62,27 +62,26 @@ def render_files(
 ) -> dict[str, bytes]:
     """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png, svg and figure-pdf.
 
-    Typst works beside Python: at the image of a figure while the next one is drawn, at the PDF while at the page, and
-    while the files are made that `meanwhile` gives. The other parameters and the errors are those of `render_pdf`.
+    Typst sets the PDF while Python draws the other files and makes those that `meanwhile` gives. The other parameters
+    and the errors are those of `render_pdf`.
     """
-    files, images = dict[str, bytes](), dict[str, Future[bytes]]()
+    files = dict[str, bytes]()
     with _offline(), ThreadPoolExecutor(max_workers=1) as beside:
-        # Matplotlib is made for one thread, which is this one.
-        drawings = {}
-        for name, picture in report.pictures.items():
-            drawings[f"{name}.svg"] = picture.svg
-            if "png" in formats:
-                images[f"{name}.png"] = beside.submit(getattr, picture, "png")
-            if "figure-pdf" in formats:
-                files[f"{name}.pdf"] = picture.pdf
+        # Matplotlib is made for one thread, which is this one: the other takes drawings that are made already.
+        vectors = report.pictures if formats & {"html", "pdf", "svg"} else {}
+        drawings = {f"{name}.svg": picture.svg for name, picture in vectors.items()}
         source = _filled(report, templates) if formats & {"html", "pdf"} else ""
         pdf = beside.submit(_compiled, report, source, "pdf", paper=PAPERS[paper]) if "pdf" in formats else None
         if "html" in formats:
             files["report.html"] = _page(report, source)
+        for name, picture in report.pictures.items():
+            if "png" in formats:
+                files[f"{name}.png"] = picture.png
+            if "figure-pdf" in formats:
+                files[f"{name}.pdf"] = picture.pdf
         others = meanwhile()
         if pdf is not None:
             files["report.pdf"] = pdf.result()
-        files |= {name: image.result() for name, image in images.items()}
     return files | (drawings if "svg" in formats else {}) | others
 
 
