@@ -17,6 +17,7 @@ import pytest
 from conftest import EXAMPLES
 from serving import Served, serving
 
+from vireport.bench.server import MOST_UNKNOWN
 from vireport.bench.session import MODULES, first, opened
 from vireport.cli import main
 from vireport.scenario import load
@@ -89,6 +90,7 @@ KINDS = "text/plain", "application/x-www-form-urlencoded", "multipart/form-data"
 BODIES = (
     *(b"", b"{", b"[]", b"1", b'"x"', b"{}", b'{"state": 1}', b'{"state": [], "page": 2}'),
     *(b"\xff\xfe", b"[" * 60_000, b'{"state": {}, "axes": ["a"]}'),
+    *(b'{"state": {"title": "\xff"}}', b'{"state": {"\xc3": 1}}', '{"state": {"title": "\xfc"}}'.encode("latin-1")),
 )
 QUESTION = json.dumps({"page": "one", "state": {}}).encode()
 ASKED = {"method": "POST", "what": "first", "body": QUESTION}
@@ -139,6 +141,41 @@ def test_connections_that_say_nothing_do_not_keep_others_waiting(bench: Served) 
     assert time.monotonic() - begun < 15  # they are given up after 20 s
     for connection in silent:
         connection.close()
+
+
+def test_silent_connections_take_no_place_from_the_page(bench: Served) -> None:
+    """More than may wait at a time: those that have waited longest are closed, and the page is answered."""
+    silent = [socket.create_connection(("127.0.0.1", bench.port), timeout=30) for _ in range(MOST_UNKNOWN + 8)]
+    for k, connection in enumerate(silent):
+        connection.sendall((b"", b"POST /wrong/first HTTP/1.1\r\nHost: 127.0", b"GET /")[k % 3])
+    assert bench.ask("first", {})["shown"] == 0
+    assert [connection.recv(1) for connection in silent[:8]] == [b""] * 8
+    for connection in silent:
+        connection.close()
+    assert bench.ask("first", {})["shown"] == 0
+
+
+def test_of_many_mistakes_the_first_are_told(bench: Served) -> None:
+    told = bench.ask("first", {f"k{n}": 1 for n in range(3000)})["refused"]
+    assert len(told) == 20
+    assert told[0]["path"] == "k0"
+    assert told[-1] == {"path": "", "message": "There are 2981 more mistakes."}
+
+
+@pytest.mark.slow
+def test_a_page_that_is_loaded_again_and_again_leaves_four_processes(bench: Served) -> None:
+    """Each page is left while its first question is being answered."""
+    for page in range(20):
+        question = json.dumps({"page": f"page {page}", "state": {"disturbances": {"prove": True}}}).encode()
+        head = f"POST {bench.path}study HTTP/1.1\r\nHost: 127.0.0.1:{bench.port}\r\n"
+        head += f"Origin: http://127.0.0.1:{bench.port}\r\nContent-Type: application/json\r\n"
+        with socket.create_connection(("127.0.0.1", bench.port), timeout=30) as connection:
+            connection.sendall(f"{head}Content-Length: {len(question)}\r\n\r\n".encode() + question)
+            assert connection.recv(12) == b"HTTP/1.1 200"
+        time.sleep(0.1)
+    time.sleep(2.0)
+    assert len(children(bench.process.pid)) <= 4
+    assert bench.ask("study", {})["verdict"]
 
 
 def test_a_state_may_hold_anything(bench: Served) -> None:
@@ -218,7 +255,9 @@ def test_it_ends_at_ctrl_c_with_all_its_processes(tmp_path: Path) -> None:
 
 
 def children(process: int) -> list[int]:
-    return [int(own) for own in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    """Those of each thread of a process."""
+    threads = Path(f"/proc/{process}/task").iterdir()
+    return [int(own) for thread in threads for own in (thread / "children").read_text().split()]
 
 
 def test_a_port_in_use_is_told(bench: Served, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,7 @@ from bad_scenarios import BAD_SCENARIOS, GOOD, Bad
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from vireport.base import ScenarioError
-from vireport.scenario import Scenario, loads
+from vireport.scenario import Scenario, hints, loads
 from vireport.scenario.blocks import MapFile
 
 
@@ -79,3 +79,11 @@ def test_a_mistake_in_every_line_is_found_in_every_line():
     keys = [f"key_{i}: {i}" for i in range(200)]
     mistakes = refusal(GOOD + "\n".join(keys)).mistakes
     assert [mistake.line for mistake in mistakes] == list(range(20, 220))
+
+
+def test_what_was_meant_is_looked_for_of_the_first_unknown_keys_alone(monkeypatch):
+    asked = []
+    monkeypatch.setattr(hints, "for_key", lambda block, key, *_: asked.append(key) or "; is it not?")
+    mistakes = refusal(GOOD + "\n".join(f"key_{i}: {i}" for i in range(200))).mistakes
+    assert asked == [f"key_{i}" for i in range(20)]
+    assert [("is it not?" in mistake.message) for mistake in mistakes] == [i < 20 for i in range(200)]

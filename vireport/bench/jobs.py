@@ -87,6 +87,8 @@ class Worker:
         self._turn = threading.Lock()
         self._since: float | None = None
         self._count = 0
+        self._beginning = threading.Lock()
+        self._ended = False
         self._process = _begun()
 
     def answers(self, job: Job) -> Iterator[dict[str, Any]]:
@@ -106,16 +108,20 @@ class Worker:
         finally:
             self._since = None
             self._turn.release()
+            self._close_if_ended()
 
     def answer(self, job: Job) -> dict[str, Any] | None:
         """The answer to a job that ends none before it; None where the process was ended. Raises as `answers`."""
-        with self._turn:
-            return next((told["answer"] for told in self._told(job) if "answer" in told), None)
+        try:
+            with self._turn:
+                return next((told["answer"] for told in self._told(job) if "answer" in told), None)
+        finally:
+            self._close_if_ended()
 
     def _told(self, job: Job) -> Iterator[dict[str, Any]]:
-        if self._process.poll() is not None:
-            self._process = _begun()
-        process, number = self._process, self._count + 1
+        process, number = self._running(), self._count + 1
+        if process is None:
+            return
         self._since, self._count = time.monotonic(), number
         assert process.stdin is not None
         assert process.stdout is not None
@@ -134,7 +140,17 @@ class Worker:
             failed = process.wait() > 0
         if failed:
             raise RuntimeError("the process that answers has failed")
-        self._process = _begun()  # ahead of the next job
+        self._running()  # ahead of the next job
+
+    def _running(self) -> subprocess.Popen[str] | None:
+        """The process, another one where it has ended; None where there is to be none any more."""
+        with self._beginning:
+            if self._ended:
+                return None
+            if self._process.poll() is not None:
+                _close(self._process)
+                self._process = _begun()
+            return self._process
 
     def drop(self) -> None:
         """End the process if a job keeps it busy that is of no use any more."""
@@ -143,9 +159,24 @@ class Worker:
             self._process.kill()
 
     def end(self) -> None:
-        """End the process."""
-        with self._process as process:
-            process.kill()
+        """End the process, and begin none any more."""
+        with self._beginning:
+            self._ended = True
+        self._process.kill()
+        self._process.wait()
+        self._close_if_ended()
+
+    def _close_if_ended(self) -> None:
+        """Close the streams of a process that was ended, unless they are being read: who reads them calls this too."""
+        if self._ended and self._turn.acquire(blocking=False):
+            _close(self._process)
+            self._turn.release()
+
+
+def _close(process: subprocess.Popen[str]) -> None:
+    """Close the streams of a process that has ended, also where it has not read what it was sent."""
+    with suppress(OSError), process:
+        pass
 
 
 def _begun() -> subprocess.Popen[str]:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 import secrets
+import socket
 import subprocess
 import sys
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -37,11 +38,15 @@ LARGEST_QUESTION = 64_000
 SILENCE = 20.0
 """How long a connection may stay silent [s]: a slow one keeps a thread."""
 
-MOST_CONNECTIONS = 64
-"""Connections at a time; a browser opens six for a page."""
+MOST_UNKNOWN = 64
+"""Connections at a time that have not shown the secret yet; of more, the one that has waited longest is closed."""
 
-MOST_PAGES = 4
-"""Pages with a process of their own; of more, that of the page that has asked least recently is ended."""
+MOST_ANSWERS = 64
+"""Requests that are answered at a time; a browser opens six connections for a page."""
+
+MOST_PAGES = 3
+"""Pages with a process of their own, beside that of the margins; of more, that of the page that has asked least
+recently is ended."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
@@ -147,6 +152,7 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "vireport", ""
     timeout = SILENCE
+    server: _Server
     wbufsize = -1  # one packet for head and body: with two, the second waits 40 ms for the first to be acknowledged
     disable_nagle_algorithm = True
 
@@ -165,7 +171,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answered(self, answer: Callable[[str], None]) -> None:
         try:
-            answer(self._asked())
+            what = self._asked()
+            with self.server.place(self.connection):
+                answer(what)
         except Refused as refused:
             self.close_connection = True  # what was not read must not be taken for a request
             self._send(refused.status, b"", "text/plain")
@@ -236,7 +244,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
         try:
             return msgspec.json.decode(self.rfile.read(int(length)), type=Asked)
-        except (msgspec.DecodeError, RecursionError) as error:
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise Refused(HTTPStatus.BAD_REQUEST) from error
 
     def _send_json(self, answer: Mapping[str, Any] | None) -> None:
@@ -288,25 +296,53 @@ def _each_refusing(answers: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]
 
 
 class _Server(ThreadingHTTPServer):
-    """A thread for each connection, of which there are not too many."""
+    """A thread for each connection. Those that have not shown the secret yet take no place from those that have."""
 
     daemon_threads, block_on_close = True, False
+    request_queue_size = MOST_UNKNOWN
 
     def __init__(self, bench: Bench, port: int) -> None:
-        self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._places = threading.BoundedSemaphore(MOST_ANSWERS)
+        self._unknown = OrderedDict[socket.socket, None]()
+        self._lock = threading.Lock()
         super().__init__((HOST, port), partial(_Handler, bench))
 
-    def process_request(self, request: Any, client_address: Any) -> None:
-        if self._room.acquire(blocking=False):
-            super().process_request(request, client_address)
-        else:
-            self.shutdown_request(request)
+    @contextmanager
+    def place(self, connection: socket.socket) -> Iterator[None]:
+        """Hold a place for a request whose secret and host are known; its connection waits for the next one then.
 
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        Raises
+        ------
+        Refused
+            Where too many are answered.
+        """
+        if not self._places.acquire(blocking=False):
+            raise Refused(HTTPStatus.SERVICE_UNAVAILABLE)
         try:
-            super().process_request_thread(request, client_address)
+            with self._lock:
+                self._unknown.pop(connection, None)
+            yield
         finally:
-            self._room.release()
+            self._places.release()
+            self._wait(connection)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        self._wait(request)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        with self._lock:
+            self._unknown.pop(request, None)
+        super().shutdown_request(request)
+
+    def _wait(self, connection: socket.socket) -> None:
+        """Have a connection wait for its request, and close the one that has waited longest where too many do."""
+        with self._lock:
+            self._unknown[connection] = None
+            longest = self._unknown.popitem(last=False)[0] if len(self._unknown) > MOST_UNKNOWN else None
+        if longest is not None:
+            with suppress(OSError):
+                longest.shutdown(socket.SHUT_RDWR)  # its thread reads the end, and closes it
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing where a page has gone in the middle of a line."""

@@ -11,8 +11,8 @@ known here.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from itertools import islice
+from collections.abc import Iterator, Set
+from itertools import accumulate, islice
 from math import inf, nan
 from typing import NoReturn
 
@@ -124,6 +124,17 @@ def join(path: str, key: str | int) -> str:
 def is_within(path: str, block: str) -> bool:
     """Whether a path is that of a block, or of something in it."""
     return path == block or path.startswith(f"{block}.") or not block
+
+
+def is_within_any(path: str, blocks: Set[str]) -> bool:
+    """Whether a path is that of one of some blocks, or of something in one; takes as long however many there are.
+
+    Examples
+    --------
+    >>> is_within_any("a.b.c", {"a.b"}), is_within_any("a.bc", {"a.b"}), is_within_any("a", {""})
+    (True, False, True)
+    """
+    return not blocks.isdisjoint(["", *accumulate(path.split("."), "{}.{}".format)])
 
 
 def scalar(text: str) -> object:

@@ -12,7 +12,7 @@ from typing import Any
 from vireport.base import Mistake
 from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario, is_printable
-from vireport.scenario.document import Document, is_within
+from vireport.scenario.document import Document, is_within_any
 from vireport.scenario.json_schema import keys
 from vireport.scenario.parameters import DRIVING
 from vireport.scenario.rules import (
@@ -26,6 +26,9 @@ from vireport.scenario.rules import (
 )
 from vireport.text import visible
 
+MOST_HINTS = 20
+"""Unknown keys of which it is looked for what was meant, a third of a millisecond each."""
+
 _LONGEST_VALUE = 60  # characters of a value that are shown
 _LONGEST_LIST = 200  # characters of the names of keys that are shown
 
@@ -35,21 +38,23 @@ Schema = dict[str, Any]
 def worded(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> list[Mistake]:
     """Turn findings into mistakes with their lines; the first finding on a path stands for all.
 
-    What is wrong below a path that could not be read is left out: it follows from that mistake.
+    What is wrong below a path that could not be read is left out: it follows from that mistake. What was meant is
+    looked for of the first unknown keys alone.
     """
-    wording, mistakes = _Wording(document, keys(model)), dict[str, Mistake]()
+    first = dict[str, Finding]()
     for finding in findings:
-        path = finding.path
-        if path not in mistakes and not any(is_within(path, unread) for unread in document.unread):
-            mistakes[path] = Mistake(document.line_of(path), path, wording.message(finding))
-    return list(mistakes.values())
+        if not is_within_any(finding.path, document.unread):
+            first.setdefault(finding.path, finding)
+    unknown = [path for path, finding in first.items() if finding.kind is Kind.UNKNOWN]
+    wording = _Wording(document, keys(model), frozenset(unknown[:MOST_HINTS]))
+    return [Mistake(document.line_of(path), path, wording.message(finding)) for path, finding in first.items()]
 
 
 class _Wording:
-    """The wording for one document, by the keys that it may have."""
+    """The wording for one document, by the keys that it may have; with hints for some of its unknown keys."""
 
-    def __init__(self, document: Document, keys: dict[str, Schema]) -> None:
-        self.document, self.keys = document, keys
+    def __init__(self, document: Document, keys: dict[str, Schema], hinted: frozenset[str]) -> None:
+        self.document, self.keys, self.hinted = document, keys, hinted
 
     def message(self, finding: Finding) -> str:
         path, value = finding.path, finding.value
@@ -79,7 +84,7 @@ class _Wording:
         units = {name: str(node.get("unit", "")) for name, node in self.keys.items() if name and name[-1] != "*"}
         nodes = self.keys[_pattern(block)]["properties"]
         names = _names(name for name, node in nodes.items() if node.get("type") != "null")
-        meant = hints.for_key(_pattern(block), key, value, units)
+        meant = hints.for_key(_pattern(block), key, value, units) if path in self.hinted else ""
         return f"unknown key{meant} (allowed{f' in {block}' if block else ''}: {names})"
 
     def ruling(self, path: str) -> Schema:

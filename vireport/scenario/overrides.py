@@ -80,7 +80,7 @@ def apply(document: Document, overrides: Iterable[str]) -> Document:
             message = f"'{obstacle}' is not a block of keys (nothing can be set in it; set {obstacle} as a whole)"
             mistakes.append(Mistake(0, path, message))
             continue
-        for places in (lines, written):
+        for places in (lines, written) if path in lines else ():  # a block that holds any stands in the lines
             for old in [old for old in places if old == path or old.startswith(f"{path}.")]:
                 del places[old]
         lines |= dict.fromkeys(value.lines, 0)

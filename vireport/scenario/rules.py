@@ -32,7 +32,7 @@ from vireport.scenario.blocks import (
     Scenario,
     percent_key,
 )
-from vireport.scenario.document import Document, is_within
+from vireport.scenario.document import Document, is_within_any
 from vireport.scenario.parameters import DRIVING, LARGEST_RESTITUTION, DesignInput, Parameter
 
 NARROWEST_SWEEP = 1e-9
@@ -251,7 +251,7 @@ class _Tree:
 
     def absent(self, path: str) -> bool:
         """Whether a key is not given, and not for a mistake in it or in a block around it."""
-        return self.at(path) is None and not any(is_within(path, wrong) for wrong in self.wrong)
+        return self.at(path) is None and not is_within_any(path, self.wrong)
 
     @property
     def no_design(self) -> bool:
