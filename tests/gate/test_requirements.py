@@ -426,6 +426,7 @@ def test_what_an_error_bound_leaves_open_is_not_met() -> None:
     volts = Limit(LimitKind.AT_MOST, (5.0,), "V")
     assert held_against(5.0, volts).passed
     assert held_against(5 + 1e-13, volts).text == "5.0000000000001 V"
+    assert held_against(np.float64(4.0), volts, bound=np.float64(0.1)).passed is True
 
 
 def crosscheck(**given: object):

@@ -16,8 +16,10 @@ from vireport.physics import (
     NO_GRAVITY,
     DecimalOps,
     Device,
+    Restitutions,
+    SpeedLaw,
 )
-from vireport.scenario import DRIVING, Parameter
+from vireport.scenario import DRIVING, DesignInput, Parameter
 
 DEVICES = [sweep.device for sweep in random_sweeps(200, seed=6)]
 
@@ -45,6 +47,16 @@ def test_there_and_back(parameter: Parameter) -> None:
             context.prec, ops = DIGITS, DecimalOps()
             back = device.value(parameter, *device.groups(parameter, value, ops)[:2], ops)
             assert abs(back / Decimal(value) - 1) < Decimal("1e-40")
+
+
+def test_two_restitutions_keep_their_difference_in_every_kind_of_number() -> None:
+    for law in (Restitutions(0.3, 0.7), SpeedLaw(0.3, 0.7, -0.1, 2.0)):
+        device = Device(1.0, law, 1.0, 1.0, 1.0, 1.0, 57.3)
+        for mean in (0.4, Decimal("0.4")):
+            restitution = device.with_values({DesignInput.RESTITUTION: mean}).restitution
+            assert float(restitution.bottom) == pytest.approx(0.2, abs=1e-15)
+            assert float(restitution.top) == pytest.approx(0.6, abs=1e-15)
+            assert type(restitution.bottom) is type(restitution.top) is type(mean)
 
 
 def test_gravity_that_is_lost_in_rounding_counts_as_none() -> None:

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from devices import case
 
+from vireport.physics import Device
+from vireport.scenario import Parameter
 from vireport.shocks import basins_of
-from vireport.simulation import BOTTOM, Impact, Outcome, find_attractor
+from vireport.shocks.plane import Recogniser
+from vireport.simulation import BOTTOM, Impact, Outcome, find_attractor, start_of
 
 
 def test_points_and_shares_are_those_of_impacts_followed_one_by_one() -> None:
@@ -28,3 +31,13 @@ def test_points_and_shares_are_those_of_impacts_followed_one_by_one() -> None:
     motion = device.stable[0]
     at = np.argmin(np.abs(plane.y - motion.velocity[0])), np.argmin(np.abs(plane.x - motion.phase[0]))
     assert plane.outcome[at] == 0
+
+
+def test_where_no_motion_is_known_all_that_is_met_is_learnt() -> None:
+    device = Device(3.155, 0.46, 9.8, 0.0446, 3.0, 2.0, 54.8)
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    recognise = Recogniser(groups, (), compiled=False)
+    rows = np.array([(BOTTOM, 0.0, velocity, phase) for velocity in (0.2, 1.0) for phase in (0.3, 3.0)])
+    found = recognise(rows)
+    alone = [find_attractor(groups, start_of(row), 100_000, compiled=False).outcome for row in rows]
+    assert [recognise.outcomes[k].outcome for k in found] == alone

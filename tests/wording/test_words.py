@@ -25,6 +25,7 @@ from vireport.disturbances import (
     FromRest,
     Met,
     Nearby,
+    NoRecovery,
     OutcomeRange,
     Ramp,
     Recovery,
@@ -420,6 +421,10 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "Yes, after 17 periods 1 % of a small disturbance is left after 30.8 periods (15.4 s)",
             "Switched on from rest, the device reaches this motion after 17 periods.",
         ],
+    ),
+    "reached from rest, at the very end of stability": (
+        lambda: switched_on(no_recovery=NoRecovery.AT_EVENT),
+        ["How long a small disturbance lasts is not known: within its error bound the motion is at"],
     ),
     "reached from rest, not known when": (
         lambda: switched_on(settles=None),

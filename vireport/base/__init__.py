@@ -1,7 +1,8 @@
-"""What every room stands on: the ways a run can fail, Ctrl-C, streams, files written whole, records, the version."""
+"""What every room stands on: ways to fail, Ctrl-C, streams, files written whole, records, JSON, the version."""
 
 from vireport.base import interrupts, streams
 from vireport.base.deferred import deferred
+from vireport.base.encoding import json_answer, json_text
 from vireport.base.errors import (
     EXTRAS,
     Mistake,
@@ -36,6 +37,8 @@ __all__ = [
     "deferred",
     "install_command",
     "interrupts",
+    "json_answer",
+    "json_text",
     "plain",
     "portion",
     "require_writable",

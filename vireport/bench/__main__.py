@@ -6,7 +6,6 @@ need not wait for it: it is ended, and another one begun.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -15,7 +14,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct, to_builtins
 
-from vireport.base import Progress, VireportError
+from vireport.base import Progress, VireportError, json_text
 from vireport.bench.answers import margins_answer, plane_answer, study_answer
 from vireport.bench.changes import changes
 from vireport.bench.jobs import Aside, Job
@@ -68,7 +67,7 @@ def main() -> None:
     os.dup2(2, 1)
 
     def write(number: str, told: dict[str, Any]) -> None:
-        output.write(f"{number} {json.dumps(told, allow_nan=False)}\n")
+        output.write(f"{number} {json_text(told)}\n")
         output.flush()
 
     _answers(iter(sys.stdin.readline, ""), write)

@@ -11,7 +11,7 @@ import anywidget
 import msgspec
 import traitlets
 
-from vireport.base import VireportError
+from vireport.base import VireportError, json_answer
 from vireport.bench.jobs import Aside, Asked, Worker
 from vireport.bench.session import MODULES, Opened, first, job_of, loaded_of, refusal, start_data
 from vireport.scenario import Loaded
@@ -76,7 +76,8 @@ class BenchWidget(anywidget.AnyWidget):
             answer = first(self._known, asked.state)
         except VireportError as error:
             answer = refusal(error)
-        self.send({"number": number, "answer": answer})
+        # As JSON that is finite: a notebook would send an infinity on, which no browser reads.
+        self.send({"number": number, "answer": msgspec.json.decode(json_answer(answer))})
 
     def _aside(self, worker: Worker, number: int, kind: Aside, asked: Asked) -> None:
         job = job_of(self._known, kind, asked)

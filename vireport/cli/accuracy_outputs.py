@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from vireport.base import json_text
 from vireport.checks import accuracy_data, measurements, ranking
 from vireport.membranes import (
     comparison_with_rigid,
@@ -66,7 +66,7 @@ def data(study: Study) -> bytes:
         "accuracy": None if study.work is None else accuracy_data(study.work),
         "compliant": None if study.compliance is None else compliance_data(study.compliance),
     }
-    return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
+    return (json_text(content, indent=1) + "\n").encode()
 
 
 def files(study: Study, width_mm: float | None = None) -> dict[str, bytes]:

@@ -8,7 +8,6 @@ Each command imports the rooms that it uses, and no other: `vireport --help` nee
 
 from __future__ import annotations
 
-import json as plain_json
 import os
 import re
 import sys
@@ -32,6 +31,7 @@ from vireport.base import (
     WorkStep,
     __version__,
     interrupts,
+    json_text,
     portion,
     require_writable,
     writable,
@@ -344,7 +344,7 @@ def schema() -> None:
     """Print the JSON Schema of scenarios, for editors."""
     from vireport.scenario import schema as schema_of_scenarios
 
-    deliver(CommandOutcome(plain_json.dumps(schema_of_scenarios(), indent=2, ensure_ascii=False) + "\n"))
+    deliver(CommandOutcome(json_text(schema_of_scenarios(), indent=2, ascii_only=False) + "\n"))
 
 
 @_command_of(Panel.HELP)
@@ -546,7 +546,7 @@ def extremes(
         refuse_special(loaded.scenario, "vireport extremes")
     with progress(quiet, verbose) as say:
         outcomes = run_catalogue(loaded, say)
-    printed = f"{plain_json.dumps(table_data(outcomes), allow_nan=False)}\n" if json else table_text(outcomes)
+    printed = f"{json_text(table_data(outcomes))}\n" if json else table_text(outcomes)
     code, failure = exit_status(outcomes)
     deliver(CommandOutcome(printed, failure=failure, exit_code=code))
 
@@ -787,7 +787,7 @@ def sweep(
 
 
 def _json(data: dict[str, Any]) -> str:
-    return plain_json.dumps(data, indent=2) + "\n"
+    return json_text(data, indent=2) + "\n"
 
 
 def _loaded(scenario: str, overrides: list[str] | None, carried: Carried | None = None) -> Loaded:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from math import isfinite
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vireport.atlas import portrait_of
-from vireport.base import NumericalError, UsageError
+from vireport.base import NumericalError, UsageError, json_text
 from vireport.cli.outcome import CommandOutcome
 from vireport.motions import Family, Motion, Sweep
 from vireport.physics import Membrane
@@ -57,7 +56,7 @@ def portrait_outcome(results: Mapping[str, Any], name: str, at: str, as_json: bo
     NumericalError
         If no motion is there.
     """
-    scenario = loads(json.dumps(results["scenario"])).scenario
+    scenario = loads(json_text(results["scenario"])).scenario
     sweep = sweep_of(scenario)
     if sweep is None:
         raise UsageError(f"{name}: has no diagram (allowed: results of a scenario with a sweep)")
@@ -75,7 +74,7 @@ def portrait_outcome(results: Mapping[str, Any], name: str, at: str, as_json: bo
         raise NumericalError(f"{name}: none of its motions is at {place}")
     motions.sort(key=lambda row: not row[0]["stability"].attracts)
     if as_json:
-        return CommandOutcome(f"{json.dumps({'sweep_value': value, 'motions': [data for data, *_ in motions]})}\n")
+        return CommandOutcome(f"{json_text({'sweep_value': value, 'motions': [data for data, *_ in motions]})}\n")
     drawn = motions[:MOST_DRAWN]
     counted = f"{len(motions)} motion{'s' * (len(motions) != 1)} at {place}"
     summary = counted if len(drawn) == len(motions) else f"{counted}, of which the first {len(drawn)} are drawn"

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from vireport.base import json_text
 from vireport.comparison.baseline import LONGEST_TEXT, RELATIVE, diff
 from vireport.comparison.messages import Message, before_and_after
 from vireport.comparison.table import ComparisonRow
@@ -59,7 +60,7 @@ def diff_json(changed: Sequence[ComparisonRow], relative: float = RELATIVE) -> b
         for row in changed
     ]
     data = {"changed": bool(changed), "tolerance": relative, "changes": changes}
-    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+    return (json_text(data, indent=1) + "\n").encode()
 
 
 def _count(changed: Sequence[ComparisonRow], baseline: str) -> str:
@@ -75,7 +76,7 @@ def rerun_text(baseline: Mapping[str, Any], study: Study, name: str) -> str:
     UsageError
         As `diff` does.
     """
-    paths = list(unequal(baseline, json.loads(json.dumps(study.to_dict()))))
+    paths = list(unequal(baseline, json.loads(json_text(study.to_dict()))))
     if not paths:
         return Message.IDENTICAL.format(baseline=visible(name))
     first = ", ".join(visible(path, LONGEST_TEXT) for path in paths[:NAMED_PATHS])

@@ -16,6 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import brief
+from vireport.disturbances import NoRecovery
 from vireport.motions import Event, Stability
 from vireport.physics import Device, Harmonic
 from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
@@ -398,7 +399,8 @@ def _disturbances(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
         bound = float(found.get("recovery_error_bound_periods") or 0.0)
         yield replace(RECOVERY, value=float(found["recovery_periods"]), bound=bound)
     elif found:
-        yield replace(RECOVERY, note=_at_design(NO_STABLE))
+        at_event = found.get("recovery_reason") == NoRecovery.AT_EVENT
+        yield replace(RECOVERY, note=str(NoRecovery.AT_EVENT) if at_event else _at_design(NO_STABLE))
     if shock.get("least_jump_m_s") is not None:
         yield replace(LEAST_SHOCK, value=float(shock["least_jump_m_s"]))
     elif shock.get("searched_to_m_s") is not None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from vireport.base import deferred
 from vireport.disturbances.behaviour import Disturbances, Ramp, disturbances_of
 from vireport.disturbances.from_rest import Destination, FromRest
-from vireport.disturbances.recovery import Recovery
+from vireport.disturbances.recovery import NoRecovery, Recovery
 
 if TYPE_CHECKING:
     from vireport.disturbances.met import Met, Nearby, met_along
@@ -20,6 +20,7 @@ __all__ = [
     "FromRest",
     "Met",
     "Nearby",
+    "NoRecovery",
     "OutcomeRange",
     "Ramp",
     "Recovery",

@@ -21,7 +21,7 @@ from vireport.disturbances.from_rest import (
     ramp_that_helps,
     switched_on,
 )
-from vireport.disturbances.recovery import Recovery, recovery_of
+from vireport.disturbances.recovery import NoRecovery, Recovery, recovery_of
 from vireport.motions import SAME
 from vireport.physics import Groups
 from vireport.scenario import DesignInput, DisturbancesBlock, Parameter
@@ -75,6 +75,8 @@ class Disturbances(Struct, frozen=True, eq=False):
         The outcomes along the sweep.
     recovery : Recovery or None
         Of the slowest stable 1:1 motion at the design point.
+    no_recovery : NoRecovery or None
+        Why it has none, where there is a design point.
     reached : FollowedMotion or None
         The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
         length where there is no sweep; without a block only where no 1:1 motion is stable.
@@ -94,6 +96,7 @@ class Disturbances(Struct, frozen=True, eq=False):
     window: Window | None = None
     along: tuple[OutcomeRange, ...] = ()
     recovery: Recovery | None = None
+    no_recovery: NoRecovery | None = None
     reached: FollowedMotion | None = None
     by_starts: tuple[FollowedMotion, ...] = ()
     sampled: tuple[OutcomeRange, ...] = ()
@@ -150,13 +153,16 @@ def disturbances_of(
     if design is None:
         return Disturbances(None, along=strip, sampled=() if strip else _sampled(solution, compiled))
     groups, targets = device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(design.motions)
-    recovery, ratio = recovery_of(solution), device.period_ratio
+    recovered, ratio = recovery_of(solution), device.period_ratio
+    recovery, no_recovery = (recovered, None) if isinstance(recovered, Recovery) else (None, recovered)
     if asked is None:
         found = from_rest(groups, targets, ratio, compiled)
         reached = None if targets else _reached(solution, found)
         others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
         beside = None if along is None else _nearby(solution, found, along)
-        return Disturbances(found, recovery=recovery, reached=reached, by_starts=others, nearby=beside)
+        return Disturbances(
+            found, recovery=recovery, no_recovery=no_recovery, reached=reached, by_starts=others, nearby=beside
+        )
     device.constant_restitution("what it does when the force sets in at any moment")
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
@@ -167,7 +173,7 @@ def disturbances_of(
     share = min(fsum(part for part, outcome in outcomes if outcome.reached), 1.0)
     reached = _reached(solution, found)
     others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
-    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, reached, others)
+    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, no_recovery, reached, others)
 
 
 def _nearby(solution: Solution, end: FromRest, along: tuple[Met, ...]) -> Nearby | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from math import inf, log
 
 import numpy as np
@@ -9,12 +10,23 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.design import Solution
-from vireport.motions import multipliers
+from vireport.motions import discriminant
+from vireport.physics import FUNCTION, UNIT
 
 Floats = NDArray[np.float64]
 
 LEFT = 0.01
 """Share of a disturbance that is left when the motion counts as recovered."""
+
+MODULUS_ROUNDINGS = 8
+"""Roundings of a modulus by trace and decay, relative to it: of the discriminant, its root and the sum, with room."""
+
+
+class NoRecovery(StrEnum):
+    """Why no time of recovery is stated, in words."""
+
+    NOT_STABLE = "there is no stable 1:1 motion at the design point"
+    AT_EVENT = "within its error bound the motion is at the end of its stability, where disturbances do not die out"
 
 
 class Recovery(Struct, frozen=True):
@@ -35,33 +47,46 @@ class Recovery(Struct, frozen=True):
 
 
 def largest_modulus(trace: Floats, decay: Floats | float) -> Floats:
-    """Modulus of the larger multiplier, by the trace and the root of the determinant."""
-    modulus: Floats = np.abs(multipliers(trace, decay * decay)[:, 0])
-    return modulus
+    """Modulus of the larger multiplier, by the trace and the root of the determinant, with all digits everywhere."""
+    size = np.abs(trace)
+    return np.asarray(np.maximum((size + np.sqrt(np.maximum(discriminant(size, decay), 0.0))) / 2, decay))
 
 
-def recovery_of(solution: Solution) -> Recovery | None:
+def recovery_of(solution: Solution) -> Recovery | NoRecovery:
     """Time in which the slowest stable 1:1 motion at the design point recovers: ln 100/(-ln |multiplier|) periods.
 
     Of the multipliers the larger counts: the other part of a disturbance dies out sooner. A disturbance that is not
-    small may take longer, or not die out at all. None where no motion is stable.
+    small may take longer, or not die out at all.
     """
     design, bounds = solution.design, solution.bounds.design
     if design is None or bounds is None or not design.motions.stable_mask.any():
-        return None
-    motions, device = design.motions, solution.device
-    trace, error = np.abs(motions.trace[motions.stable_mask]), bounds["trace"][motions.stable_mask]
-    decay = motions.select(motions.stable_mask).decay
-    # The modulus grows with that of the trace, or is the root of the determinant.
-    least, found, most = (
-        _periods(float(largest_modulus(size, decay).max()), device.period_ratio)
-        for size in (np.maximum(trace - error, 0), trace, trace + error)
-    )
-    return Recovery(found, found / float(device.frequency_hz), max(most - found, found - least))
+        return NoRecovery.NOT_STABLE
+    motions, device = design.motions.select(design.motions.stable_mask), solution.device
+    trace, error = np.abs(motions.trace), bounds["trace"][design.motions.stable_mask]
+    decay = np.broadcast_to(motions.decay, trace.shape)
+    # The determinant is the square: its relative error is twice as large.
+    share = bounds["determinant"][design.motions.stable_mask] / np.maximum(2 * decay**2, np.finfo(float).tiny) + UNIT
+    slow, fast = trace + error, np.maximum(trace - error, 0)
+    low, high = decay * (1 - share), decay * (1 + share)
+    # At a trace the modulus is least where both multipliers are alike, and grows to both sides of that decay.
+    most = np.maximum(largest_modulus(slow, low), largest_modulus(slow, high)).max()
+    least = largest_modulus(fast, np.clip(fast / 2, low, high)).max()
+    ratio = device.period_ratio
+    longest = _periods(float(most), ratio, 1)
+    if longest == inf:
+        return NoRecovery.AT_EVENT
+    periods = _periods(float(largest_modulus(trace, decay).max()), ratio)
+    bound = max(longest - periods, periods - _periods(float(least), ratio, -1))
+    return Recovery(periods, periods / float(device.frequency_hz), bound)
 
 
-def _periods(modulus: float, ratio: int) -> float:
-    """Forcing periods until 1 % is left; inf where it does not die out."""
-    if modulus >= 1:
-        return inf
-    return ratio * log(LEFT) / log(modulus) if modulus > 0 else 0.0
+def _periods(modulus: float, ratio: int, side: int = 0) -> float:
+    """Forcing periods until 1 % is left; inf where it does not die out.
+
+    With a `side` it is as long, 1, or as short, -1, as rounding of the modulus, the logarithms and the quotient allows.
+    """
+    if modulus == 0:
+        return 0.0
+    rate = -log(modulus)
+    rate -= side * (MODULUS_ROUNDINGS * UNIT + 2 * FUNCTION * abs(rate))
+    return ratio * -log(LEFT) / rate * (1 + side * 4 * FUNCTION) if rate > 0 else inf

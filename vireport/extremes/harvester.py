@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import plain
+from vireport.base import json_text, plain
 from vireport.motions import Point, Sweep, solve
 from vireport.physics import RESTITUTIONS, Device, Groups, Membrane
 from vireport.scenario import Loaded, Parameter, loads
@@ -90,7 +89,7 @@ class Harvester(Struct, frozen=True):
         }
         if sweep is not None:
             tree["sweep"] = {"parameter": sweep[0], "from": sweep[1], "to": sweep[2]}
-        return loads(json.dumps(tree), "extreme case")
+        return loads(json_text(tree), "extreme case")
 
     def study(self, sweep: SweepRange | None = None) -> Study:
         """Everything that a run finds out about the device, and about a sweep."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from vireport.base import json_text
 from vireport.design import Solution
 from vireport.figures.curves import Floats
 from vireport.figures.style import Picture
@@ -89,7 +89,7 @@ def live_data(study: Study, pictures: Sequence[Picture]) -> str:
         "start": start,
         "branches": branches,
     }
-    return json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return json_text(data, compact=True, ascii_only=False)
 
 
 def _harmonics(device: Device) -> Sequence[Harmonic]:

@@ -337,7 +337,8 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
 
 def held_against(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:
     """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
-    required = limit.value
+    # Numbers of NumPy are no part of a judgement: neither is whether it is passed.
+    required, value, bound = limit.value, float(value), float(bound)
     margin = value - required if limit.is_least else required - value
     if margin >= 0 > margin - bound:
         remark = (f"not decided: known to within {bound:.1g} {limit.unit} only; ", *remark)

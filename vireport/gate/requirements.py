@@ -375,10 +375,10 @@ def _reached(results: Evidence, limit: Limit) -> Judgement:
 
 
 def _recovery(results: Evidence, limit: Limit) -> Judgement:
-    recovery = results.disturbances.recovery if results.disturbances is not None else None
-    if recovery is None:
-        raise NumericalError(NOT_STABLE)
-    return held_against(recovery.periods, limit, bound=recovery.error_bound)
+    found = results.disturbances
+    if found is None or found.recovery is None:
+        raise NumericalError(NOT_STABLE if found is None or found.no_recovery is None else str(found.no_recovery))
+    return held_against(found.recovery.periods, limit, bound=found.recovery.error_bound)
 
 
 def _distortion(results: Evidence, limit: Limit) -> Judgement:

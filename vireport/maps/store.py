@@ -29,7 +29,7 @@ from filelock import FileLock, Timeout
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import UsageError, __version__, plain, writable, write_whole
+from vireport.base import UsageError, __version__, json_text, writable, write_whole
 from vireport.maps.cells import MapPlan
 from vireport.maps.evaluation import evaluate, schema_of
 
@@ -86,7 +86,7 @@ class Identity(Struct, frozen=True):
 
     def metadata(self) -> dict[bytes, bytes]:
         """Return the identity as metadata of a Parquet file."""
-        return {IDENTITY: json.dumps(plain(self)).encode()}
+        return {IDENTITY: json_text(self).encode()}
 
 
 def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None) -> Identity:

@@ -36,6 +36,7 @@ from vireport.physics import (
     FUNCTION,
     GROUP_ERROR,
     ROUNDED,
+    UNDERFLOW,
     UNIT,
     Groups,
     Harmonic,
@@ -152,12 +153,15 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
 
 
 def _determinant_bounds(level: Level, r: Any, m: Motions) -> Floats:
-    """Bound of the determinant: of its rounding, and along a sweep over a restitution of what is known of that."""
+    """Bound of the determinant: of its rounding, and of what is known of restitutions that are not the scenario's."""
     rounding = 4 * UNIT * m.determinant
-    if level.varied is None:
-        return rounding
+    # A fourth power underflows where the restitution itself is far from it.
+    lost = np.where((m.determinant < np.finfo(float).tiny) & (np.asarray(m.decay) > 0), UNDERFLOW, 0.0)
+    law = isinstance(m.restitution, Restitutions) and type(m.restitution.slope) is not int
+    if level.varied is None and not law:
+        return np.asarray(rounding + lost)
     decay = lap_decay(r)
-    return np.asarray(rounding + (decay * decay).error)
+    return np.asarray(rounding + lost + (decay * decay).error)
 
 
 def _from(exact: Rounded, stored: Floats) -> Floats:

@@ -6,6 +6,7 @@ No other module mixes the two kinds of quantity. The formulae serve every kind o
 from __future__ import annotations
 
 from collections.abc import Mapping
+from decimal import Decimal
 from math import cos, pi, radians, sin
 from typing import Any, Generic
 
@@ -467,6 +468,8 @@ def moved(restitution: Any, varied: ScalarInput, value: Any) -> Any:
         return _restitution(bottom, value)
     if not isinstance(restitution, Restitutions):
         return value
+    if isinstance(value, Decimal):
+        bottom, top = Decimal(bottom), Decimal(top)
     half = (bottom - top) / 2
     return Restitutions(value + half, value - half)
 

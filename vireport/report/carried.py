@@ -10,7 +10,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from vireport.base import UsageError
+from vireport.base import UsageError, json_text
 from vireport.text import visible
 
 LARGEST = 1 << 25
@@ -95,7 +95,7 @@ def _of_pdf(data: bytes, shown: str) -> tuple[bytes, bytes]:
         files = reader.attachments
         if not {"scenario.yaml", "results.json"} <= set(files):
             return b"", b""
-        return json.dumps(files["scenario.yaml"][0].decode()).encode(), files["results.json"][0]
+        return json_text(files["scenario.yaml"][0].decode()).encode(), files["results.json"][0]
     except UsageError:
         raise
     except Exception as error:  # a damaged file makes pypdf fail in any way

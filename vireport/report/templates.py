@@ -6,7 +6,6 @@ not marked as source becomes a string literal of Typst.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Hashable, Mapping
 from functools import cache, lru_cache
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from jinja2 import Environment
 
-from vireport.base import UsageError
+from vireport.base import UsageError, json_text
 from vireport.report.certificates import plus_minus
 from vireport.text import factor_text, tied
 from vireport.wording import environment_of, mistakes_named
@@ -126,7 +125,7 @@ def inert_json(value: Any) -> str:
     >>> print(inert_json({"a": "</script>"}))
     {"a": "\u003c/script>"}
     """
-    return json.dumps(value, allow_nan=False).replace("<", "\\u003c")
+    return json_text(value).replace("<", "\\u003c")
 
 
 FILTERS: dict[str, Callable[..., str]] = {

@@ -160,7 +160,8 @@ class Recogniser:
 
     def _known(self, rows: Floats) -> Ints:
         ends = endings(self.groups, rows, self.cores, self.workers, self.compiled)
-        found = np.where(ends >= 0, np.array([*self.place, UNKNOWN])[ends], ends)
+        # Ends below zero are kinds, not places: without a motion known before there is no place at all.
+        found = np.where(ends >= 0, np.array([*self.place, UNKNOWN])[np.maximum(ends, 0)], ends)
         for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):
             own = ends == kind
             if own.any():

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import isfinite
 from operator import itemgetter
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from vireport.base import plain
+from vireport.base import json_text, plain
 from vireport.design import (
     DesignPoint,
     Distortion,
@@ -139,15 +138,10 @@ def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[d
 def json_bytes(data: Mapping[str, Any], provenance: Provenance) -> bytes:
     """Serialise plain data as JSON, one top-level key a line: the version of the format first, the provenance last.
 
-    Floats read back exactly.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
+    Floats read back exactly; what is not finite is null.
     """
     whole = {"schema_version": SCHEMA_VERSION, **data, "provenance": provenance.to_dict()}
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in whole.items())
+    lines = (f"{json_text(key)}: {json_text(value)}" for key, value in whole.items())
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
@@ -433,6 +427,7 @@ def disturbances_data(
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
+        "recovery_reason": found.no_recovery,
         "jitter": withstood and _jitter(withstood),
         "coexistence": attracting and _coexistence(attracting),
         "basin": basins and _basin(basins),
