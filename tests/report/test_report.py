@@ -494,7 +494,7 @@ def test_a_mistake_in_typst_is_shown_without_our_folders(render, model, tmp_path
     with pytest.raises(RenderError, match="unknown variable: nonsense") as caught:
         render(model("design-point"), tmp_path)
     message = str(caught.value)
-    assert "report.typ.j2, filled:3:1" in message
+    assert "report.typ.j2:3" in message
     assert "/tmp" not in message
     assert "development" not in message
     assert max(map(len, message.splitlines())) <= 160

@@ -30,6 +30,14 @@ MISTAKES = {
     "other template": ("a\n{% include 'none.j2' %}", "report.typ.j2:2: no template 'none.j2'"),
     "itself": ("{% include 'report.typ.j2' %}", "report.typ.j2:1: RecursionError"),
     "name in a section": ("\n\n{{ nonsense }}", f"{ALERTS}:3: 'nonsense'"),
+    "typst": ("a\n#nonsense", "report.typ.j2:2: unknown variable: nonsense"),
+    "typst in a section": ("\n{{ report.title }}\n#nonsense", f"{ALERTS}:3: unknown variable: nonsense"),
+    "typst in a loop": ("{% for k in [1, 2] %}\n{{ k }}\n\n#nonsense\n{% endfor %}", f"{ALERTS}:4: unknown variable"),
+    "typst of ours called amiss": ("\n\n#tabular(3)", f"{ALERTS}:3: missing argument"),
+    "typst after a text that decides": (
+        "{% set x %}\n{% endset %}{% if x | trim %}a\nb\n{% endif %}\n#nonsense",
+        f"{ALERTS}:5: unknown variable",
+    ),
     "syntax in a section": ("\n\n{% if %}", f"{ALERTS}:3: Expected"),
 }
 
@@ -49,6 +57,7 @@ def test_a_template_that_fails_is_named_with_its_line(mistake: str, report: Repo
     with pytest.raises(RenderError) as caught:
         render_html(report, tmp_path)
     assert str(caught.value).startswith(message)
+    assert "filled" not in str(caught.value)
     assert caught.value.exit_code == 3
 
 

@@ -76,6 +76,13 @@ def test_a_short_look_around_the_design_point_is_had_for_a_report_unless_a_block
 
 
 @pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])
+@pytest.mark.parametrize("format_", ["png", "svg", "figure-pdf"])
+def test_figures_alone_are_those_of_the_report(text: str, format_: str):
+    drawn, reported = ({task for task in FIGURES if of(text, own).runs(task)} for own in (format_, "html"))
+    assert drawn == reported
+
+
+@pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])
 def test_every_step_has_words_of_its_own(text: str):
     steps = of(text).steps
     assert len({step.what for step in steps}) == len(steps)

@@ -71,9 +71,13 @@ def render_files(
         vectors = report.pictures if formats & {"html", "pdf", "svg"} else {}
         drawings = {f"{name}.svg": picture.svg for name, picture in vectors.items()}
         source = _filled(report, templates) if formats & {"html", "pdf"} else ""
-        pdf = beside.submit(_compiled, report, source, "pdf", paper=PAPERS[paper]) if "pdf" in formats else None
+        pdf = (
+            beside.submit(_compiled, report, source, templates, "pdf", paper=PAPERS[paper])
+            if "pdf" in formats
+            else None
+        )
         if "html" in formats:
-            files["report.html"] = _page(report, source)
+            files["report.html"] = _page(report, source, templates)
         for name, picture in report.pictures.items():
             if "png" in formats:
                 files[f"{name}.png"] = picture.png
@@ -102,7 +106,7 @@ def render_html(report: AnyReport, templates: Path | None = None) -> bytes:
     RenderError
         Where a template fails, with the line.
     """
-    return _page(report, _filled(report, templates))
+    return _page(report, _filled(report, templates), templates)
 
 
 def _filled(report: AnyReport, templates: Path | None) -> str:
@@ -111,8 +115,8 @@ def _filled(report: AnyReport, templates: Path | None) -> str:
     return fill(report, templates)
 
 
-def _page(report: AnyReport, source: str) -> bytes:
-    page = _compiled(report, source, "html").decode("utf-8")
+def _page(report: AnyReport, source: str, templates: Path | None) -> bytes:
+    page = _compiled(report, source, templates, "html").decode("utf-8")
     return _MATHS.sub(lambda match: match[0].translate(_ACCENTS), page).encode("utf-8")
 
 
@@ -142,7 +146,7 @@ def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
     """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
     from vireport.report.markdown import as_markdown
 
-    return as_markdown(_compiled(report, _filled(report, templates), "html").decode("utf-8")).encode("utf-8")
+    return as_markdown(_compiled(report, _filled(report, templates), templates, "html").decode("utf-8")).encode("utf-8")
 
 
 @_offline()
@@ -168,11 +172,16 @@ def render_pdf(
     RenderError
         Where a template fails, with the line.
     """
-    return _compiled(report, _filled(report, templates), "pdf", standards, PAPERS[paper])
+    return _compiled(report, _filled(report, templates), templates, "pdf", standards, PAPERS[paper])
 
 
 def _compiled(
-    report: AnyReport, source: str, output: Literal["html", "pdf"], standards: Iterable[str] = (), paper: str = ""
+    report: AnyReport,
+    source: str,
+    templates: Path | None,
+    output: Literal["html", "pdf"],
+    standards: Iterable[str] = (),
+    paper: str = "",
 ) -> bytes:
     """What Typst makes of a filled template; in a PDF, characters that its fonts lack are given by their numbers."""
     import typst
@@ -192,7 +201,7 @@ def _compiled(
             timestamp=report.provenance.epoch,
         )
     except typst.TypstError as error:
-        raise RenderError(f"{report.template}: {_diagnostic(error, report.template)}") from error
+        raise RenderError(_diagnostic(error, report, source, templates)) from error
     if not isinstance(file, bytes):
         raise RenderError(f"{report.template}: no single file came out of it")
     return file
@@ -218,13 +227,36 @@ def _not_in_fonts(letters: str) -> list[str]:
     return []
 
 
-def _diagnostic(error: typst.TypstError, template: str) -> str:
-    """What Typst says about the filled template, without the folder of our templates and the ends of long lines."""
+_PLACE = re.compile(r"\S*__typst_py_bytes__\.typ:(\d+):(\d+)")
+_EXCERPT = re.compile(r"^ *\d* (?=[│┌])", re.MULTILINE)
+"""What stands before an excerpt of the filled page: the number of its line."""
+
+
+def _diagnostic(error: typst.TypstError, report: AnyReport, source: str, templates: Path | None) -> str:
+    """What Typst says, with templates and their lines instead of those of the filled page; that at fault comes first.
+
+    That is the user's, where one of theirs is among those that lead to the mistake.
+    """
     _, _, text = (error.diagnostic.strip() or error.message).rpartition("issues/5512 for more information\n\n")
-    text = re.sub(r"\S*__typst_py_bytes__\.typ", f"{template}, filled", text)
-    text = text.replace(f"{TEMPLATES}{os.sep}", "")
     text = re.sub(r"failed to download package.*", "packages are not loaded from the network", text)
-    return "\n".join(shorten(line) for line in text.splitlines())
+    text = text.removeprefix("error: ").replace(f"{TEMPLATES}{os.sep}", "")
+    places = _template_places(report, source, templates)
+    named = [places(int(line), int(column)) for line, column in _PLACE.findall(text)]
+    theirs = [place for place in named if templates and (templates / place.rpartition(":")[0]).is_file()]
+    text = _EXCERPT.sub("  ", _PLACE.sub(lambda match: places(int(match[1]), int(match[2])), text))
+    head = next(iter([*theirs, *named]), report.template)
+    return "\n".join(shorten(line) for line in f"{head}: {text}".splitlines())
+
+
+def _template_places(report: AnyReport, source: str, templates: Path | None) -> Callable[[int, int], str]:
+    """What gives template and line of a place in a filled page; the template begun with where that is not known."""
+    from vireport.report.templates import TemplatePlaces
+
+    try:
+        places = TemplatePlaces(report, templates, source)
+    except Exception:  # a user's template may fail where texts are marked
+        return lambda line, column: report.template
+    return lambda line, column: places.at(line, column) or report.template
 
 
 def shorten(line: str, most: int = 160) -> str:

@@ -7,12 +7,15 @@ not marked as source becomes a string literal of Typst.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from jinja2 import Environment
+from jinja2.ext import Extension
+from jinja2.lexer import Token, TokenStream
 
 from vireport.base import UsageError, json_text
 from vireport.report.certificates import plus_minus
@@ -165,3 +168,68 @@ def fill(report: AnyReport, templates: Path | None) -> str:
         raise UsageError(f"{templates}: no such folder of templates")
     with mistakes_named(report.template, templates):
         return _environment(templates).get_template(report.template).render(report=report)
+
+
+class _LineMarks(Extension):
+    """Puts before the text of each line of a template of Typst, and before each expression, where it stands."""
+
+    def filter_stream(self, stream: TokenStream) -> Iterator[Token]:
+        """The tokens of a template, with the marks."""
+        for token in stream:
+            if not (stream.name or "").endswith(".typ.j2"):
+                yield token
+            elif token.type == "data":
+                lines = token.value.split("\n")
+                marked = (f"{_mark(stream.name, token.lineno + k)}{line}" for k, line in enumerate(lines))
+                yield Token(token.lineno, "data", "\n".join(marked))
+            else:
+                if token.type == "variable_begin":
+                    yield Token(token.lineno, "data", _mark(stream.name, token.lineno))
+                yield token
+
+
+_MARK = re.compile("\ue000([^\ue000\ue001]*)\ue001")
+
+
+def _mark(name: str | None, line: int) -> str:
+    return f"\ue000{name}:{line}\ue001"
+
+
+class TemplatePlaces:
+    """Which template, and which line of it, the places of a filled page come from.
+
+    The page is filled once more, with marks, as no page needs them where all is right.
+
+    Parameters
+    ----------
+    report : AnyReport
+    templates : Path or None
+        The user's folder.
+    source : str
+        The filled page.
+    """
+
+    def __init__(self, report: AnyReport, templates: Path | None, source: str) -> None:
+        environment = _environment(templates).overlay(extensions=[_LineMarks], bytecode_cache=None)
+        marked = environment.get_template(report.template).render(report=report)
+        self._starts, self._places, end, length = [0], [report.template], 0, 0
+        for match in _MARK.finditer(marked):
+            length += match.start() - end
+            end = match.end()
+            self._starts.append(length)
+            self._places.append(match[1])
+        # Conditions may depend on texts that are marked: where they do, lines are looked for by what they hold.
+        self._lines, self._marked = source.split("\n"), _MARK.sub("", marked).split("\n")
+
+    def at(self, line: int, column: int) -> str:
+        """``template:line`` of a line of the filled page, counted from 1, and of a column, from 0; "" if not known."""
+        same = line - 1
+        if self._marked != self._lines:
+            text = self._lines[same]
+            alike = [k for k, other in enumerate(self._marked) if other == text]
+            before = self._lines[:same].count(text)
+            if before >= len(alike):
+                return ""
+            same = alike[before]
+        start = sum(len(text) + 1 for text in self._marked[:same]) + column
+        return self._places[bisect_right(self._starts, start) - 1]
