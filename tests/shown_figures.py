@@ -174,44 +174,6 @@ def path_faults(x: Results, figure: Figure) -> Iterator[str]:
             return
 
 
-def reading_faults(x: Results, live: dict[str, Any]) -> Iterator[str]:
-    """The readings of the crosshair, five digits of what results.json and the definitions say."""
-    units = {name: unit for name, _, unit in live["readings"]}
-    for branch in live["branches"]:
-        columns, (kind, number) = branch["columns"], re.match(r"(branch|motion) (\d+)", branch["name"]).groups()
-        of = x.design if kind == "motion" else x.data["branches"][int(number) - 1]
-        values = np.array(of["sweep_value"])
-        for place, value in enumerate(columns["sweep_value"]):
-            near = np.flatnonzero(abs(values - value) <= 1e-4 * abs(values))
-            shown = {name: column[place] for name, column in columns.items()}
-            wrong = [_misread(_readings(x, of, k, "u_ave_v" in columns), shown, units) for k in near]
-            if not any(fault == "" for fault in wrong):
-                yield f"{branch['name']}, {x.symbol} = {value}: {wrong[:1]}"
-                return
-
-
-def _readings(x: Results, of: dict[str, Any], k: int, volts: bool) -> dict[str, tuple[float, str]]:
-    """What can be read of a motion: values and units."""
-    bottom, top = speeds(x, of, k)
-    given = (("d", ""), ("q", ""), ("phi_bottom_rad", "rad"), ("phi_top_rad", "rad"))
-    given += (("velocity_bottom", "–"), ("velocity_top", "–"))
-    readings = {key: (of[key][k], unit) for key, unit in given}
-    readings |= {"velocity_bottom_m_s": (bottom, "m/s"), "velocity_top_m_s": (-top, "m/s")}
-    if volts:
-        gains = [x.device.gain(bottom), x.device.gain(top)]
-        readings |= {"u_ave_v": (mean(gains), "V"), "u_bottom_v": (gains[0], "V"), "u_top_v": (gains[1], "V")}
-    return readings
-
-
-def _misread(expected: dict[str, tuple[float, str]], shown: dict[str, Any], units: dict[str, str]) -> str:
-    for name, (value, unit) in expected.items():
-        if abs(shown[name] - value) > 0.500001e-4 * max(abs(value), 1e-9):
-            return f"{name} is {shown[name]}, and not {value:.8g}"
-        if units[name] != unit:
-            return f"{name} is read in {units[name]!r}"
-    return ""
-
-
 def cycles(x: Results) -> list[tuple[float, float, float]]:
     """Of the stable motion that gains most: charge, voltage and energy of the impact at the bottom and at the top."""
     of, area = x.device.membrane, pi * x.device.membrane["active_radius_m"] ** 2

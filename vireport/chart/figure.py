@@ -98,14 +98,10 @@ def colored(chart: Chart) -> Colored:
 def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
     """Draw the figure of a chart, with its words."""
     said = Words("chart", templates)
-
-    def draw() -> Figure:
-        return _drawn(chart, templates)
-
     named = naming(chart, templates)
     given = words_given(chart, named)
     caption = said("caption", given) if sheet().headed else f"{said('caption', given)} {_note(chart, said)}".rstrip()
-    return Picture("figure-chart", said("title"), caption, said("alt", given), draw(), redraw=draw)
+    return Picture("figure-chart", said("title"), caption, said("alt", given), _drawn(chart, templates))
 
 
 def figure_chart(chart: Chart, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None) -> Figure:

@@ -45,7 +45,6 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
     provenance: Provenance
     templates: Path | None = None
     template: str = "chart.typ.j2"
-    live: str = ""
 
     @property
     def title(self) -> str:

@@ -96,10 +96,7 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     ranges = "; ".join(f"{scenario.name}: {scenario.show(Merit.RANGE)}" for scenario in ranked)
     alt = Message.LINE_CHARTS.format(count=len(shown), axis=axis, overlaid=Message.OVERLAID, ranges=ranges)
 
-    def draw() -> Figure:
-        return overlay(shown, parameter)
-
-    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, draw(), redraw=draw)
+    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, overlay(shown, parameter))
 
 
 def _with_stable(drawing: Drawing) -> Drawing:

@@ -51,7 +51,6 @@ class ComparisonReport(Struct, frozen=True, eq=False):
     pictures: Mapping[str, Picture]
     provenance: Provenance
     template: str = "comparison.typ.j2"
-    live: str = ""
 
     @property
     def title(self) -> str:

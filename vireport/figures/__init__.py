@@ -7,7 +7,6 @@ from vireport.figures.captions import OUTSIDE, about, alt_text, held, held_by, s
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
-from vireport.figures.live import live_data
 from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.planes import DESIGN, mark_design
@@ -69,7 +68,6 @@ __all__ = [
     "held_by",
     "letter_of",
     "literal",
-    "live_data",
     "mark_design",
     "measured_pictures",
     "overlay",

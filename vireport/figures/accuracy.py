@@ -112,7 +112,7 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
 
 def picture(work: WorkPrecision, templates: Path | None = None) -> Picture:
     """The work-precision diagram with its words."""
-    return pictured(Task.FIGURE_ACCURACY, shown_errors(work, templates), lambda: figure_accuracy(work), templates)
+    return pictured(Task.FIGURE_ACCURACY, shown_errors(work, templates), figure_accuracy(work), templates)
 
 
 def shown_errors(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:

@@ -32,7 +32,6 @@ from vireport.figures.style import (
     sheet,
     style,
 )
-from vireport.figures.vector import UNSTABLE_PARTS
 from vireport.motions import (
     Atlas,
     Family,
@@ -67,17 +66,16 @@ VISIBLE = 0.002
 """Share of the axis from which stable motions are seen: half the width of their curve."""
 
 STABLE: Look = {"linewidth": 1.8, "zorder": 2.6}
-UNSTABLE: Look = {"linewidth": 0.7, "linestyle": DASHED, "zorder": 2.4, "gid": UNSTABLE_PARTS}
+UNSTABLE: Look = {"linewidth": 0.7, "linestyle": DASHED, "zorder": 2.4}
 ON_STABLE: Look = {"linestyle": "none", "markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
 ON_UNSTABLE: Look = {
     "linestyle": "none",
     "markersize": 3.0,
     "markerfacecolor": "white",
     "markeredgewidth": 0.6,
-    "gid": UNSTABLE_PARTS,
 }
 VERTEX: Look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": Color.BLACK, "zorder": 3.0}
-MINOR: Look = {"markersize": 1.6, "zorder": 2.5, "gid": UNSTABLE_PARTS}
+MINOR: Look = {"markersize": 1.6, "zorder": 2.5}
 SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color": Color.LIGHT, "zorder": 2.0}
 
 
@@ -95,7 +93,7 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
         "vertices": len(_shown_vertices(atlas)),
         "stable": sorted(words, key=lambda word: (len(word), word)),
     }
-    return pictured(Task.FIGURE_ATLAS, shown, lambda: figure_atlas(study, atlas), templates)
+    return pictured(Task.FIGURE_ATLAS, shown, figure_atlas(study, atlas), templates)
 
 
 def _shown_vertices(atlas: Atlas) -> list[Point]:
@@ -133,7 +131,7 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
         "families": len(atlas.shown),
         "found": len(atlas.families),
     }
-    return pictured(Task.FIGURE_LADDER, shown, lambda: figure_ladder(study, atlas, membrane), templates)
+    return pictured(Task.FIGURE_LADDER, shown, figure_ladder(study, atlas, membrane), templates)
 
 
 def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:

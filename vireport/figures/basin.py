@@ -35,7 +35,7 @@ def picture(basins: Basins, templates: Path | None = None) -> Picture:
         "marked": bool(basins.motions),
         "shares": basins.shares,
     }
-    return pictured(Task.FIGURE_BASIN, shown, lambda: figure_basin(basins), templates)
+    return pictured(Task.FIGURE_BASIN, shown, figure_basin(basins), templates)
 
 
 def figure_basin(basins: Basins) -> Figure:

@@ -5,7 +5,7 @@ Here are the numbers that figures 2, 4 and 7 are told by, and what is held along
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,9 +61,7 @@ OUTSIDE = "outside the membrane's geometry: ranking only"
 """What is said of voltages where the deflections exceed the membrane, in the figure too."""
 
 
-def pictured(
-    name: Task, shown: Mapping[str, Any], draw: Callable[[], Figure], templates: Path | None = None
-) -> Picture:
+def pictured(name: Task, shown: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
     """A figure with its words.
 
     Parameters
@@ -71,13 +69,12 @@ def pictured(
     name : Task
     shown : mapping
         What the macros of the figure know as ``x``.
-    draw : callable
-        Draws the figure, for what figures are drawn for just then.
+    figure : Figure
     templates : Path, optional
         A folder whose words come before the package's own.
     """
     caption, alt = _said(name, "caption", templates, shown), alt_text(name, shown, templates)
-    return Picture(name, title_of(name, templates), caption, alt, draw(), redraw=draw)
+    return Picture(name, title_of(name, templates), caption, alt, figure)
 
 
 def alt_text(name: Task, shown: Mapping[str, Any], templates: Path | None = None) -> str:

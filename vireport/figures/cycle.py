@@ -52,7 +52,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
         "bias_v": membrane.bias_voltage_v,
         "breakdown_v": _breakdown_v(membrane),
     }
-    return pictured(Task.FIGURE_CYCLE, shown, lambda: figure_cycle(cycles, membrane), templates)
+    return pictured(Task.FIGURE_CYCLE, shown, figure_cycle(cycles, membrane), templates)
 
 
 def cycles_at_design(study: Study) -> tuple[ElectricalCycle, ...]:

@@ -68,7 +68,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture:
         words, other, (time, distance) = motion
         shares = dict.fromkeys(float(f"{at / time[-1]:.3g}") for at in time[distance > 1 - AT_WALL])
         shown |= {"motion": words, "other": other, "at_top": list(shares)}
-    return pictured(Task.FIGURE_DEVICE, shown, lambda: figure_device(study), templates)
+    return pictured(Task.FIGURE_DEVICE, shown, figure_device(study), templates)
 
 
 def figure_device(study: Study) -> Figure:

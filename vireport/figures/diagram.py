@@ -179,4 +179,4 @@ def picture(study: Study, diagram: Diagram, values: Floats, d: Floats, templates
         ],
         "still": [label for label in diagram.labels if label in WITHOUT_IMPACTS],
     }
-    return pictured(Task.FIGURE_DIAGRAM, shown, lambda: figure_diagram(study, diagram, values, d), templates)
+    return pictured(Task.FIGURE_DIAGRAM, shown, figure_diagram(study, diagram, values, d), templates)

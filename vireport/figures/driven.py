@@ -32,7 +32,7 @@ def picture(found: Driven, templates: Path | None = None) -> Picture:
         "share": found.share_of_1_1,
         "predicted": found.predicted is not None,
     }
-    return pictured(Task.FIGURE_DRIVEN, shown, lambda: figure_driven(found), templates)
+    return pictured(Task.FIGURE_DRIVEN, shown, figure_driven(found), templates)
 
 
 def _every(found: Driven) -> int:

@@ -62,7 +62,7 @@ def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> 
         "loops": slowly.loops,
         "measured": measured_shown(study),
     }
-    return pictured(Task.FIGURE_HYSTERESIS, shown, lambda: figure_hysteresis(study, slowly), templates)
+    return pictured(Task.FIGURE_HYSTERESIS, shown, figure_hysteresis(study, slowly), templates)
 
 
 def figure_hysteresis(study: Study, slowly: Hysteresis) -> Figure:

@@ -50,7 +50,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
     if end is None or not shifts:
         return None
     words = {"end": end, "shifts": shifts, "digits": study.verdict.digits(end.parameter, end.point)}
-    return pictured(Task.FIGURE_MARGINS, words, lambda: figure_margins(end, shifts), templates)
+    return pictured(Task.FIGURE_MARGINS, words, figure_margins(end, shifts), templates)
 
 
 def _shifts(study: Study, end: Margin) -> list[tuple[DesignInput, float]]:

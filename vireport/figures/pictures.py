@@ -61,14 +61,14 @@ def pictures(
 
 
 def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path | None) -> Iterator[Picture]:
-    draw: dict[Task, Callable[[], Figure]] = {
+    drawings: dict[Task, Callable[[], Figure]] = {
         Task.FIGURE_2: lambda: figure_2(study, simulated),
         Task.FIGURE_4: lambda: figure_4(study),
         Task.FIGURE_7: lambda: figure_7(study, simulated),
     }
-    for name, figure in draw.items():
+    for name, draw in drawings.items():
         if study.plan.runs(name):
-            yield pictured(name, shown_along(study, name, simulated), figure, templates)
+            yield pictured(name, shown_along(study, name, simulated), draw(), templates)
 
 
 def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:

@@ -147,15 +147,14 @@ def portraits_picture(
     """
     words = ", ".join(held)
 
-    def draw() -> Figure:
-        if name == Task.FIGURE_6:
-            return figure_6(portraits, words, mass_ratio, measured)
-        if name == Task.FIGURE_3:
-            return figure_3(portraits, words, measured)
-        return figure_portraits(portraits, words)
-
+    if name == Task.FIGURE_6:
+        figure = figure_6(portraits, words, mass_ratio, measured)
+    elif name == Task.FIGURE_3:
+        figure = figure_3(portraits, words, measured)
+    else:
+        figure = figure_portraits(portraits, words)
     shown = portraits_shown(name, portraits, held) | {"measured": sum(own is not None for own in measured)}
-    return pictured(name, shown, draw, templates)
+    return pictured(name, shown, figure, templates)
 
 
 def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def record_picture(signals: Signals) -> Picture:
         "shaker": signals.shaker,
     }
     heading, caption, alt = (words(f"figure_record_{part}", shown) for part in ("title", "caption", "alt"))
-    return Picture(NAME, heading, caption, alt, figure_record(signals), redraw=lambda: figure_record(signals))
+    return Picture(NAME, heading, caption, alt, figure_record(signals))
 
 
 def figure_record(signals: Signals) -> Figure:

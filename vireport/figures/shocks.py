@@ -51,7 +51,7 @@ def picture(study: Study, withstood: Withstood, templates: Path | None = None) -
         "manifold": bool(lines),
         "outcomes": [(of.name, plane.share(number)) for number, of in enumerate(plane.outcomes)],
     }
-    return pictured(Task.FIGURE_SHOCKS, shown, lambda: figure_shocks(plane, lines, withstood), templates)
+    return pictured(Task.FIGURE_SHOCKS, shown, figure_shocks(plane, lines, withstood), templates)
 
 
 def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withstood) -> Figure:

@@ -90,7 +90,7 @@ def picture(study: Compliance, templates: Path | None = None) -> Picture:
             (quantity_label(study, measured), measured.exponent) for measured in study.convergence if measured.exponent
         ],
     }
-    return pictured(Task.FIGURE_STIFFNESS, shown, lambda: figure_stiffness(study), templates)
+    return pictured(Task.FIGURE_STIFFNESS, shown, figure_stiffness(study), templates)
 
 
 def shown_factors(study: Compliance) -> list[float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cached_property
@@ -15,7 +15,6 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from vireport.base import UsageError
 from vireport.figures.vector import drawing
@@ -177,8 +176,6 @@ class Sheet(Struct, frozen=True):
 
 
 _REPORT = Sheet()
-_PHONE = Sheet(width=90 / 25.4)
-"""What the figures of a page are drawn for once more: on a narrow screen their type is as large as that of the page."""
 
 _SHEET = ContextVar("_SHEET", default=_REPORT)
 
@@ -280,8 +277,7 @@ def figure_css() -> str:
     return (
         f":root{{{light}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
         "svg.figure{display:block;width:100%;height:auto;min-width:35.5rem;max-width:62rem;fill:var(--figure-black)}\n"
-        "svg.figure.narrow{display:none;min-width:0;max-width:32rem}\n"
-        "@media screen and (max-width:44rem){svg.figure.wide{display:none}svg.figure.narrow{display:block}}\n"
+        "@media print{svg.figure{min-width:0}}\n"
     )
 
 
@@ -310,8 +306,6 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     figure : Figure
     sheet : Sheet
         What it is drawn for.
-    redraw : callable, optional
-        Draws it once more, for what figures are drawn for then.
     """
 
     name: str
@@ -320,7 +314,6 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     alt: str
     figure: Figure
     sheet: Sheet = field(default_factory=sheet)
-    redraw: Callable[[], Figure] | None = None
 
     def __repr__(self) -> str:
         return f"<Picture {self.name}: {self.title}>"
@@ -336,9 +329,8 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _elements(self) -> tuple[str, str]:
-        # Both drawings of a figure are in one page, where no two things have the same identifier.
-        salt = f"{self.name} {self.sheet.width:.2f}"
-        with drawn_for(self.sheet), style(), matplotlib.rc_context({"svg.hashsalt": salt}):
+        # All figures are in one page, where no two things have the same identifier.
+        with drawn_for(self.sheet), style(), matplotlib.rc_context({"svg.hashsalt": self.name}):
             return drawing(self.figure)
 
     @cached_property
@@ -363,29 +355,12 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         head = f'width="{width}pt" height="{height}pt" font-family="{escape(fonts)}" role="img"'
         return f"{_opened(head, box, self.alt)}{_LINK.sub('', drawing)}</svg>\n".encode()
 
-    @cached_property
-    def narrow(self) -> Picture | None:
-        """The picture that a narrow screen shows; None where this one is for a column, or is drawn only once."""
-        if self.redraw is None or self.sheet != _REPORT:
-            return None
-        with drawn_for(_PHONE):
-            return replace(self, figure=self.redraw(), sheet=_PHONE, redraw=None)
-
     @property
     def inline(self) -> str:
-        """The figure as a group of elements of an HTML page, with links, in the page's font.
-
-        There are two where a narrow screen shows another one; `figure_css` has their colours, and which one is seen.
-        """
-        if self.narrow is None:
-            return f"<g>{self._element('figure')}</g>"
-        return f"<g>{self._element('figure wide')}{self.narrow._element('figure narrow')}</g>"
-
-    def _element(self, kind: str) -> str:
+        """The figure as an element of an HTML page, with links, in the page's font; `figure_css` has its colours."""
         box, drawing = self._elements
-        head = f'class="{kind}" data-figure="{self.name}" role="group"'
-        colored = _COLOR.sub(_property, drawing)
-        return f"{_opened(head, box, self.alt)}{colored}</svg>"
+        head = f'class="figure" data-figure="{self.name}" role="group"'
+        return f"{_opened(head, box, self.alt)}{_COLOR.sub(_property, drawing)}</svg>"
 
     @property
     def width(self) -> int:

@@ -554,24 +554,6 @@ def _rows(figure: Task, drawings: Sequence[Drawing]) -> FigureRows:
     return {Task.FIGURE_2: _rows_2, Task.FIGURE_4: _rows_4, Task.FIGURE_7: _rows_7}[figure](drawings)
 
 
-def panel_curves(figure: Task, drawing: Drawing, branch: Branch) -> list[Sequence[Floats]]:
-    """What each panel of figure 2, 4 or 7 shows of a branch: an array for each of its curves."""
-    return [row.values(drawing, branch) for row in _rows(figure, [drawing])[0]]
-
-
-def panel_marks(figure: Task, drawing: Drawing, known: Sequence[MeasuredAt]) -> list[tuple[int, list[Floats] | None]]:
-    """Of each panel of a figure how many curves it has, and what it shows on each of measured 1:1 motions, if it does.
-
-    Every one of them has a point on each curve.
-    """
-    shown = []
-    for row in _rows(figure, [drawing])[0]:
-        count, marks = len(row.colors), list(row.measured(known))
-        values = [np.concatenate([mark.y for mark in marks[k::count]]) for k in range(count)] if marks else None
-        shown.append((count, values))
-    return shown
-
-
 def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     cut = curves.phase_cut(part for drawing in drawings for part in drawing.parts)
 

@@ -19,9 +19,6 @@ PER_INCH = 72
 _HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</defs>\s*', re.DOTALL)
 """What Matplotlib writes before the drawing."""
 
-UNSTABLE_PARTS = "unstable"
-"""Group of what a page can hide: set as the identifier of an artist, it is a class in the drawing."""
-
 _NEEDLESS = re.compile(r""" font-family: 'DejaVu Sans';| transform="rotate\(-0 [^"]*\)\"""")
 """What says nothing."""
 
@@ -46,20 +43,11 @@ class _Ruler(RendererBase):
 class _Drawing(_Ruler, RendererSVG):
     """What draws in SVG, without a group around each artist and the identifier of that."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        self._opened: list[bool] = []
-        super().__init__(*args, **kwargs)  # type: ignore[no-untyped-call]
-
     def open_group(self, s: str, gid: str | None = None) -> None:
-        self._opened.append(gid == UNSTABLE_PARTS)
-        writer: Any = self.writer
-        if self._opened[-1]:
-            writer.start("g", {"class": UNSTABLE_PARTS})
+        pass
 
     def close_group(self, s: str) -> None:
-        writer: Any = self.writer
-        if self._opened.pop():
-            writer.end("g")
+        pass
 
 
 class LayoutCanvas(FigureCanvasBase):
@@ -77,7 +65,7 @@ def drawing(figure: Figure) -> tuple[str, str]:
     file, dpi = StringIO(), figure.dpi
     figure.dpi = PER_INCH  # as it was laid out, so that nothing moves
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)
+    renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
     figure.draw(renderer)
     renderer.finalize()
     figure.dpi = dpi

@@ -59,7 +59,6 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
     provenance: Provenance
     templates: Path | None = None
     template: str = "map.typ.j2"
-    live: str = ""
 
     @property
     def title(self) -> str:

@@ -328,11 +328,7 @@ def picture_front(result: SearchResult) -> Picture:
     )
     fall = f"from {_in_unit(result, first.value, 4)} to {_in_unit(result, last.value, 4)}"
     alt = f"Line chart. With smallest margins of {margins} the largest {of.words} falls {fall}."
-
-    def draw() -> Figure:
-        return _front(result)
-
-    return Picture("figure-front", "What margin costs", caption, alt, draw(), redraw=draw)
+    return Picture("figure-front", "What margin costs", caption, alt, _front(result))
 
 
 def figure_front(

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from itertools import chain
 from math import hypot, pi
 from pathlib import Path
+from shlex import join
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -228,6 +230,13 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return results(self.study, self.provenance, shown=True)
 
     @property
+    def explored(self) -> str:
+        """The command that opens the scenario to be changed by hand; "" where it was read from no file."""
+        name, over = self.provenance.scenario_name, self.study.loaded.overrides
+        options = chain.from_iterable(("--set", text) for text in over)
+        return "" if name.startswith("<") else join(["vireport", "explore", name, *options])
+
+    @property
     def listing(self) -> str:
         """The scenario as given."""
         return self.study.loaded.document.text
@@ -347,13 +356,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     def masses(self) -> list[MassEffect]:
         """What other ball masses make of the first of these."""
         return mass_effects(self.solution)
-
-    @cached_property
-    def live(self) -> str:
-        """What the script of the HTML page knows of the motions in the figures, as JSON, or ""."""
-        from vireport.figures import live_data
-
-        return live_data(self.study, tuple(self.pictures.values())) if self.pictures else ""
 
     @cached_property
     def paper(self) -> PaperComparison | None:

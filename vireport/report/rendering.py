@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import os
 import re
-from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Set
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -126,19 +124,13 @@ def _of_paper(report: AnyReport) -> dict[str, str]:
 
 
 def _of_page(report: AnyReport) -> dict[str, str]:
-    """What the template of an HTML page reads, by its names: drawings, style, script and its data."""
+    """What the template of an HTML page reads, by its names: the drawings and their style."""
     if not report.pictures:
         return {}
     from vireport.figures import figure_css
 
-    script, css = ((TEMPLATES / name).read_text(encoding="utf-8") for name in ("live.js", "live.css"))
-    return {
-        "figures.css": figure_css() + css,
-        "live.js": script,
-        "live.js.sha256": b64encode(sha256(script.encode()).digest()).decode(),
-        "live.json": report.live.replace("<", "\\u003c"),  # no element of the page ends in it
-        **{f"{name}.page.svg": picture.inline for name, picture in report.pictures.items()},
-    }
+    drawings = {f"{name}.page.svg": picture.inline for name, picture in report.pictures.items()}
+    return {"figures.css": figure_css(), **drawings}
 
 
 @_offline()

@@ -48,8 +48,6 @@ class AnyReport(Hashable, Protocol):
         The template that the report begins with.
     pictures : mapping of str to Picture
         By their names; a template has each as ``sys.inputs.at("name.svg")``.
-    live : str
-        What makes figures of the HTML page live, or "".
     provenance : Provenance
     """
 
@@ -58,9 +56,6 @@ class AnyReport(Hashable, Protocol):
 
     @property
     def pictures(self) -> Mapping[str, Picture]: ...  # noqa: D102
-
-    @property
-    def live(self) -> str: ...  # noqa: D102
 
     @property
     def provenance(self) -> Provenance: ...  # noqa: D102

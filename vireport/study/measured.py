@@ -116,9 +116,8 @@ class MeasuredAt(Struct, frozen=True, eq=False):
         Whether the clock of the record knows the force.
     found : Measured, NoFit or Open
         What the record shows, or why that is not known.
-    velocity_unit, time_unit : float
-        y_c [m/s] and t_c [s] there.
-    d : float
+    time_unit : float
+        t_c [s] there.
     computed : Computed or None
     multipliers : Multipliers or None
         Of a motion with one impact on either membrane.
@@ -133,9 +132,7 @@ class MeasuredAt(Struct, frozen=True, eq=False):
     impacts: int
     referenced: bool
     found: Measured | NoFit | Open
-    velocity_unit: float
     time_unit: float
-    d: float
     computed: Computed | None = None
     multipliers: Multipliers | None = None
 
@@ -156,11 +153,6 @@ class MeasuredAt(Struct, frozen=True, eq=False):
         """Of the measured motion from the computed one, in standard errors; None where they cannot be compared."""
         off = None if self.computed is None else self.computed.differences
         return None if off is None or not np.isfinite(off).any() else float(np.abs(off[np.isfinite(off)]).max())
-
-    @property
-    def speed_errors(self) -> Floats:
-        """Standard errors of the velocities before the impacts of the motion [m/s]."""
-        return np.empty(0) if self.motion is None else np.asarray(self.motion.errors[Quantity.BEFORE_SI])
 
     @property
     def impacts_shown(self) -> ShownImpacts | None:
@@ -322,12 +314,10 @@ def _measured_at(scenario: Scenario, stretch: _Stretch) -> MeasuredAt:
         found = measured(device, record, scenario.tolerances, maximum)
     except Unidentifiable as refused:
         found = refused.left_open
-    groups = device.groups(Parameter.LENGTH, device.length_m)
     at = MeasuredAt(
         *(stretch.file, stretch.sha256, stretch.value, stretch.direction),
         *(float(record.times[0]), float(record.times[-1]), len(record.times), maximum is not None),
-        *(found, float(device.velocity_unit(Parameter.LENGTH, device.length_m)), 1 / (2 * float(device.frequency_hz))),
-        float(groups.d),
+        *(found, 1 / (2 * float(device.frequency_hz))),
     )
     if not isinstance(found, Measured):
         return at
