@@ -245,7 +245,7 @@ def test_a_mistake_on_the_command_line_is_in_no_file(example, capsys) -> None:
 @pytest.mark.parametrize(("file", "kind"), [(MAP, "map"), (MAP.parents[1] / "inclined.yaml", "scenario")])
 def test_a_valid_file_as_data(file: Path, kind: str, capsys) -> None:
     assert main(["validate", str(file), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"valid": True, "kind": kind, "mistakes": []}
+    assert json.loads(capsys.readouterr().out) == {"valid": True, "kind": kind, "mistakes": [], "alerts": []}
 
 
 def test_a_file_that_is_not_there_is_no_mistake_in_it(capsys) -> None:

@@ -107,6 +107,25 @@ def test_a_length_in_millimetres_is_asked_about(capsys) -> None:
     assert "300 mm, which is 0.3 m?" in causes[0]
 
 
+WRONG_UNITS = ("device.length_m=650", "device.ball_mass_kg=5.2", "excitation.frequency_hz=9.425", "inclination_deg=0.524")
+
+
+@pytest.mark.parametrize("swept", [True, False], ids=["swept", "design point"])
+def test_validate_asks_of_values_in_another_unit_what_a_run_asks(swept, capsys) -> None:
+    over = [word for setting in WRONG_UNITS for word in ("--set", setting)]
+    over += ["--set", "sweep.from=600", "--set", "sweep.to=700"] if swept else ["--set", "sweep="]
+    assert main(["run", INCLINED, "--json", *over]) == 0
+    raised = [alert for alert in json.loads(capsys.readouterr().out)["alerts"] if alert["code"] == "VR015"]
+    assert main(["validate", INCLINED, "--json", *over]) == 0
+    assert json.loads(capsys.readouterr().out)["alerts"] == raised
+    assert main(["validate", INCLINED, *over]) == 0
+    valid, told = capsys.readouterr().out.splitlines()
+    assert valid.endswith(": valid scenario")
+    assert told == f"VR015: {raised[0]['cause']} {raised[0]['remedy']}"
+    meant = ("which is 0.65 m?", "is it 5.2 g?", "which is 1.5 Hz?", "which is 30 degrees?")
+    assert all(what in told for what in (*meant, *(["which is 0.6 m?", "which is 0.7 m?"] if swept else [])))
+
+
 @pytest.mark.slow
 def test_a_terminal_says_what_to_do_where_nothing_works(tmp_path: Path, capsys) -> None:
     run = ["run", INCLINED, "--format", "json,markdown", "-o", str(tmp_path)]

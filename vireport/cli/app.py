@@ -332,11 +332,16 @@ def validate(scenario: ScenarioFile, json: JsonCheck = False, set_: SetOption = 
         refused = {"valid": False, "kind": None, "mistakes": error.to_dicts()}
         deliver(CommandOutcome(_json(refused), exit_code=error.exit_code))
         return
+    from vireport.gate import input_alerts
+
     name, what = (loaded.name, "map") if isinstance(loaded, LoadedMap) else (loaded.document.name, "scenario")
+    alerts = input_alerts(loaded.scenario)
     if json:
-        deliver(CommandOutcome(_json({"valid": True, "kind": what, "mistakes": []})))
+        told = [alert.to_dict() for alert in alerts]
+        deliver(CommandOutcome(_json({"valid": True, "kind": what, "mistakes": [], "alerts": told})))
     else:
-        deliver(CommandOutcome(summary=f"{name}: valid {what}"), quiet=quiet)
+        lines = [f"{name}: valid {what}", *(alert.text for alert in alerts)]
+        deliver(CommandOutcome(summary="\n".join(lines)), quiet=quiet)
 
 
 @_command_of(Panel.HELP)

@@ -134,7 +134,7 @@ def _what_to_do(study: Study) -> Iterator[str]:
     """The alerts that a reader of the terminal alone needs too: nothing works, or a value is in another unit."""
     for alert in study.alerts:
         if alert.code in (AlertCode.NO_STABLE_MOTION, AlertCode.DESIGN_NOT_STABLE, AlertCode.IMPLAUSIBLE_INPUT):
-            yield f"{alert.code}: {alert.cause} {alert.remedy}"
+            yield alert.text
 
 
 def run_files(

@@ -20,8 +20,8 @@ from vireport.design import (
 )
 from vireport.gate.evidence import Evidence
 from vireport.motions import Symmetry, undecided
-from vireport.physics import Fitting, by_wall, peaks
-from vireport.scenario import Parameter
+from vireport.physics import Device, Fitting, Membrane, by_wall, peaks
+from vireport.scenario import Parameter, Scenario
 from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity, percent
 
 if TYPE_CHECKING:
@@ -83,6 +83,11 @@ class Alert(Struct, frozen=True, eq=False):
     title: str
     cause: str
     remedy: str
+
+    @property
+    def text(self) -> str:
+        """What a terminal says of it."""
+        return f"{self.code}: {self.cause} {self.remedy}"
 
     def __repr__(self) -> str:
         return f"<Alert {self.code}, {self.severity}: {self.title}>"
@@ -382,16 +387,24 @@ def _chatter(results: Evidence) -> Iterator[Sentence]:
 
 def _implausible(results: Evidence) -> Iterator[Sentence]:
     solution = results.solution
-    sweep, device = solution.sweep, solution.device
-    values = {f"device.{name}": getattr(solution.membrane, name, None) for name in ("ball_mass_kg",)}
-    values |= {f"device.membrane.{name}": getattr(solution.membrane, name, None) for name in MEMBRANE_LENGTHS}
+    sweep = solution.sweep
+    swept = None if sweep is None else (sweep.parameter, sweep.start, sweep.end)
+    yield from _doubts(solution.device, solution.membrane, swept)
+
+
+def _doubts(
+    device: Device, membrane: Membrane | None, swept: tuple[Parameter, float, float] | None
+) -> Iterator[Sentence]:
+    """What may have been meant by each input, and end of a sweep, that can hardly be meant as it stands."""
+    values = {f"device.{name}": getattr(membrane, name, None) for name in ("ball_mass_kg",)}
+    values |= {f"device.membrane.{name}": getattr(membrane, name, None) for name in MEMBRANE_LENGTHS}
     values |= {varied.path: device.value_of(varied) for varied in device.inputs} | {"gravity_m_s2": device.gravity_m_s2}
-    asked = [(path, value) for path, value in values.items() if value is not None]
-    if sweep is not None:
-        asked += [(f"sweep.{end}", value) for end, value in (("from", sweep.start), ("to", sweep.end))]
-    kind = {"sweep.from": sweep.parameter.path, "sweep.to": sweep.parameter.path} if sweep is not None else {}
-    for path, value in asked:
-        doubt = _doubt(kind.get(path, path), float(value), float(device.capsule_mass_kg))
+    asked = [(path, path, value) for path, value in values.items() if value is not None]
+    if swept is not None:
+        parameter, *ends = swept
+        asked += [(f"sweep.{key}", parameter.path, end) for key, end in zip(("from", "to"), ends, strict=True)]
+    for path, kind, value in asked:
+        doubt = _doubt(kind, float(value), float(device.capsule_mass_kg))
         if doubt is not None:
             yield Sentence(doubt.name, {"path": path, "value": float(value), **doubt.given})
 
@@ -449,9 +462,18 @@ def cause_of(known: Explanation, evidence: Evidence) -> str:
 
 def alerts(evidence: Evidence) -> tuple[Alert, ...]:
     """Collect the alerts that results raise, the gravest first."""
-    raised = [
-        Alert(known.code, known.severity, known.title, cause, known.remedy)
-        for known in CATALOGUE
-        if (cause := cause_of(known, evidence))
-    ]
+    raised = [_raised(known, cause) for known in CATALOGUE if (cause := cause_of(known, evidence))]
     return tuple(sorted(raised, key=lambda alert: (alert.severity.rank, alert.code)))
+
+
+def input_alerts(scenario: Scenario) -> tuple[Alert, ...]:
+    """The alerts that the values of a scenario raise before anything is computed: as those of its results."""
+    sweep = scenario.sweep
+    swept = None if sweep is None else (sweep.parameter, sweep.from_, sweep.to)
+    known = next(known for known in CATALOGUE if known.code is AlertCode.IMPLAUSIBLE_INPUT)
+    cause = known.worded(_doubts(Device.of(scenario), Membrane.of(scenario), swept))
+    return (_raised(known, cause),) if cause else ()
+
+
+def _raised(known: Explanation, cause: str) -> Alert:
+    return Alert(known.code, known.severity, known.title, cause, known.remedy)
