@@ -13,11 +13,12 @@ inclination_deg: 45
 """
 
 UNLIMITED = {
+    "reached_from_rest": "false",
     "deflection_at_most_m": 1e9,
     "efficiency_at_most_percent": 1e9,
     "field_at_most_percent": 1e9,
 }
-"""What takes the place of the limits of physics: the impacts of this device are beyond some of them."""
+"""What takes the place of what is required by default: the impacts of this device are beyond some of the limits."""
 
 
 def unlimited(required: str = "") -> str:

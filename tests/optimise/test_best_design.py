@@ -20,7 +20,7 @@ from vireport.checks import reference
 from vireport.cli import main
 from vireport.gate import keeps_motion
 from vireport.motions import UNSTABLE, classify, find_motions
-from vireport.optimise import JudgedDesign, Problem, optimise, problem_of
+from vireport.optimise import JudgedDesign, Problem, grid_of, optimise, problem_of
 from vireport.optimise.bound import _bounds, largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate
 from vireport.optimise.evolution import evolve
@@ -335,7 +335,8 @@ def test_the_best_design_runs_and_gives_the_same_numbers(tmp_path: Path, capsys)
         outputs.append({path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()})
     assert outputs[0] == outputs[1]
     assert set(outputs[0]) >= {"best.yaml", "optimise.json", "report.pdf", "front.png"}
-    assert "Best design: U_ave" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "Best design: U_ave" in said
     page = outputs[0]["report.html"].decode()
     assert page.index('id="acceptance"') < page.index('id="best-design"') < page.index('id="key-numbers"')
     assert "device.ball_mass_kg" in page
@@ -351,8 +352,25 @@ def test_the_best_design_runs_and_gives_the_same_numbers(tmp_path: Path, capsys)
     assert study.solution.sweep is not None
     assert study.scenario.design is None
     assert [criterion.to_dict() | {"line": None} for criterion in study.criteria] == best["requirements"]
+    assert [alert.to_dict() for alert in study.alerts] == best["alerts"]
+    assert f"A run of it says: {study.verdict.worded().headline}" in " ".join(said.split())
     # The membrane allows no deeper impact: the best design is on that limit.
     assert study.solution.design.voltages_by_motion.deflection_m[stable].max() == pytest.approx(0.018, rel=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("without_a_front")
+def test_the_best_design_starts_by_itself_unless_the_scenario_does_not_ask_for_it() -> None:
+    """The shaken length with the most voltage has a stable motion beside that which a ball from rest comes to."""
+    text = text_of("voltage_rate_v_s", (LENGTH, FREQUENCY), "stroke_at_most_m: 0.35", 225)
+    results = [optimise(problem_of(loads(own))) for own in (text, text.replace("reached_from_rest: false, ", ""))]
+    unasked, usual = (result.best for result in results)
+    assert [best.study.evidence.is_reached for best in (unasked, usual)] == [False, True]
+    assert usual.value < unasked.value
+    # Between the best cell that starts by itself and the refined design that does not there is a better one.
+    grid = grid_of(results[1].problem)
+    cells = (grid.judge(grid.t[row]) for row in grid.within())
+    assert usual.value > next(cell.value for cell in cells if cell is not None and cell.met())
 
 
 @pytest.mark.parametrize(

@@ -280,10 +280,12 @@ def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tm
         "deflection_at_most_percent": 100,
         "efficiency_at_most_percent": 100,
         "field_at_most_percent": 100,
+        "reached_from_rest": True,
     }
     assert {line["key"] for line in data["best"]["requirements"]} == set(data["limits_by_default"])
     assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 0
-    assert "Limits that hold because the scenario gives no others: Deflection" in capsys.readouterr().out
+    said = "Required because the scenario does not say otherwise: Reached from rest (reached_from_rest); Deflection"
+    assert said in " ".join(capsys.readouterr().out.split())
     assert main(["run", str(tmp_path / "out/best.yaml"), "--json"]) == 0
 
 
@@ -297,10 +299,20 @@ def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tm
 )
 def test_limits_that_are_given_hold_instead(required: str, usual: set[str]) -> None:
     problem = problem_of(loads(searched("u_ave_v", LENGTH, required=required)))
-    assert {row.key for row, _ in problem.usual} == usual
+    assert {row.key for row, _ in problem.usual} == usual | {"reached_from_rest"}
     key, value = required.split(": ")
-    assert {row.key: limit.value for row, limit in problem.required}[key] == float(value)
+    assert {row.key: limit for row, limit in problem.required}[key].value == float(value)
 
+
+@pytest.mark.parametrize(
+    ("required", "usual"), [("reached_from_rest: false", False), ("word: BT", False), ("stroke_at_most_m: 1", True)]
+)
+def test_a_best_design_must_start_by_itself_unless_the_scenario_says_otherwise(required: str, usual: bool) -> None:
+    text = searched("u_ave_v", LENGTH, required=required, text=f"{IMPOSSIBLE}sweep: {SWEEP}\n")
+    assert ("reached_from_rest" in {row.key for row, _ in problem_of(loads(text)).usual}) is usual
+
+
+SWEEP = "{parameter: length_m, from: 0.6, to: 0.9}"
 
 SOFT = "device.membrane.stiffness"
 
@@ -322,7 +334,8 @@ def test_a_best_design_at_an_end_of_its_range_says_so(
     scenario.write_text(searched("u_ave_v", vary, required=loose))
     assert main(["optimise", str(scenario), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["best"]["at_limit"] == {path: said}
-    told = outputs.text(optimise(problem_of(loads(scenario.read_text()))))
+    result = optimise(problem_of(loads(scenario.read_text())))
+    told = outputs.text(result, outputs.run_of(result))
     assert f"{path} is at its {said} limit; a wider range may give more." in " ".join(told.split())
 
 
@@ -330,7 +343,7 @@ def test_a_best_design_at_an_end_of_its_range_says_so(
 def test_a_best_design_that_a_limit_holds_is_at_no_end() -> None:
     result = optimise(problem_of(loads(searched("efficiency", BIAS))))
     assert list(result.problem.at_limits(result.best.t)) == []
-    assert "wider range" not in outputs.text(result)
+    assert "wider range" not in outputs.text(result, outputs.run_of(result))
 
 
 def test_an_end_beyond_which_there_is_nothing_is_not_named() -> None:

@@ -578,8 +578,7 @@ def optimise(
     from vireport.cli.outputs import file_names, run_files
     from vireport.optimise import optimise as search
     from vireport.optimise import outputs, problem_of
-    from vireport.scenario import loads
-    from vireport.study import analyse, provenance_of
+    from vireport.study import provenance_of
 
     problem = problem_of(loaded)
     options = (("--json", json), ("--set", set_), ("--format", format_), _wide(figure_width), _paper(paper))
@@ -590,13 +589,15 @@ def optimise(
     folder = _writable_folder(output, scenario, "-best", json, stale)
     with progress(quiet, verbose) as say:
         result = search(problem, say)
-        files = {} if json else outputs.files(result, provenance, formats, width_mm)
-        pages = [task for task in outputs.PAGES if task in formats]
-        if "best.yaml" in files and pages:
-            say("solving the best design")
-            study = analyse(loads(files["best.yaml"].decode(), "best.yaml"), pages, say)
+        pages = [task for task in outputs.PAGES if task in formats and result.best is not None and not json]
+        say("solving the best design")
+        study = outputs.run_of(result, pages, say)
+        files = {} if json else outputs.files(result, study, provenance, formats, width_mm)
+        if study is not None and pages:
             files |= run_files(study, command, templates, say, None, paper, *outputs.section(result))
-    printed: str | bytes = outputs.optimise_json(result, provenance) if json else "" if quiet else outputs.text(result)
+    printed: str | bytes = (
+        outputs.optimise_json(result, study, provenance) if json else "" if quiet else outputs.text(result, study)
+    )
     failure = outputs.shortcoming(result)
     others = [task for task in outputs.OPTIMISE_FILES if task not in formats]
     beside = file_names(others, outputs.OPTIMISE_FILES)

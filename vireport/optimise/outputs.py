@@ -12,8 +12,8 @@ from vireport.design import Tolerances
 from vireport.gate import OfMotions, OfShaker, Question
 from vireport.optimise.grid import SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
-from vireport.scenario import Objective
-from vireport.study import FIGURE_FORMATS, Provenance, Task, json_bytes
+from vireport.scenario import Objective, loads
+from vireport.study import FIGURE_FORMATS, Provenance, Study, Task, analyse, json_bytes
 from vireport.text import (
     Table,
     capital,
@@ -27,6 +27,7 @@ from vireport.text import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from vireport.base import Progress
     from vireport.figures import Picture
 
 ROUNDED_UP = 1 + 5e-6
@@ -54,21 +55,49 @@ DATA = "best.yaml", "optimise.json"
 """Files that every search writes, the first where there is a best design."""
 
 
+def run_of(result: SearchResult, pages: Collection[Task] = (), progress: Progress | None = None) -> Study | None:
+    """What a run finds of the best design, or else of the nearest one; None where there is neither.
+
+    Parameters
+    ----------
+    result : SearchResult
+    pages : collection of Task
+        Reports that are wanted of it, among `PAGES`.
+    progress : callable, optional
+        Called with each long step as it begins.
+
+    Raises
+    ------
+    NumericalError
+        Where a run ends with it.
+    """
+    point = result.best if result.best is not None else result.nearest
+    if point is None:
+        return None
+    return analyse(loads(result.problem.scenario_text(point.t), DATA[0]), pages or (Task.JSON,), progress)
+
+
 def files(
-    result: SearchResult, provenance: Provenance, formats: Collection[Task] = FORMATS, width_mm: float | None = None
+    result: SearchResult,
+    study: Study | None,
+    provenance: Provenance,
+    formats: Collection[Task] = FORMATS,
+    width_mm: float | None = None,
 ) -> dict[str, bytes]:
     """The data of a search and its figure by their names; the best design is there where there is one.
 
     Parameters
     ----------
     result : SearchResult
+    study : Study or None
+        `run_of` it.
     provenance : Provenance
     formats : collection of Task
         Of the figure, among `OPTIMISE_FILES`.
     width_mm : float, optional
         Of the figure, for a column of a paper.
     """
-    written = {"optimise.json": optimise_json(result, provenance)}
+    written = {"optimise.json": optimise_json(result, study, provenance)}
     if result.best is not None:
         written["best.yaml"] = result.problem.scenario_text(result.best.t).encode()
     asked = [task for task in FIGURE_FORMATS if task in formats]
@@ -87,17 +116,17 @@ def section(result: SearchResult) -> tuple[tuple[str | Table, ...], tuple[Pictur
     return tuple(_parts(result)), (picture_front(result),) if len(result.front) > 1 else ()
 
 
-def optimise_json(result: SearchResult, provenance: Provenance) -> bytes:
-    """The result as JSON, one top-level key a line."""
+def optimise_json(result: SearchResult, study: Study | None, provenance: Provenance) -> bytes:
+    """The result as JSON, one top-level key a line; `study` is `run_of` it."""
     problem, evidence = result.problem, result.evidence
     return json_bytes(
         {
             "objective": problem.objective,
             "unit": problem.objective.unit,
-            "limits_by_default": {row.key: limit.value for row, limit in problem.usual},
-            "best": _data(result, result.best),
-            "nearest": _data(result, result.nearest),
-            "front": [_data(result, point) for point in result.front],
+            "limits_by_default": {row.key: limit.value if limit.numbers else True for row, limit in problem.usual},
+            "best": _data(result, result.best, study),
+            "nearest": _data(result, result.nearest, study),
+            "front": [_data(result, point, point.study) for point in result.front],
             "evidence": {
                 "cells": list(evidence.counts),
                 "stable": evidence.stable,
@@ -119,16 +148,18 @@ def optimise_json(result: SearchResult, provenance: Provenance) -> bytes:
     )
 
 
-def _data(result: SearchResult, point: JudgedDesign | None) -> dict[str, Any] | None:
+def _data(result: SearchResult, point: JudgedDesign | None, study: Study | None) -> dict[str, Any] | None:
+    """A design of a search, with the alerts of a study of it."""
     if point is None:
         return None
+    alerts = () if study is None else study.alerts
     return {
         "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
         "value": point.value if isfinite(point.value) else None,
         "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
         "at_limit": {path: "upper" if upper else "lower" for path, upper in result.problem.at_limits(point.t)},
         "requirements": [criterion.to_dict() | {"line": None} for criterion in point.study.criteria],
-        "alerts": [alert.to_dict() for alert in point.study.alerts],
+        "alerts": [alert.to_dict() for alert in alerts],
     }
 
 
@@ -166,12 +197,15 @@ def _beyond_tolerances(tolerances: Tolerances) -> str:
     return f"tolerances: towards {device} stable motion ends at {percent(tolerances.worst.share)} of them"
 
 
-def text(result: SearchResult) -> str:
-    """The result for a terminal."""
-    point = result.best if result.best is not None else result.nearest
-    alerts = point.study.alerts if point is not None else ()
-    told = [f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in alerts)}."] if alerts else []
-    return plain_text([*_parts(result), *told]) + "\n"
+def text(result: SearchResult, study: Study | None) -> str:
+    """The result for a terminal, with what a run says of the best design: `study` is `run_of` it."""
+    return plain_text([*_parts(result), *(() if study is None else _as_a_run_says(study))]) + "\n"
+
+
+def _as_a_run_says(study: Study) -> Iterator[str]:
+    yield f"A run of it says: {study.verdict.worded().headline}"
+    if study.alerts:
+        yield f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in study.alerts)}."
 
 
 def _parts(result: SearchResult) -> Iterator[str | Table]:
@@ -215,9 +249,11 @@ def _ends_text(result: SearchResult, best: JudgedDesign) -> str:
 
 
 def _usual_text(result: SearchResult) -> str:
-    """The limits that hold though the scenario does not give them."""
-    limits = "; ".join(f"{row.title} {limit.text} ({row.key})" for row, limit in result.problem.usual)
-    return f"Limits that hold because the scenario gives no others: {limits}."
+    """What is required though the scenario does not say so."""
+    limits = "; ".join(
+        f"{row.title}{f' {limit.text}' if limit.numbers else ''} ({row.key})" for row, limit in result.problem.usual
+    )
+    return f"Required because the scenario does not say otherwise: {limits}."
 
 
 def _in_unit(result: SearchResult, value: float, digits: int) -> str:

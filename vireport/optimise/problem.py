@@ -53,15 +53,17 @@ from vireport.study import (
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-PHYSICAL = {
+USUAL: dict[str, tuple[float | bool, tuple[str, ...]]] = {
+    "reached_from_rest": (True, ("word", "words")),
     "efficiency_at_most_percent": (100.0, ()),
     "field_at_most_percent": (100.0, ()),
     "deflection_at_most_percent": (100.0, ("deflection_at_most_m",)),
 }
-"""Limits that hold unless the requirements give them: their values in per cent, and what else gives them.
+"""What is required unless the requirements say otherwise: the values, of limits in per cent, and what else says it.
 
-No energy beyond what the impacts lose, no field beyond breakdown, no deflection beyond the membrane's geometry. Without
-them a search ends beyond at least one: there the formulae go on rising, and no device does."""
+A device that is switched on comes to its motion: a run calls none good that does not. No energy beyond what the impacts
+lose, no field beyond breakdown, no deflection beyond the membrane's geometry. Without these a search ends beyond at
+least one: there the formulae go on rising, and no device does."""
 
 AT_LIMIT = 1e-6
 """Share of a range within which a design is at its end."""
@@ -77,7 +79,7 @@ class Problem(Struct, frozen=True):
     design : Design
         What it says of the search.
     required : tuple of (Requirement, Limit)
-        What the scenario requires, with the limits of `PHYSICAL`.
+        What the scenario requires, with what `USUAL` adds.
     margins : tuple of (tuple of Event, float)
         The margins required, as shares, to critical points of some kinds.
     tolerated : float
@@ -264,7 +266,7 @@ def problem_of(loaded: Loaded) -> Problem:
             "looked for among 1:1 motions only (allow BT as well, or require no word)"
         )
     refuse_undecidable(scenario)
-    loaded, usual = _within_physics(loaded)
+    loaded, usual = _with_usual(loaded)
     scenario, asked = loaded.scenario, tuple(required(loaded.scenario))
     margins = tuple(
         (row.quantity.kinds, limit.value / 100) for row, limit in asked if isinstance(row.quantity, OfMargin)
@@ -275,8 +277,8 @@ def problem_of(loaded: Loaded) -> Problem:
     return Problem(loaded, design, asked, margins, float(proved), limits)
 
 
-def _within_physics(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:
-    """A scenario that requires what is physically possible too, and the keys that it did not give."""
+def _with_usual(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:
+    """A scenario that also requires what every design must meet, and the keys that it did not give."""
     scenario = loaded.scenario
     block, membrane = scenario.requirements or RequirementsBlock(), Membrane.of(scenario)
     evaluated = {
@@ -285,7 +287,7 @@ def _within_physics(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:
     }
     lacking = {
         key: limit
-        for key, (limit, others) in PHYSICAL.items()
+        for key, (limit, others) in USUAL.items()
         if all(getattr(block, name) is None for name in (key, *others)) and all(evaluated[need] for need in _needs(key))
     }
     limited = block.model_copy(update=lacking) if lacking else scenario.requirements

@@ -37,6 +37,9 @@ HALVINGS = 12
 LEVELS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10, 0.14, 0.20, 0.28, 0.40, 0.55)
 """Margins that the front is computed for, as shares of the input in which each is smallest."""
 
+BETWEEN = 5
+"""Halvings of the way from a design that a run passes to the refined one that it does not: to 3 % of it."""
+
 MOST_JUDGED, MOST_COSTLY = 1000, 60
 """Cells that are judged by runs at most, some minute; where each run follows motions, simulates or proves, some
 minutes. A number, not a time, so that the same search has the same result everywhere."""
@@ -245,9 +248,7 @@ def _judge_candidates(grid: DesignGrid, rows: Ints, say: Progress) -> Ints:
             say(f"judging cells that could be better: at most {budget} of {len(candidates)} to go")
             point, budget = grid.judge(grid.t[row]), budget - 1
             if point is not None and point.met():
-                refined = refine(grid.problem, point.t, grid.spacing)
-                if refined is not None:
-                    grid.judge(refined)
+                _improve(grid, point.t, refine(grid.problem, point.t, grid.spacing))
                 break
         # What was left beyond the budget's first half may be all worse than the design just found: it is spread anew.
         candidates = grid.better(candidates)
@@ -300,10 +301,29 @@ def _refine(grid: DesignGrid, start: Floats) -> None:
     """Judge the design refined from one, and that itself if it does not meet all requirements."""
     # Refinement knows the limits in closed form only: a design at the very limit may fail what a run judges, where
     # its start does not.
-    for t in (refine(grid.problem, start, grid.spacing), start):
-        point = None if t is None else grid.judge(t)
-        if point is not None and point.met():
-            break
+    refined = refine(grid.problem, start, grid.spacing)
+    point = None if refined is None else grid.judge(refined)
+    if point is not None and point.met():
+        return
+    point = grid.judge(start)
+    if point is not None and point.met() and refined is not None:
+        _go_towards(grid, start, refined)
+
+
+def _improve(grid: DesignGrid, start: Floats, refined: Floats | None) -> None:
+    """Judge the design refined from one that meets all requirements and, where it does not, designs between."""
+    point = None if refined is None else grid.judge(refined)
+    if refined is not None and (point is None or not point.met()):
+        _go_towards(grid, start, refined)
+
+
+def _go_towards(grid: DesignGrid, start: Floats, refined: Floats) -> None:
+    """Judge designs on the way from one that meets all requirements to one that does not, halving it."""
+    low, high = 0.0, 1.0
+    for _ in range(BETWEEN):
+        share = (low + high) / 2
+        point = grid.judge(start + share * (refined - start))
+        low, high = (share, high) if point is not None and point.met() else (low, share)
 
 
 def _nearest(grid: DesignGrid, ranked: Ints) -> JudgedDesign | None:

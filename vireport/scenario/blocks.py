@@ -548,7 +548,8 @@ class RequirementsBlock(Block):
         None,
         "Reached from rest",
         "",
-        "Whether the device must reach a stable motion that is required, or else 1:1 motion, when it is switched on.",
+        "Whether the device must reach a stable motion that is required, or else 1:1 motion, when it is switched on. A "
+        "search for the best design requires it unless this is false or a word is required, which it must reach.",
         example=True,
     )
     recovers_within_periods: Annotated[float | None, Demand(AT_MOST)] = _positive(

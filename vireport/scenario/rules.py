@@ -130,10 +130,8 @@ RANGES = tuple(keys for demand, keys in DEMANDS.items() if demand.kind is LimitK
 OF_SWEPT = tuple(key for demand, keys in DEMANDS.items() if keys in RANGES and demand.over is None for key in keys)
 """The ends of ranges of the swept parameter."""
 
-SWITCHES = tuple(
-    key for demand, keys in DEMANDS.items() if demand.kind in (LimitKind.AGREEMENT, LimitKind.HELD) for key in keys
-)
-"""Requirements that are there or not."""
+SWITCHES = tuple(key for demand, keys in DEMANDS.items() if demand.kind is LimitKind.AGREEMENT for key in keys)
+"""Requirements that are there or not, and never required unless given."""
 
 
 def needing(need: Need) -> list[str]:
