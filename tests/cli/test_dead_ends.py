@@ -107,7 +107,12 @@ def test_a_length_in_millimetres_is_asked_about(capsys) -> None:
     assert "300 mm, which is 0.3 m?" in causes[0]
 
 
-WRONG_UNITS = ("device.length_m=650", "device.ball_mass_kg=5.2", "excitation.frequency_hz=9.425", "inclination_deg=0.524")
+WRONG_UNITS = (
+    "device.length_m=650",
+    "device.ball_mass_kg=5.2",
+    "excitation.frequency_hz=9.425",
+    "inclination_deg=0.524",
+)
 
 
 @pytest.mark.parametrize("swept", [True, False], ids=["swept", "design point"])

@@ -14,10 +14,11 @@ from conftest import EXAMPLES
 from pages import Page
 from scipy.io import savemat
 
-from vireport import UsageError, load
+from vireport import UsageError, analyse, load
 from vireport.cli import main
 from vireport.design import solution_of, stable_motion
 from vireport.driven import Driven, NoInterval, batched, driven_by
+from vireport.gate import Status
 from vireport.physics import Device, Membrane
 
 RATE = 100.0
@@ -56,6 +57,21 @@ def test_a_periodic_record_gives_the_periodic_motion(tmp_path: Path, more: dict[
     bottom = found.phases[found.walls > 0][-8:]
     assert bottom == pytest.approx(float(design.motions.phi_bottom[row]) % (2 * np.pi), abs=1e-4)
     assert found.shaker.offset == pytest.approx(more.get("offset", 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(("newton", "doubted"), [(3.0, False), (3.0 / 9.81, True)])
+def test_no_verdict_on_a_record_in_another_unit_is_good(tmp_path: Path, newton: float, doubted: bool, capsys) -> None:
+    recorded(tmp_path, 30.0, newton, noise=0.01)
+    path = tmp_path / "scenario.yaml"
+    stiff = "membrane: {stiffness: 3.5e+7}, restitution: 0.5"
+    text = (EXAMPLES / "driven.yaml").read_text().replace("records/shaker.wav", "shaker.mat")
+    path.write_text(text.replace("restitution: 0.5", stiff.replace(", ", "\n  ")))
+    study = analyse(load(path))
+    assert study.verdict.status is (Status.CAUTION if doubted else Status.GOOD)
+    assert [alert.code for alert in study.alerts if alert.code == "VR018"] == ["VR018"] * doubted
+    assert [own["kind"] for own in study.to_dict()["driven"]["findings"]] == ["factor"] * doubted
+    assert main(["run", str(path), "--format", "csv", "-o", str(tmp_path / "out")]) == 0
+    assert ("it fits times 9.81, as an acceleration in g would." in capsys.readouterr().out) is doubted
 
 
 def test_counts_and_rates_are_those_of_the_impacts(tmp_path: Path) -> None:

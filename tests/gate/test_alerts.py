@@ -16,6 +16,7 @@ from vireport.base import UsageError
 from vireport.design import contact_share, mass_elasticity, restitution_effect, solution_of
 from vireport.gate import Evidence, cause_of
 from vireport.gate.alerts import CAUSES
+from vireport.measurement import ShakerDoubt, ShakerFinding
 from vireport.membranes import Grade
 from vireport.motions import Event, Stability, Symmetry
 from vireport.physics import Device, Fitting, Membrane, SpeedLaw
@@ -448,6 +449,19 @@ SAID = [
         ["The field reaches 3.1e+07 V/m, 1.55 times the breakdown field of 2e+07 V/m."],
     ),
     ("VR013", moved(False), ["the stable motion is lost."]),
+    *(
+        ("VR018", {"record_doubts": (ShakerFinding(doubt, "a", value, 12.5, 2.5, 24.5),)}, parts)
+        for doubt, value, parts in (
+            (ShakerDoubt.FACTOR, 9.81, ["2.5 m/s^2", "24.5 m/s^2: it fits times 9.81, as an acceleration in g would."]),
+            (ShakerDoubt.FACTOR, -1 / 9.81, ["it fits times -1/9.81, as one in m/s^2 would that was taken for"]),
+            (ShakerDoubt.FACTOR, 1000.0, ["it fits times 1000, as one would that is a thousandth"]),
+            (ShakerDoubt.FACTOR, 0.001, ["it fits times 1/1000, as one in mm/s^2 would."]),
+            (ShakerDoubt.FORCE, 2.0, ["2.5 m/s^2", "24.5 m/s^2, 2 times that."]),
+            (ShakerDoubt.REVERSED, -1.0, ["a fits the scenario times -1: its axis points to the bottom."]),
+            (ShakerDoubt.LONE, 300.0, ["At 12.5 s a has one sample of 2.5 m/s^2: 300 m/s^2 from", "within 24 m/s^2"]),
+            (ShakerDoubt.CLIPPED, 0.25, ["a is cut off: 25 % of its samples"]),
+        )
+    ),
     ("VR020", simulated(), ["Of 9 stable orbits the simulation left 2", "reaches 0.002 (tolerance 1e-09)."]),
     ("VR021", simulated(), ["20 of 40 starts", "end elsewhere (5 in BBT every forcing period, 5 in BBT", "period)."]),
     ("VR022", simulated(), ["5 of 5 simulated starts end in chatter or at rest."]),
@@ -480,7 +494,14 @@ def test_a_velocity_that_moves_more_than_the_restitution_is_told_by_how_much(mon
 
 def evidence_of(results: dict[str, object]) -> SimpleNamespace:
     nothing = {"solution": known(), "criteria": (), "atlas": None, "crosscheck": None, "compliance": None}
-    nothing |= {"from_rest": None, "from_rest_along": (), "disturbances": None, "reached": None, "by_starts": ()}
+    nothing |= {
+        "from_rest": None,
+        "from_rest_along": (),
+        "disturbances": None,
+        "reached": None,
+        "by_starts": (),
+        "record_doubts": (),
+    }
     return SimpleNamespace(**nothing | results)
 
 

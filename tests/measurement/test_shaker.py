@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from sounds import clock, recording, ringing, signal
 
+from vireport import load
 from vireport.base import UsageError
-from vireport.measurement import ShakerMotion, shaker_motion
+from vireport.measurement import ShakerDoubt, ShakerFinding, ShakerMotion, shaker_findings, shaker_motion
+from vireport.physics import Device
 
 RATE, SECONDS, AMPLITUDE = 2000.0, 40.0, 24.1
 HARMONICS = ((2, 3.0, 57.0), (3, 1.0, 229.0))
@@ -90,3 +92,84 @@ def test_without_noise_it_is_exact() -> None:
 def test_what_is_not_its_motion_is_refused(values: Any, expected: float, message: str) -> None:
     with pytest.raises(UsageError, match=message):
         fitted(values, expected)
+
+
+def scenario_device(**over: float) -> Device:
+    """A device with the amplitude of the records, tilted so that gravity shows in a constant acceleration."""
+    known = {"capsule_mass_kg": 0.1245, "length_m": 0.7, "inclination_deg": 45.0, "frequency_hz": 2.0}
+    blocks = {"schema_version": 1, "device": {"restitution": 0.5}, "excitation": {"amplitude_n": AMPLITUDE * 0.1245}}
+    for key, value in (known | over).items():
+        place = blocks if key == "inclination_deg" else blocks["excitation" if key in OF_FORCE else "device"]
+        place[key] = value
+    return Device.of(load(blocks).scenario)
+
+
+OF_FORCE = "frequency_hz", "amplitude_n", "harmonics"
+ALONG = 9.8 * np.sqrt(0.5)
+
+
+def doubts(values: Any, device: Device) -> list[ShakerFinding]:
+    own = recording(RATE, acceleration_m_s2=values)
+    return list(shaker_findings(own, shaker_motion(own, own.channels[0], 2.0), device))
+
+
+def shaken_sine(noise: float = 0.02) -> Any:
+    rng = np.random.default_rng(5)
+    values = acceleration(rng, 2.0, 0.7)
+    return values + noise * rng.standard_normal(len(values))
+
+
+@pytest.mark.parametrize("factor", [9.81, 1 / 9.81, 1000.0, 1e-3])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_record_in_another_unit_fits_with_its_factor(factor: float, sign: int) -> None:
+    (found,) = doubts((shaken_sine() + sign * ALONG) / factor, scenario_device())
+    assert (found.doubt, found.value) == (ShakerDoubt.FACTOR, sign * factor)
+    assert found.recorded == pytest.approx(AMPLITUDE / factor, rel=1e-3)
+    assert found.given == pytest.approx(AMPLITUDE)
+
+
+@pytest.mark.parametrize(("newton", "doubted"), [(1.2, False), (0.8, False), (2.0, True), (0.4, True)])
+def test_a_force_that_is_another_is_told_with_its_ratio(newton: float, doubted: bool) -> None:
+    found = doubts(shaken_sine(), scenario_device(amplitude_n=newton * AMPLITUDE * 0.1245))
+    assert [own.doubt for own in found] == [ShakerDoubt.FORCE] * doubted
+    assert all(own.value == pytest.approx(newton, rel=1e-3) for own in found)
+
+
+def test_a_reversed_axis_shows_in_the_even_harmonics_that_the_scenario_says() -> None:
+    device = scenario_device(harmonics=[{"order": n, "percent": p, "phase_deg": at} for n, p, at in HARMONICS])
+    assert doubts(shaken_sine(), device) == []
+    (found,) = doubts(-shaken_sine(), device)
+    assert (found.doubt, found.value) == (ShakerDoubt.REVERSED, -1.0)
+
+
+def test_single_samples_far_from_all_others_are_told_with_their_times() -> None:
+    values, own = shaken_sine(), scenario_device()
+    assert doubts(values, own) == []
+    rows = [12_345, 40_000]
+    values[rows] += [300.0, -250.0]
+    found = doubts(values, own)
+    assert [row.doubt for row in found] == [ShakerDoubt.LONE] * 2
+    assert [row.at_s for row in found] == pytest.approx([row / RATE for row in rows])
+    assert [row.recorded for row in found] == pytest.approx(values[rows])
+    assert [row.value for row in found] == pytest.approx([300.0, 250.0], abs=0.2)
+    assert all(0.05 < row.given < 0.2 for row in found)  # the largest of 80,000 normal samples is at 4.5 deviations
+
+
+def test_impacts_on_the_capsule_are_no_single_samples() -> None:
+    rng = np.random.default_rng(7)
+    times = np.sort(rng.uniform(1, SECONDS - 1, 150))
+    struck = signal(times, rng.uniform(-200, 200, 150), SECONDS, lambda t: ringing(t, 400.0, 3e-3), RATE)
+    assert doubts(shaken_sine() + struck, scenario_device()) == []
+
+
+@pytest.mark.parametrize("step", [0.0, 0.01, 0.5, 2.0])
+def test_clipping_is_told_from_coarse_steps(step: float) -> None:
+    values, own = shaken_sine(noise=0.0), scenario_device()
+    coarse = np.round(values / step) * step if step else values
+    assert doubts(coarse, own) == []
+    if step > 1:
+        return  # so coarse that the crest of a sine is as flat as what cuts it off
+    cut = np.clip(coarse, -0.8 * AMPLITUDE, 0.9 * AMPLITUDE)
+    (found,) = doubts(cut, own)
+    assert found.doubt is ShakerDoubt.CLIPPED
+    assert found.value == pytest.approx(np.mean((cut == cut.max()) | (cut == cut.min())))

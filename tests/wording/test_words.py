@@ -253,6 +253,10 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         ["Stable 1:1 motion for 0.629 m < s ≤ 0.75 m.", "Ends at 0.629 m: period doubling B1. Sweep of length:"],
     ),
     "throughout": (lambda: Evidence(solved("inclined", sweep__from=0.65)), ["Throughout the sweep. Sweep of length:"]),
+    "a doubtful record": (
+        lambda: Evidence(solved("inclined"), record_doubts=(object(),)),
+        ["the record of the shaker is doubtful (VR018)."],
+    ),
     "two ends": (
         lambda: Evidence(solved("inclined", sweep__to=1.6)),
         ["Ends at 0.629 m: period doubling B1; 1.43 m: fold C1. Sweep"],

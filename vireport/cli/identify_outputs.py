@@ -14,6 +14,7 @@ from scipy.special import stdtrit  # type: ignore[import-untyped]
 from vireport.base import NumericalError, Progress, UsageError, WorkStep, portion
 from vireport.cli.outcome import CommandOutcome
 from vireport.design import Margin, MeasuredShare, design_point, measured_share
+from vireport.gate import record_alerts
 from vireport.measurement import (
     OF_SHAKER,
     Fitted,
@@ -135,6 +136,7 @@ def outcome(
     data["held_harmonics"] = None if held is None else _held_data(held)
     if signals is not None:
         data["record"] = _signals_data(signals, float(inquiry.model.device.capsule_mass_kg))
+        data["alerts"] = [alert.to_dict() for alert in record_alerts(signals.doubts)]
     written = json_bytes(data, provenance_of(loaded, command))
     files["identified.json"] = written
     if scenario is not None:
@@ -268,6 +270,8 @@ def _signals_parts(signals: Signals) -> Iterator[str | Table]:
     yield WORDS("heard", own, own.heard, own.recording)
     for finding in own.findings:
         yield WORDS("finding", finding)
+    for alert in record_alerts(signals.doubts):
+        yield alert.text
     if shaker is None:
         return
     yield WORDS("shaker", shaker)

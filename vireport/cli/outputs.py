@@ -130,10 +130,17 @@ def run_outcome(
     return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
 
 
+TOLD = (
+    *(AlertCode.NO_STABLE_MOTION, AlertCode.DESIGN_NOT_STABLE),
+    *(AlertCode.IMPLAUSIBLE_INPUT, AlertCode.RECORD_DOUBTFUL),
+)
+"""Alerts that a terminal says in full."""
+
+
 def _what_to_do(study: Study) -> Iterator[str]:
-    """The alerts that a reader of the terminal alone needs too: nothing works, or a value is in another unit."""
+    """The alerts that a reader of the terminal alone needs too: nothing works, or an input is doubtful."""
     for alert in study.alerts:
-        if alert.code in (AlertCode.NO_STABLE_MOTION, AlertCode.DESIGN_NOT_STABLE, AlertCode.IMPLAUSIBLE_INPUT):
+        if alert.code in TOLD:
             yield alert.text
 
 

@@ -19,7 +19,15 @@ from numpy.typing import NDArray
 from vireport.base import NumericalError, Progress, UsageError, brief
 from vireport.design import Solution, solution_of, stable_motion
 from vireport.driven.means import Mean, batched, parts_of
-from vireport.measurement import Recording, ShakerMotion, read_recording, shaken, shaker_of
+from vireport.measurement import (
+    Recording,
+    ShakerFinding,
+    ShakerMotion,
+    read_recording,
+    shaken,
+    shaker_findings,
+    shaker_of,
+)
 from vireport.motions import impact_velocities
 from vireport.physics import Cubics, Device, Membrane, Word, deflection, energy_gained, generated_voltage
 from vireport.scenario import Parameter
@@ -114,6 +122,8 @@ class Driven(Struct, frozen=True, eq=False):
         Largest deflection of a membrane [m].
     predicted : Prediction or None
         None where there is no stable 1:1 motion.
+    doubts : tuple of ShakerFinding
+        What may be wrong with the record, beside what the scenario says.
     """
 
     recording: Recording
@@ -134,6 +144,7 @@ class Driven(Struct, frozen=True, eq=False):
     power_mw: Mean | None
     deepest_m: float | None
     predicted: Prediction | None
+    doubts: tuple[ShakerFinding, ...] = ()
 
     __repr__ = brief
 
@@ -182,7 +193,8 @@ def driven_by(
     own = shaken(device, shaker)
     say("driving the record through the device")
     rows, clock, phase = _followed(recording, shaker, own)
-    return _told(recording, shaker, own, membrane, rows, clock, phase)
+    told = _told(recording, shaker, own, membrane, rows, clock, phase)
+    return replace(told, doubts=shaker_findings(recording, shaker, device))
 
 
 def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> tuple[Floats, Floats, float]:

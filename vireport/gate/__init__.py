@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from vireport.base import deferred
-from vireport.gate.alerts import LONG_CONTACT, NEAR_CRITICAL, Alert, alerts, cause_of, input_alerts
+from vireport.gate.alerts import LONG_CONTACT, NEAR_CRITICAL, Alert, alerts, cause_of, input_alerts, record_alerts
 from vireport.gate.evidence import Criterion, Evidence, Limit, Question, unmet
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ __all__ = [
     "impacts_of",
     "input_alerts",
     "keeps_motion",
+    "record_alerts",
     "required",
     "spared",
     "unmet",

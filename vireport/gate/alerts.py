@@ -7,6 +7,7 @@ its cause in the results, as numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from math import log10
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -27,6 +28,7 @@ from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity,
 if TYPE_CHECKING:
     from vireport.design import FollowedMotion
     from vireport.disturbances import FromRest
+    from vireport.measurement import ShakerFinding
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
@@ -431,6 +433,36 @@ def _doubt(path: str, value: float, capsule: float) -> Sentence | None:
     return None
 
 
+def _record_doubtful(results: Evidence) -> Iterator[Sentence]:
+    return map(_doubted, results.record_doubts)
+
+
+def _doubted(found: ShakerFinding) -> Sentence:
+    """What is said of a finding of a recorded acceleration."""
+    numbers = {"channel": found.channel, "recorded": found.recorded, "given": found.given}
+    match found.doubt.name:
+        case "FACTOR":
+            (size, unit), sign = FACTOR_WORDS[round(log10(abs(found.value)))], "-" if found.value < 0 else ""
+            return Sentence("factor", numbers | {"factor": sign + size, "unit": [Sentence(unit)]})
+        case "FORCE":
+            return Sentence("force", numbers | {"ratio": found.value})
+        case "LONE":
+            return Sentence("lone", numbers | {"at_s": found.at_s, "off": found.value})
+        case "CLIPPED":
+            return Sentence("clipped", numbers | {"percent": 100 * found.value})
+        case _:
+            return Sentence("reversed", numbers)
+
+
+FACTOR_WORDS = {
+    1: ("9.81", "in_g"),
+    -1: ("1/9.81", "of_g"),
+    3: ("1000", "thousand"),
+    -3: ("1/1000", "thousandth"),
+}
+"""A factor by which a record is off, and the sentence on its unit, by the factor's power of ten."""
+
+
 CAUSES: dict[AlertCode, Cause] = {
     AlertCode.NO_STABLE_MOTION: _no_stable_motion,
     AlertCode.INADMISSIBLE_SOLUTIONS: _inadmissible,
@@ -449,6 +481,7 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.IMPLAUSIBLE_INPUT: _implausible,
     AlertCode.BREAKDOWN: _breakdown,
     AlertCode.MORE_ENERGY_THAN_LOST: _more_energy_than_lost,
+    AlertCode.RECORD_DOUBTFUL: _record_doubtful,
     AlertCode.SIMULATION_DISAGREES: _simulation_disagrees,
     AlertCode.COEXISTING_MOTIONS: _coexisting,
     AlertCode.CHATTER: _chatter,
@@ -470,8 +503,18 @@ def input_alerts(scenario: Scenario) -> tuple[Alert, ...]:
     """The alerts that the values of a scenario raise before anything is computed: as those of its results."""
     sweep = scenario.sweep
     swept = None if sweep is None else (sweep.parameter, sweep.from_, sweep.to)
-    known = next(known for known in CATALOGUE if known.code is AlertCode.IMPLAUSIBLE_INPUT)
-    cause = known.worded(_doubts(Device.of(scenario), Membrane.of(scenario), swept))
+    return _alone(AlertCode.IMPLAUSIBLE_INPUT, _doubts(Device.of(scenario), Membrane.of(scenario), swept))
+
+
+def record_alerts(doubts: Iterable[ShakerFinding]) -> tuple[Alert, ...]:
+    """The alerts that a recorded acceleration raises by itself: as those of results that rest on it."""
+    return _alone(AlertCode.RECORD_DOUBTFUL, map(_doubted, doubts))
+
+
+def _alone(code: AlertCode, sentences: Iterable[Sentence]) -> tuple[Alert, ...]:
+    """One alert with its sentences; none where there are none."""
+    known = next(known for known in CATALOGUE if known.code is code)
+    cause = known.worded(sentences)
     return (_raised(known, cause),) if cause else ()
 
 

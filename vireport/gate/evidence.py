@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from vireport.compliant import OwnStiffness
     from vireport.design import FollowedMotion, Shifts, Tolerances
     from vireport.disturbances import Disturbances, FromRest
+    from vireport.measurement import ShakerFinding
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Family, Motion
     from vireport.shocks import AttractingMotions, Withstood
@@ -189,6 +190,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable
     motions at the design point stand, and how far random kicks spread them, `proved` what of it is proved, `effects`
     how far what the model leaves out moves the nearest end.
+    `record_doubts` are what may be wrong with the recorded motion of the shaker.
     `criteria` are the requirements that were judged already, `required` those that are being judged, if any are.
     """
 
@@ -205,6 +207,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     attracting: AttractingMotions | None = None
     proved: Proved | None = None
     effects: Shifts | None = None
+    record_doubts: tuple[ShakerFinding, ...] = ()
 
     __repr__ = brief
 

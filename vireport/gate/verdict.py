@@ -76,6 +76,7 @@ class Conclusion(Enum):
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
     OUTSIDE_MEMBRANE = Status.CAUTION, "Stable, but outside the membrane model"
     END_UNKNOWN = Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"
+    RECORD_DOUBTFUL = Status.CAUTION, "Stable, but the record of the shaker is doubtful"
     STABLE = Status.GOOD, "Stable"
 
     @property
@@ -478,7 +479,9 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.NOT_RIGID
     if generated is not None and not generated.within:
         return Conclusion.OUTSIDE_MEMBRANE
-    return Conclusion.END_UNKNOWN if _has(verdict.own_stiffness, Status.CAUTION) else Conclusion.STABLE
+    if _has(verdict.own_stiffness, Status.CAUTION):
+        return Conclusion.END_UNKNOWN
+    return Conclusion.RECORD_DOUBTFUL if verdict.evidence.record_doubts else Conclusion.STABLE
 
 
 def _of_other_motions(evidence: Evidence) -> Conclusion | None:

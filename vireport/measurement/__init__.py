@@ -8,7 +8,7 @@ from vireport.measurement.motion import ForceMaximum, Measured, MeasuredMotion, 
 from vireport.measurement.picking import Heard, Picked, filtered, picked
 from vireport.measurement.recordings import Channel, HeardPlace, Recording, Unbroken, read_recording
 from vireport.measurement.records import Record, Sweepable, parse_record, read_record, record_contents
-from vireport.measurement.shaker import ShakerMotion, shaker_motion
+from vireport.measurement.shaker import ShakerDoubt, ShakerFinding, ShakerMotion, shaker_findings, shaker_motion
 from vireport.measurement.signals import OF_SHAKER, Signals, read_signals, shaken, shaker_of, with_shaker
 
 __all__ = [
@@ -29,6 +29,8 @@ __all__ = [
     "Quantity",
     "Record",
     "Recording",
+    "ShakerDoubt",
+    "ShakerFinding",
     "ShakerMotion",
     "Signals",
     "Sweepable",
@@ -49,6 +51,7 @@ __all__ = [
     "read_signals",
     "record_contents",
     "shaken",
+    "shaker_findings",
     "shaker_motion",
     "shaker_of",
     "tested",

@@ -6,7 +6,9 @@ stand out of the rest. The errors are of the noise that is there around each har
 
 from __future__ import annotations
 
-from math import atan2, degrees, hypot, pi, sqrt
+from collections.abc import Iterator
+from enum import StrEnum
+from math import atan2, degrees, hypot, pi, sin, sqrt
 
 import numpy as np
 from msgspec import Struct
@@ -14,6 +16,7 @@ from msgspec import Struct
 from vireport.base import UsageError, brief
 from vireport.measurement.flights import Array
 from vireport.measurement.recordings import Channel, Recording
+from vireport.physics import Device
 
 ORDERS = 8
 """Harmonics that are fitted, the first included."""
@@ -49,8 +52,67 @@ SIGNIFICANT = 5.0
 LEAST_PERCENT = 1e-6
 """Of the sine, that a harmonic is of."""
 
+FACTORS = 9.81, 1 / 9.81, 1000.0, 1 / 1000
+"""By which an acceleration is off that is in another unit: g, one that was g and is taken for it once more, and a
+thousand either way."""
+
+NO_FACTOR = 1.5
+"""Ratio of amplitudes from which the shaker moves otherwise than the scenario says."""
+
+SAME_FACTOR = 0.1
+"""Relative difference of a ratio from one of `FACTORS`: a force is set as well as that."""
+
+TURNED_DEG = 30.0
+"""Difference of the phase of an even harmonic from that of a reversed axis, which turns it by 180 degrees."""
+
+MOST_LONE, FAR = 3, 5.0
+"""Samples that are told to be far from all others, and how many times as far: of impacts there are many, and of noise
+the largest of any number are alike."""
+
+LEAST_FAR = 0.1
+"""Of the amplitude, up to which no sample is far."""
+
+FULLER = 5.0
+"""Samples at the largest or least value of a signal that is clipped, over those of the value next to it: of the crests
+of a sine there are less than three times as many, however coarse its steps are."""
+
 TILTED = 0.1
 """Part of gravity by which an offset may differ from what a sensor shows that hangs upside down."""
+
+
+class ShakerDoubt(StrEnum):
+    """What may be wrong with a recorded acceleration."""
+
+    FACTOR = "factor"
+    FORCE = "amplitude"
+    REVERSED = "reversed"
+    LONE = "lone_sample"
+    CLIPPED = "clipped"
+
+
+class ShakerFinding(Struct, frozen=True):
+    """Something to be told of a recorded acceleration: what, of which channel, and the numbers that say it.
+
+    Attributes
+    ----------
+    doubt : ShakerDoubt
+    channel : str
+    value : float
+        Factor by which the record fits the scenario; without one, ratio of the amplitudes; of a lone sample, how far it
+        is from what is fitted [m/s^2]; of clipping, the share of the samples.
+    at_s : float
+        When [s].
+    recorded, given : float
+        Amplitude of the record and of the scenario; of a lone sample its value, and how far all others are from what is
+        fitted at most [m/s^2].
+    """
+
+    doubt: ShakerDoubt
+    channel: str
+    value: float
+    at_s: float = 0.0
+    recorded: float = 0.0
+    given: float = 0.0
 
 
 class MeasuredHarmonic(Struct, frozen=True):
@@ -111,6 +173,12 @@ class ShakerMotion(Struct, frozen=True, eq=False):
     fitted: Array
 
     __repr__ = brief
+
+    def at(self, times: Array) -> Array:
+        """What is fitted, at some times [m/s^2]."""
+        x = 2 * pi * self.frequency_hz * (times - self.maximum_s)
+        more = (own.percent / 100 * np.cos(own.order * x + np.radians(own.phase_deg)) for own in self.harmonics)
+        return np.asarray(self.offset + self.amplitude * (np.cos(x) + sum(more)))
 
     @property
     def maximum_error_s(self) -> float:
@@ -302,3 +370,77 @@ def _motion(
         values,
         design @ coefficients,
     )
+
+
+def shaker_findings(recording: Recording, shaker: ShakerMotion, device: Device) -> tuple[ShakerFinding, ...]:
+    """What may be wrong with a recorded acceleration, beside the force that a scenario says.
+
+    Parameters
+    ----------
+    recording : Recording
+    shaker : ShakerMotion
+        As it was fitted.
+    device : Device
+        Of the scenario.
+    """
+    return (*_of_unit(shaker, device), *_lone(recording, shaker), *_clipping(shaker))
+
+
+def _of_unit(shaker: ShakerMotion, device: Device) -> Iterator[ShakerFinding]:
+    """Whether the record fits the scenario with a factor, of a unit or of a reversed axis."""
+    name, given = shaker.channel.name, float(device.amplitude_n) / float(device.capsule_mass_kg)
+    ratio = given / shaker.amplitude
+    factor = next((own for own in FACTORS if abs(ratio / own - 1) < SAME_FACTOR), 1.0)
+    along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
+    reversed_ = (along > 1 and abs(shaker.offset * factor + along) < TILTED * along) or _turned(shaker, device)
+    if factor != 1:
+        signed = -factor if reversed_ else factor
+        yield ShakerFinding(ShakerDoubt.FACTOR, name, signed, recorded=shaker.amplitude, given=given)
+        return
+    if not 1 / NO_FACTOR < ratio < NO_FACTOR:
+        yield ShakerFinding(ShakerDoubt.FORCE, name, ratio, recorded=shaker.amplitude, given=given)
+    if reversed_:
+        yield ShakerFinding(ShakerDoubt.REVERSED, name, -1.0, recorded=shaker.amplitude, given=given)
+
+
+def _turned(shaker: ShakerMotion, device: Device) -> bool:
+    """Whether the even harmonics that a scenario says have the other sign in a record: a sine alone has none."""
+    measured = {own.order: own for own in shaker.harmonics if own.significant}
+    off = [
+        (measured[own.order].phase_deg - degrees(atan2(-own.sine, own.cosine))) % 360
+        for own in device.harmonics
+        if own.order % 2 == 0 and own.order in measured
+    ]
+    return bool(off) and all(abs(own - 180) < TURNED_DEG for own in off)
+
+
+def _lone(recording: Recording, shaker: ShakerMotion) -> Iterator[ShakerFinding]:
+    """Single samples that are much farther from what is fitted than all others."""
+    values = shaker.channel.values
+    times = np.concatenate(
+        [own.start_s + np.arange(own.last - own.first) * recording.step_s for own in recording.stretches]
+    )
+    off = np.abs(values - shaker.at(times))
+    most = np.argsort(-off, kind="stable")[: MOST_LONE + 1]
+    least = LEAST_FAR * shaker.amplitude
+    count = next((k for k in range(1, len(most)) if off[most[k - 1]] > FAR * max(off[most[k]], least / FAR)), 0)
+    for row in sorted(most[:count].tolist()):
+        numbers = float(off[row]), float(times[row]), float(values[row]), float(off[most[count]])
+        yield ShakerFinding(ShakerDoubt.LONE, shaker.channel.name, *numbers)
+
+
+def _clipping(shaker: ShakerMotion) -> Iterator[ShakerFinding]:
+    """Whether a signal stays at its largest or least value for longer than a crest does."""
+    values = shaker.channel.values
+    steps = np.abs(np.diff(values[:100_000]))
+    step = float(steps[steps > 0].min(initial=np.inf))
+    cut = 0
+    for rail, inward in ((float(values.max()), -1.0), (float(values.min()), 1.0)):
+        there = values == rail
+        beside = np.count_nonzero((inward * (values - rail) > 0) & (inward * (values - rail) < 1.5 * step))
+        runs = there[2:] & there[1:-1] & there[:-2]
+        begun = np.count_nonzero(runs & ~np.concatenate([[False], runs[:-1]]))
+        if begun > 1 and np.count_nonzero(there) > FULLER * beside:
+            cut += int(np.count_nonzero(there))
+    if cut:
+        yield ShakerFinding(ShakerDoubt.CLIPPED, shaker.channel.name, cut / len(values))

@@ -15,7 +15,7 @@ from vireport.measurement.inquiry import Inquiry
 from vireport.measurement.picking import Picked, picked
 from vireport.measurement.recordings import HeardPlace, Recording, read_recording
 from vireport.measurement.records import Record
-from vireport.measurement.shaker import TILTED, ShakerMotion, shaker_motion
+from vireport.measurement.shaker import TILTED, ShakerFinding, ShakerMotion, shaker_findings, shaker_motion
 from vireport.physics import Device, Harmonic
 from vireport.scenario import DesignInput
 
@@ -31,10 +31,13 @@ class Signals(Struct, frozen=True, eq=False):
     picked : Picked
     shaker : ShakerMotion or None
         None where the acceleration was not recorded.
+    doubts : tuple of ShakerFinding
+        What may be wrong with the latter, beside what the scenario says.
     """
 
     picked: Picked
     shaker: ShakerMotion | None
+    doubts: tuple[ShakerFinding, ...] = ()
 
     @property
     def record(self) -> Record:
@@ -64,9 +67,10 @@ def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None)
     device = inquiry.model.device
     frequency = float(device.frequency_hz)
     shaker = shaker_of(recording, device, say)
-    if shaker is not None:
-        frequency = shaker.frequency_hz
-    return Signals(picked(recording, frequency, say), shaker)
+    if shaker is None:
+        return Signals(picked(recording, frequency, say), None)
+    doubts = shaker_findings(recording, shaker, device)
+    return Signals(picked(recording, shaker.frequency_hz, say), shaker, doubts)
 
 
 def shaker_of(recording: Recording, device: Device, say: Progress = lambda what: None) -> ShakerMotion | None:
@@ -115,7 +119,7 @@ def _require_upright(name: str, shaker: ShakerMotion, device: Device) -> None:
     along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
     if along > 1 and abs(shaker.offset + along) < TILTED * along:
         raise UsageError(
-            f"{name}: its mean of {shaker.offset:.4g} m/s² is that of gravity with the other sign: the sensor points "
+            f"{name}: its mean of {shaker.offset:.4g} m/s² is that of gravity times -1: the sensor points "
             "to the bottom (allowed: positive towards the top, so that at rest it shows gravity positive)"
         )
 

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from vireport.design import Failure, FollowedMotion, Shifts, Tolerances
     from vireport.disturbances import Disturbances, Window
     from vireport.driven import Driven
+    from vireport.measurement import ShakerFinding
     from vireport.motions import Atlas, Family, Mark
     from vireport.shocks import AttractingMotion, AttractingMotions, Basins, Withstood
     from vireport.simulation import Attractor, Course, Jump
@@ -387,7 +388,20 @@ def driven_data(found: Driven) -> dict[str, Any]:
         },
         "deepest_m": found.deepest_m,
         "predicted": found.predicted and plain(found.predicted),
+        "findings": [shaker_finding_data(own) for own in found.doubts],
     }
+
+
+def shaker_finding_data(found: ShakerFinding) -> dict[str, Any]:
+    """What may be wrong with a recorded acceleration, as data; null is what a finding does not have."""
+    data = {"kind": found.doubt.value, "channel": found.channel, "value": found.value}
+    match found.doubt.value:
+        case "lone_sample":
+            return data | {"at_s": found.at_s, "recorded_m_s2": found.recorded, "others_within_m_s2": found.given}
+        case "clipped":
+            return data
+        case _:
+            return data | {"recorded_m_s2": found.recorded, "scenario_m_s2": found.given}
 
 
 DRIVEN_MEANS = "impacts_per_s", "speed_bottom_m_s", "speed_top_m_s", "voltage_per_s", "power_mw"

@@ -168,6 +168,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             attracting=self.attracting,
             proved=self.proved,
             effects=self.effects,
+            record_doubts=self.driven.doubts if self.driven is not None else (),
         )
 
     @cached_property

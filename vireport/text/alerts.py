@@ -39,6 +39,7 @@ class AlertCode(StrEnum):
     IMPLAUSIBLE_INPUT = "VR015"
     BREAKDOWN = "VR016"
     MORE_ENERGY_THAN_LOST = "VR017"
+    RECORD_DOUBTFUL = "VR018"
     SIMULATION_DISAGREES = "VR020"
     COEXISTING_MOTIONS = "VR021"
     CHATTER = "VR022"
@@ -362,6 +363,29 @@ CATALOGUE = (
             "gains_apart": "The impacts gain {gained_mj:.3g} mJ in a period and lose {lost_mj:.3g} mJ: an efficiency "
             "of {percent:.4g} %, which contradicts the restitutions of {bottom:.4g} and {top:.4g}.",
             "gains_other": "The impacts of {motion} gain more than they lose: an efficiency of {percent:.4g} %.",
+        },
+    ),
+    Explanation(
+        AlertCode.RECORD_DOUBTFUL,
+        Severity.WARNING,
+        "The record of the shaker is doubtful",
+        "The recorded acceleration has another amplitude than the force of the scenario gives its capsule, or the "
+        "other sign, or samples that are no motion of a shaker: single ones far from all others, or many at the end of "
+        "the instrument's range. What is driven or identified by it rests on these.",
+        "Compare unit, axis and range of the sensor with the record, and record again or give the force that was set.",
+        {
+            "factor": "{channel} has an amplitude of {recorded:.4g} m/s^2, and the scenario's force gives the capsule "
+            "{given:.4g} m/s^2: it fits times {factor}, {unit}.",
+            "in_g": "as an acceleration in g would",
+            "of_g": "as one in m/s^2 would that was taken for one in g",
+            "thousand": "as one would that is a thousandth of what it says",
+            "thousandth": "as one in mm/s^2 would",
+            "force": "{channel} has an amplitude of {recorded:.4g} m/s^2, and the scenario's force gives the capsule "
+            "{given:.4g} m/s^2, {ratio:.3g} times that.",
+            "reversed": "{channel} fits the scenario times -1: its axis points to the bottom.",
+            "lone": "At {at_s:.6g} s {channel} has one sample of {recorded:.4g} m/s^2: {off:.4g} m/s^2 from the "
+            "shaker's motion, and all others within {given:.2g} m/s^2.",
+            "clipped": "{channel} is cut off: {percent:.2g} % of its samples are at the end of its range.",
         },
     ),
     Explanation(
