@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections import deque
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -88,6 +88,42 @@ def test_a_killed_worker_is_replaced(file: Path, monkeypatch: pytest.MonkeyPatch
     run_map(str(file), file.parent / "out", workers=2, progress=progress, draw=False)
     assert killed
     assert result(file.parent / "out") == undisturbed_result()
+
+
+class Killed(ProcessPoolExecutor):
+    """Processes of which the server that begins them is killed as it is asked for the next one."""
+
+    lost: tuple[Exception, ...] = ()
+    begun = 0
+
+    def submit(self, *arguments: object, **named: object) -> Future[object]:
+        Killed.begun += 1
+        if Killed.begun <= len(self.lost):
+            raise self.lost[Killed.begun - 1]
+        return super().submit(*arguments, **named)
+
+
+LOST = EOFError("unexpected EOF"), ConnectionResetError(104, "reset"), BrokenPipeError(32, "broken"), OSError("closed")
+
+
+@pytest.mark.slow
+def test_where_no_process_can_be_begun_all_begin_anew(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "ProcessPoolExecutor", Killed)
+    monkeypatch.setattr(Killed, "lost", LOST)
+    monkeypatch.setattr(Killed, "begun", 0)
+    run_map(str(file), file.parent / "out", workers=2, draw=False)
+    assert Killed.begun > len(LOST)
+    assert result(file.parent / "out") == undisturbed_result()
+
+
+def test_where_none_can_ever_be_begun_it_is_told_what_to_do(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "ProcessPoolExecutor", Killed)
+    monkeypatch.setattr(Killed, "lost", LOST * 10)
+    monkeypatch.setattr(Killed, "begun", 0)
+    with pytest.raises(NumericalError, match=r"killed 6 times in a row.*run the same command again") as refused:
+        run_map(str(file), file.parent / "out", workers=2, draw=False)
+    assert refused.value.exit_code == 3
+    assert Killed.begun == 6
 
 
 @pytest.mark.parametrize(

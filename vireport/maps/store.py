@@ -38,6 +38,7 @@ DIGEST = "map.parquet.sha256"
 UNFINISHED = ".map.parquet.new"
 CHUNKS = ".chunks"
 LOCK = ".lock"
+UNFINISHED_CHUNK = ".*.chunk.*"
 CHUNK_NAME = re.compile(r"(\d{9})\.chunk")
 
 ROW_GROUP = 131_072
@@ -169,7 +170,7 @@ def opened(store: Store) -> Iterator[None]:
     try:
         with writing(store.folder):
             store.chunks.mkdir(exist_ok=True)
-            named = ((store.folder, ".map.parquet.*"), (store.folder, ".map-*.png.*"), (store.chunks, ".*.chunk.*"))
+            named = ((store.folder, ".map.parquet.*"), (store.folder, ".map-*.png.*"), (store.chunks, UNFINISHED_CHUNK))
             for path in chain.from_iterable(folder.glob(pattern) for folder, pattern in named):
                 path.unlink(missing_ok=True)
         yield
@@ -363,9 +364,9 @@ def merge(store: Store, rejected: list[str]) -> StabilityCounts:
 
 
 def remove_chunks(store: Store) -> None:
-    """Remove the chunks of a finished map."""
+    """Remove the chunks of a finished map, and what a process that was killed has left of one."""
     for path in store.chunks.iterdir():
-        if CHUNK_NAME.fullmatch(path.name):
+        if CHUNK_NAME.fullmatch(path.name) or path.match(UNFINISHED_CHUNK):
             path.unlink()
     with suppress(OSError):  # there is something else in it
         store.chunks.rmdir()

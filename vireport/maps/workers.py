@@ -149,19 +149,12 @@ def _complete(
 def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
     """Compute chunks in processes of this machine; where one is killed, all begin anew."""
     losses = 0
-
-    def submit(number: int) -> Future[None]:
-        with interrupts.deferred():  # a process that is left alone as it starts would end in a traceback
-            future = pool.submit(write_chunk, store, number)
-        interrupts.check()
-        return future
-
     while todo:
-        pool = ProcessPoolExecutor(workers, _context(), _begin_worker)
         try:
-            for number, _ in _complete(todo, submit, lambda: AHEAD * workers):
-                losses = 0
-                yield number
+            with closing(_until_one_is_lost(store, todo, workers)) as chunks:
+                for number in chunks:
+                    losses = 0
+                    yield number
         except BrokenProcessPool as error:
             losses += 1
             if losses > MOST_LOSSES:
@@ -169,8 +162,42 @@ def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
                     f"worker processes were killed {losses} times in a row (out of memory?). {RESUME}, with fewer "
                     "workers (--workers)"
                 ) from error
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _until_one_is_lost(store: Store, todo: deque[int], workers: int) -> Generator[int, None, None]:
+    """Compute chunks in processes of this machine as long as all of them live.
+
+    Raises
+    ------
+    BrokenProcessPool
+        Where one of them was killed, or what begins them.
+    """
+    with _losses_told():
+        pool = ProcessPoolExecutor(workers, _context(), _begin_worker)
+
+    def submit(number: int) -> Future[None]:
+        # A process that is left alone as it starts would end in a traceback.
+        with _losses_told(), interrupts.deferred():
+            future = pool.submit(write_chunk, store, number)
+        interrupts.check()
+        return future
+
+    try:
+        for number, _ in _complete(todo, submit, lambda: AHEAD * workers):
+            yield number
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _losses_told() -> Iterator[None]:
+    """Say of whatever goes wrong as a process is begun that it was lost: what begins them may have been killed."""
+    try:
+        yield
+    except BrokenProcessPool:
+        raise
+    except (EOFError, OSError, RuntimeError) as error:  # of its pipe, which ends in the middle, or is closed
+        raise BrokenProcessPool("no process can be begun") from error
 
 
 def _context() -> BaseContext:
