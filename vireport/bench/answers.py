@@ -133,6 +133,8 @@ def plane_answer(loaded: Loaded, axes: tuple[str, str], ranges: tuple[tuple[floa
     """
     device = Device.of(loaded.scenario).constant_restitution("the plane of two inputs")
     inputs = [_input(device, key) for key in axes]
+    if not _has_design(loaded.scenario):
+        raise UsageError("the plane of two inputs is that around a design point (give the value of the swept input)")
     if len(set(inputs)) < 2:
         raise UsageError("the plane has two inputs (name another one)")
     x, y = (_centres(varied, ends, count) for varied, ends, count in zip(inputs, ranges, PLANE, strict=True))

@@ -26,6 +26,7 @@ from vireport.motions import (
     Point,
     Solved,
     Varied,
+    held_at_once,
     in_decimals,
     linearised,
     one_to_one,
@@ -33,7 +34,7 @@ from vireport.motions import (
     solve_one_to_one,
     stopped,
 )
-from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Word, carried, force_rate, wave
+from vireport.physics import FLOATS, Device, Groups, Harmonic, Word, carried, force_rate, wave
 from vireport.scenario import DesignInput
 from vireport.text import percent
 
@@ -353,8 +354,7 @@ def normal_of(
     if event is Event.STOP:
         condition = stopped(motion.word, x.tolist(), groups)
     if event is Event.GRAZING and not rests:
-        pressed = np.abs(groups.pull(groups.wave(np.pi * motion.time, ARRAYS).force))
-        condition = Condition(event, held=int(np.argmin(pressed)))
+        condition = held_at_once(motion.time, groups)
     _, gradient = condition.linearised(motion.word, x, groups, np.eye(len(groups.numbers)))
     gradients = np.vstack([linearised(motion.word, x, OwnGroups(groups))[1], gradient])
     if not np.isfinite(gradients).all():

@@ -1,7 +1,7 @@
 """Periodic motions of any word: what they are, what happens to them, and those with two impacts in closed form."""
 
 from vireport.motions.branches import Branch, admissible_families
-from vireport.motions.conditions import Condition, stopped
+from vireport.motions.conditions import Condition, held_at_once, stopped
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
 from vireport.motions.error_bounds import NO_BOUND, one_to_one_bounds, point_bounds, rounded_up, undecided
 from vireport.motions.events import CRITICAL, TRACE_LEVELS, Event
@@ -113,6 +113,7 @@ __all__ = [
     "flight_turns",
     "follow",
     "generation",
+    "held_at_once",
     "impact_rate",
     "impact_velocities",
     "in_decimals",

@@ -116,6 +116,12 @@ class Condition(Struct, frozen=True):
         return float(np.real(values[0])) / length, gradient / length
 
 
+def held_at_once(time: Floats, groups: Groups[Any]) -> Condition:
+    """The condition that a membrane begins to hold a ball without restitution, at the impact where that is nearest."""
+    pressed = np.abs(groups.pull(groups.wave(np.pi * time, ARRAYS).force))
+    return Condition(Event.GRAZING, held=int(np.argmin(pressed)))
+
+
 def stopped(word: Word, x: Sequence[float], groups: Groups[float]) -> Condition:
     """The condition that a ball with friction comes to a stop in the flight of a motion that is slowest."""
     count = len(word)

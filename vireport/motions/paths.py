@@ -27,7 +27,7 @@ from vireport.motions.periodicity import Model, Variation, linearised, trace
 from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.turning import Turn, slow_places, turns
-from vireport.physics import Groups, Word
+from vireport.physics import FLOATS, Groups, Word, stated
 
 Floats = NDArray[np.float64]
 
@@ -553,7 +553,24 @@ class Curve(Path, frozen=True, eq=False, dict=True):
             row, count = x.tolist(), len(self.word)
             places = slow_places(self.word, row[:count], row[count : 2 * count], groups)
             return [share, rest, *self._speeds(x), *(place.speed for place in places)]
-        return [share, rest, *self._speeds(x), *(turn.gap for turn in turns(self.motion(x), groups))]
+        gaps = (turn.gap for turn in turns(self.motion(x), groups))
+        return [share, rest, *self._speeds(x), *self._leaving(x, groups), *gaps]
+
+    def _leaving(self, x: Floats, groups: Groups[float]) -> list[float]:
+        """How fast a ball without restitution leaves its impacts: by the acceleration there, away from the membrane.
+
+        Where that presses it to the membrane it rests, which is no motion of the word. The distance by which the
+        solution then passes through the membrane would not tell: it grows with the cube of the acceleration.
+        """
+        if all(r > 0 for r in stated(groups.restitution)):
+            return []
+        phases, count = x.tolist()[len(self.word) : -1], len(self.word)
+        waves = [groups.wave(pi * t, FLOATS) for t in phases[:count]]
+        return [
+            -wall * float(groups.pull(at.force))
+            for wall, at in zip(self.word.walls, waves, strict=True)
+            if stated(groups.restitution)[0 if wall > 0 else 1] == 0
+        ]
 
     def _speeds(self, x: Floats) -> list[float]:
         """Velocities of impacts, towards their walls."""
@@ -632,7 +649,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         def pass_through(value: Callable[[PathPoint], float]) -> bool:
             return value(arc.start) * value(arc.end) < 0
 
-        for condition in self.passed:
+        for condition in self._passed(arc):
             if pass_through(self._excess(condition)):
                 events.append((*self.located(arc, self._excess(condition)), condition.event))
         # A multiplier is 1 where the curve turns in what varies, and where another curve crosses it: at both the
@@ -655,6 +672,12 @@ class Curve(Path, frozen=True, eq=False, dict=True):
                 events.append((*where, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(events, key=itemgetter(0))], over
 
+    def _passed(self, arc: Arc) -> tuple[Condition, ...]:
+        """What is looked for within a step: without restitution one multiplier is zero, and no type of node changes."""
+        if arc.start.decay:
+            return self.passed
+        return tuple(condition for condition in self.passed if condition.event is not Event.NODE_FOCUS)
+
     def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
         """How far the trace of a motion is above that of a condition."""
         return lambda point: float(condition.excess(point.trace, point.decay))
@@ -665,7 +688,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         It is looked for where the parabola through both ends and the middle of the step comes near a border: the trace
         turns little within a step.
         """
-        for condition in (*self.passed, MEETING):
+        for condition in (*self._passed(arc), MEETING):
             excess = self._excess(condition)
             start, end = excess(arc.start), excess(arc.end)
             near = min(abs(start), abs(end)) < NEARBY * max(1.0, abs(condition.trace(0.0, arc.start.decay)))

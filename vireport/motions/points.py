@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base import NumericalError, brief
-from vireport.motions.conditions import Condition, Equation, stopped
+from vireport.motions.conditions import Condition, Equation, held_at_once, stopped
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion, Symmetry
 from vireport.motions.one_to_one import Motions
@@ -246,7 +246,10 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
     # Delta = tr^2 - 4 det is zero at two traces of opposite sign: the double has chosen one.
     sign = -1 if event is Event.NODE_FOCUS and trace(motion.word, x, model) < 0 else 1
-    equation = Condition(event, motion.rests, sign).equation(motion.word)
+    condition = Condition(event, motion.rests, sign)
+    if event is Event.GRAZING and not motion.rests:
+        condition = held_at_once(motion.time, model.groups(motion.coordinate))
+    equation = condition.equation(motion.word)
     with in_decimals():
         try:
             solved = solved_on_sweep(sweep, motion, equation, event is Event.PITCHFORK)

@@ -65,7 +65,7 @@ def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
     motion, rests = replace(motion, velocity=velocity), motion.time[list(motion.rests)]
     # From the last one: an impact that is put in moves the numbers of all that follow.
     for turn in reversed(list(turns)):
-        if abs(turn.gap) < AT_ZERO and not (np.abs(rests - turn.time) < BESIDE).any():
+        if abs(turn.gap) < AT_ZERO and not turn.held and not (np.abs(rests - turn.time) < BESIDE).any():
             motion = motion.with_impact(turn.after, turn.wall, turn.time)
     return motion
 

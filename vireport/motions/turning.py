@@ -344,12 +344,17 @@ def near_touch(motion: Motion, groups: Groups[float]) -> NearTouch:
 
 
 class Turn(NamedTuple):
-    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance."""
+    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance.
+
+    `held` is whether the ball has not left yet: without restitution it starts at rest, and where the membrane still
+    presses it, it turns next to it at once. That is no touch.
+    """
 
     after: int
     time: float
     wall: int
     gap: float
+    held: bool = False
 
 
 def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
@@ -384,7 +389,8 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
                 # From the wall that it left: of Z itself, half of a large d would leave no digit of the gap.
                 path = wave(sin(pi * time), cos(pi * time), harmonics).path if harmonics else cos(pi * time)
                 way = flight.displacement(time - start, after, begun.impulse, begun.path, path, gbar)
-                yield Turn(i, time, towards, (0.0 if wall == towards else d) - towards * way)
+                held = after == 0 and wall == towards and time - start < SHORT
+                yield Turn(i, time, towards, (0.0 if wall == towards else d) - towards * way, held)
 
 
 def _rest(
