@@ -74,7 +74,7 @@ def markdown(study: Study, command: str) -> str:
     from vireport.report import Report, render_markdown
     from vireport.study import provenance_of
 
-    report = Report(study, {}, provenance_of(study.loaded, command), template="summary.typ.j2")
+    report = Report(study, {}, provenance_of(study.loaded, command), template="summary.md.j2")
     return render_markdown(report).decode()
 
 

@@ -182,7 +182,7 @@ def test_a_comparison_opens_with_two_sentences_and_what_else_is_to_be_known_foll
     first, _, rest = terminal_summary(varied).partition("Ranking, the best first")
     assert " ".join(first.split()) == varied.headline
     assert all(remark in " ".join(rest.split()) for remark in varied.remarks)
-    page = ComparisonReport(varied, {}, comparison_provenance(varied, ""), "comparison-summary.typ.j2")
+    page = ComparisonReport(varied, {}, comparison_provenance(varied, ""), "comparison-summary.md.j2")
     assert "Not stable: inclination 60°." in render_markdown(page, None).decode()
 
 

@@ -187,7 +187,7 @@ def run_files(
     if plan.runs(Task.MARKDOWN):
         from vireport.report import Report, render_markdown
 
-        summary = Report(study, {}, provenance, changes, templates=templates, template="summary.typ.j2")
+        summary = Report(study, {}, provenance, changes, templates=templates, template="summary.md.j2")
         files["summary.md"] = render_markdown(summary, templates)
     return files
 

@@ -104,7 +104,7 @@ def render_comparison(
         from vireport.comparison.pages import ComparisonReport
         from vireport.report import render_markdown
 
-        report = ComparisonReport(comparison, {}, provenance, "comparison-summary.typ.j2")
+        report = ComparisonReport(comparison, {}, provenance, "comparison-summary.md.j2")
         files["summary.md"] = render_markdown(report, templates)
     return files
 

@@ -1,34 +1,117 @@
-"""A page in HTML as Markdown, as sites such as GitHub read it."""
+"""Fills the templates of summaries in Markdown, for pull requests and the pages of jobs.
+
+No text gets into one as markup, a mention or a link: every expression that is not marked as source is inert there.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
 
-from bs4 import BeautifulSoup, Tag
-from markdownify import ATX, MarkdownConverter
+from jinja2 import Environment
 
-from vireport.text import markdown_text
+from vireport.base import UsageError
+from vireport.report.templates import AnyReport, Source, Typesetting, marked
+from vireport.text import Table, markdown_of, markdown_text, visible
+from vireport.wording import environment_of, mistakes_named
 
-_EDGES = re.compile(r"(^\s+|\s+$)")
 _OPENING = re.compile(r"^(\d*)([-+#.)]+)(?=\s|$)")
 """What would begin a list or a heading at the start of a line."""
 
-
-class _Converter(MarkdownConverter):
-    """Text stays text, also what such sites would make a mention, a link or mathematics of."""
-
-    def escape(self, text: str, parent_tags: set[str]) -> str:
-        parts = (_OPENING.sub(r"\1\\\2", markdown_text(part)) or " " for part in _EDGES.split(text) if part)
-        return "".join(parts)
-
-    def convert_caption(self, el: Tag, text: str, parent_tags: set[str]) -> str:
-        return f"\n\n**{text.strip()}**\n\n"
+_BLANK_LINES = re.compile(r"\n{3,}")
 
 
-def as_markdown(page: str) -> str:
-    """The main part of a page, without signs that only decorate it."""
-    (main,) = BeautifulSoup(page, "html.parser")("main")
-    for sign in main.select("[aria-hidden]"):
-        sign.decompose()
-    text = _Converter(heading_style=ATX, sub_symbol="<sub>").convert_soup(main)
-    return f"{text.strip()}\n"
+def inert(value: Any) -> str:
+    r"""Write what an expression in a template becomes: text that Markdown does not read as markup, unless it is source.
+
+    Examples
+    --------
+    >>> print(inert("*a* of 1. b"), inert("1. b"))
+    \*a\* of 1. b 1\. b
+    """
+    return value if isinstance(value, Source) else _begun(_fragment(str(value)))
+
+
+def rich(text: str) -> Source:
+    r"""Write a text with our own marks as Markdown; a summary has neither the figures nor the places of a report.
+
+    Examples
+    --------
+    >>> print(rich("if *d* of [B1](point-B1) < x_c"))
+    if *d* of B1 &lt; *x*<sub>c</sub>
+    """
+    return Source(_begun(marked(text, MARKDOWN)))
+
+
+def _begun(text: str) -> str:
+    """Markdown at the start of a line, which begins no list and no heading."""
+    return _OPENING.sub(r"\1\\\2", text)
+
+
+def _fragment(text: str) -> str:
+    """A part of a sentence, with the spaces at its ends."""
+    before, after = (" " if end[:1].isspace() else "" for end in (text, text[::-1]))
+    shown = markdown_text(text)
+    return f"{before}{shown}{after}" if shown else before
+
+
+MARKDOWN: Typesetting = Typesetting(
+    text=_fragment,
+    strong=lambda text: f"**{_fragment(text)}**",
+    link=lambda text, place: marked(text, MARKDOWN),
+    figure=_fragment,
+    symbol=lambda text: f"*{_fragment(text)}*",
+    index=lambda text: f"<sub>{_fragment(text)}</sub>",
+)
+"""What the marks of our own words become."""
+
+
+def code(text: str) -> Source:
+    """Write a text as code, between more backticks than it has in a row.
+
+    Examples
+    --------
+    >>> print(code("run a"), code("run `a`"))
+    `run a` `` run `a` ``
+    """
+    shown = visible(" ".join(text.split()))
+    most = max(map(len, re.findall("`+", shown)), default=0)
+    fence, space = "`" * (most + 1), " " if most else ""
+    return Source(f"{fence}{space}{shown}{space}{fence}")
+
+
+def table(of: Table) -> Source:
+    """Write a table with its caption and its note."""
+    note = f"\n{rich(of.note)}\n" if of.note else ""
+    return Source(f"{markdown_of(of, rich)}{note}")
+
+
+FILTERS: dict[str, Callable[..., str]] = {"code": code, "rich": rich, "source": Source, "table": table}
+"""What templates make Markdown of texts and tables with, beside what all templates do so."""
+
+
+@cache
+def _environment(templates: Path | None) -> Environment:
+    environment = environment_of(templates, finalize=inert, keep_trailing_newline=True)
+    environment.filters |= FILTERS
+    return environment
+
+
+def fill_markdown(report: AnyReport, templates: Path | None) -> str:
+    """The Markdown of a report whose template is one of a summary.
+
+    Raises
+    ------
+    UsageError
+        If there is no such folder of templates.
+    RenderError
+        Where a template fails, with the line.
+    """
+    if templates is not None and not templates.is_dir():
+        raise UsageError(f"{templates}: no such folder of templates")
+    with mistakes_named(report.template, templates):
+        text = _environment(templates).get_template(report.template).render(report=report)
+    return f"{_BLANK_LINES.sub(chr(10) * 2, text).strip()}\n"

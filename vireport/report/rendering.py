@@ -1,4 +1,4 @@
-"""Sets a report as PDF, HTML and Markdown: Jinja templates give one Typst source, of which Typst makes PDF and HTML.
+"""Sets a report as PDF and HTML, which Typst makes of one source that Jinja templates give, and a summary as Markdown.
 
 Jinja and Typst are imported where one of these is asked for; figures alone need neither.
 """
@@ -133,12 +133,11 @@ def _of_page(report: AnyReport) -> dict[str, str]:
     return {"figures.css": figure_css(), **drawings}
 
 
-@_offline()
 def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
     """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
-    from vireport.report.markdown import as_markdown
+    from vireport.report.markdown import fill_markdown
 
-    return as_markdown(_compiled(report, _filled(report, templates), templates, "html").decode("utf-8")).encode("utf-8")
+    return fill_markdown(report, templates).encode("utf-8")
 
 
 @_offline()

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from jinja2 import Environment
 from jinja2.ext import Extension
 from jinja2.lexer import Token, TokenStream
+from msgspec import Struct
 
 from vireport.base import UsageError, json_text
 from vireport.report.certificates import plus_minus
@@ -62,7 +63,7 @@ class AnyReport(Hashable, Protocol):
 
 
 class Source(str):
-    """Typst source, as opposed to text."""
+    """Source of Typst or of Markdown, as opposed to text."""
 
 
 def string(text: str) -> Source:
@@ -77,34 +78,58 @@ def string(text: str) -> Source:
     return Source('"' + re.sub(r"[\x00-\x1f\x7f/]", lambda match: f"\\u{{{ord(match[0]):x}}}", quoted) + '"')
 
 
-def rich(text: str) -> Source:
-    """Set a text with our own marks; numbers are tied to their units.
+class Typesetting(Struct, frozen=True):
+    """What text and the marks of our own words become in a format.
+
+    Attributes
+    ----------
+    text, strong, figure, symbol, index : callable
+        Of what has no mark, of what is strong, of a figure's name, of a symbol and of its index.
+    link : callable
+        Of a text with marks, and of the place that it leads to.
+    """
+
+    text: Callable[[str], str]
+    strong: Callable[[str], str]
+    link: Callable[[str, str], str]
+    figure: Callable[[str], str]
+    symbol: Callable[[str], str]
+    index: Callable[[str], str]
+
+
+def marked(text: str, marks: Typesetting) -> Source:
+    """Set a text with our own marks in some format.
 
     ``*x*`` is a symbol, ``x_c`` has a subscript, ``**x**`` is strong, ``[text](place)`` leads to a place, and
     ``@figure-2`` refers to a figure.
+    """
+    parts, end = [], 0
+    for match in _RICH.finditer(text):
+        if match.start() > end:
+            parts.append(marks.text(text[end : match.start()]))
+        end = match.end()
+        if strong := match["strong"]:
+            parts.append(marks.strong(strong))
+        if place := match["place"]:
+            parts.append(marks.link(match["text"], place))
+        if figure := match["figure"]:
+            parts.append(marks.figure(figure))
+        if symbol := match["symbol"] or match["base"]:
+            parts.append(marks.symbol(symbol))
+        if index := match["index"] or match["suffix"]:
+            parts.append(marks.index(index))
+    return Source("".join([*parts, marks.text(text[end:])] if end < len(text) else parts))
+
+
+def rich(text: str) -> Source:
+    """Set a text with our own marks (`marked`) in Typst; numbers are tied to their units.
 
     Examples
     --------
     >>> print(rich("if *d* or x_c"))
     #"if ";#emph("d");#" or ";#emph("x");#sub("c");
     """
-    parts, end = [], 0
-    text = _BAR.sub(JOINED_BAR, tied(text))
-    for match in _RICH.finditer(text):
-        if match.start() > end:
-            parts.append(_literal(text[end : match.start()]))
-        end = match.end()
-        if strong := match["strong"]:
-            parts.append(f"#strong({string(strong)});")
-        if place := match["place"]:
-            parts.append(f"#to({string(place)})[{rich(match['text'])}];")
-        if figure := match["figure"]:
-            parts.append(f"@{figure}")
-        if symbol := match["symbol"] or match["base"]:
-            parts.append(f"#emph({string(symbol)});")
-        if index := match["index"] or match["suffix"]:
-            parts.append(f"#sub({string(index)});")
-    return Source("".join([*parts, _literal(text[end:])] if end < len(text) else parts))
+    return marked(_BAR.sub(JOINED_BAR, tied(text)), TYPST)
 
 
 def _literal(value: Any) -> str:
@@ -113,6 +138,17 @@ def _literal(value: Any) -> str:
         return value
     text = _BAR.sub(JOINED_BAR, tied(str(value)))
     return f"#{string(text)};" if text else ""
+
+
+TYPST = Typesetting(
+    text=_literal,
+    strong=lambda text: f"#strong({string(text)});",
+    link=lambda text, place: f"#to({string(place)})[{rich(text)}];",
+    figure=lambda name: f"@{name}",
+    symbol=lambda text: f"#emph({string(text)});",
+    index=lambda text: f"#sub({string(text)});",
+)
+"""What the marks of our own words become in Typst."""
 
 
 def inert_json(value: Any) -> str:

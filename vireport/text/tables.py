@@ -6,7 +6,7 @@ What a scenario or a file's name says is text in all of them, and never markup.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import zip_longest
 from textwrap import fill, wrap
 from typing import ClassVar, Literal
@@ -120,12 +120,20 @@ def markdown_text(text: str) -> str:
     return _MARKS.sub(r"\\\1", apart.translate(_ENTITIES))
 
 
-def markdown_of(table: Table) -> str:
-    """A table under its caption, without its note, as Markdown; the caption as a sentence where it has no rows."""
-    caption = markdown_text(table.caption)
+def markdown_of(table: Table, written: Callable[[str], str] = markdown_text) -> str:
+    """A table under its caption, without its note, as Markdown; the caption as a sentence where it has no rows.
+
+    Parameters
+    ----------
+    table : Table
+    written : callable
+        Makes Markdown of the text of a caption, a head or a cell.
+    """
+    caption = written(table.caption)
     if not table.rows:
         return f"{caption}.\n"
-    rows = [[column.title for column in table.columns], *([markdown_text(cell) for cell in row] for row in table.rows)]
+    rows = [[written(column.title) for column in table.columns]]
+    rows += [[written(cell) for cell in row] for row in table.rows]
     lines = [f"| {' | '.join(row)} |" for row in rows]
     lines.insert(1, f"|{'|'.join('---:' if column.kind == 'number' else '---' for column in table.columns)}|")
     return "\n".join((f"**{caption}**\n", *lines, ""))
