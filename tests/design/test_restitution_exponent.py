@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 import numpy as np
 import pytest
 from conftest import first
@@ -14,10 +16,11 @@ from vireport.design import Effect, design_point, motions_at, shifts
 from vireport.design.lines import Line
 from vireport.design.margins import margins_of
 from vireport.design.speed_law import constant, motions_under_law
+from vireport.disturbances.from_rest import Target, from_rest
 from vireport.motions import Event, Symmetry
 from vireport.physics import Device, Harmonic, Restitutions, SpeedLaw
 from vireport.scenario import CapsuleMotion, DesignInput, LeftOut, Parameter
-from vireport.simulation import BOTTOM, VELOCITY, check_model, follow_one
+from vireport.simulation import BOTTOM, VELOCITY, Impact, check_model, find_attractor, follow_one
 
 PAPER = Device(0.1245, SpeedLaw(0.5, 0.5, -0.1, 2.0), 9.8, 0.6934, 3.0, 2.0, 45.0)
 LEVEL = replace(PAPER, length_m=0.5554, inclination_deg=0.0)
@@ -162,9 +165,62 @@ def test_a_law_that_takes_a_stable_motion_to_the_largest_restitution_is_refused(
 
 
 def test_without_motions_there_are_none() -> None:
-    found = motions_under_law(PAPER, motions_at(replace(PAPER, restitution=0.5), Parameter.LENGTH)[0].select([]))
+    """Of a capsule so long that the ball never comes across."""
+    device = replace(PAPER, length_m=5.0)
+    found = motions_under_law(device, motions_at(constant(device), Parameter.LENGTH)[0])
     assert found.motions == ()
     assert found.lost == 0
+
+
+def test_the_motion_from_rest_is_there_though_nothing_leads_to_it() -> None:
+    """None of the constant restitution is followed: the motion, and with it the one that it meets at a fold."""
+    (told,) = motions_under_law(PAPER, motions_at(constant(PAPER), Parameter.LENGTH)[0].select([])).motions
+    motions, *_ = motions_at(PAPER, Parameter.LENGTH)
+    assert float(told.x[0]) == pytest.approx(motions.velocity_bottom[motions.stable_mask][0], rel=1e-14)
+
+
+SLOW_IMPACTS = replace(LEVEL, capsule_mass_kg=0.3, frequency_hz=3.0)
+"""The unit of velocity is 5/3 m/s."""
+
+BECOME_MOTIONS = {
+    "a_symmetric_one": replace(SLOW_IMPACTS, length_m=0.0539, restitution=SpeedLaw(0.2956, 0.2956, -0.284, 1.653)),
+    "only_with_the_law": replace(SLOW_IMPACTS, length_m=0.1324, restitution=SpeedLaw(0.1296, 0.1296, -0.2476, 4.07)),
+}
+
+
+@pytest.mark.parametrize("device", BECOME_MOTIONS.values(), ids=BECOME_MOTIONS)
+def test_stable_motions_of_a_law_that_no_motion_of_a_constant_one_leads_to(device: Device) -> None:
+    """What they come from passes through a membrane, or there is nothing that they come from."""
+    assert not motions_at(constant(device), Parameter.LENGTH)[0].stable_mask.any()
+    motions, *_ = motions_at(device, Parameter.LENGTH)
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    cycle = find_attractor(groups, Impact(BOTTOM, 0.0, pi / 2)).cycle
+    assert cycle is not None
+    assert cycle.word == "BT"
+    bottom = int(np.argmax(cycle.wall))
+    off = np.abs(motions.velocity_bottom - cycle.velocity[bottom]) + np.abs(motions.phi_bottom - cycle.phase[bottom])
+    assert off[motions.stable_mask].min() < 1e-8
+
+
+@pytest.mark.slow
+def test_what_is_reached_from_rest_is_listed() -> None:
+    """Of devices with low and high restitutions, stated at speeds much below and above those of the impacts."""
+    rng, reached = np.random.default_rng(12), 0
+    while reached < 40:
+        r, span = rng.uniform(0.1, 0.8), np.exp(rng.uniform(np.log(0.03), np.log(0.6)))
+        law = SpeedLaw(r, r if rng.random() < 0.6 else r * rng.uniform(0.8, 1.1), -rng.uniform(0.05, 0.3), 0.0)
+        law = replace(law, speed=rng.uniform(0.3, 5.0))
+        parts = () if rng.random() < 0.8 else PARTS
+        angle = 0.0 if rng.random() < 0.5 else rng.uniform(0.5, 30)
+        device = replace(SLOW_IMPACTS, restitution=law, length_m=span * 1.11, inclination_deg=angle, harmonics=parts)
+        try:
+            motions, *_ = motions_at(device, Parameter.LENGTH)
+        except NumericalError:  # with an impact at the largest restitution
+            continue
+        end = from_rest(device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(motions))
+        reached += end.reached
+        if end.reached:
+            assert end.cycle is None, device  # come near to one that is listed
 
 
 def test_restitutions_of_a_law_have_a_slope_and_constant_ones_none() -> None:

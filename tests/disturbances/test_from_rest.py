@@ -17,12 +17,12 @@ from vireport import analyse, loads
 from vireport.design import motions_at, solution_of
 from vireport.disturbances import Destination, disturbances_of
 from vireport.disturbances.behaviour import _window
-from vireport.disturbances.from_rest import PHASES, RAMPS, Target, from_rest, presses, started, switched_on, unpressed
+from vireport.disturbances.from_rest import PHASES, RAMPS, Target, from_rest, started, switched_on, unpressed
 from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
 from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Restitutions
 from vireport.scenario import Parameter
-from vireport.simulation import BOTTOM, Impact, attractors, random_starts, start_speed
+from vireport.simulation import BOTTOM, Impact, attractors, presses, random_starts, start_speed
 
 PAPER = Device(
     capsule_mass_kg=0.1245,

@@ -10,12 +10,12 @@ import pytest
 from vireport import analyse, load
 from vireport.design import motions_at
 from vireport.disturbances import Destination, Nearby, disturbances_of, met_along
-from vireport.disturbances.from_rest import release_phase
 from vireport.disturbances.met import VALUES
 from vireport.disturbances.windows import outcomes_at
 from vireport.figures import shown_along, simulated_points
 from vireport.physics import Device
 from vireport.scenario import DesignInput, DisturbancesBlock
+from vireport.simulation import release_phase
 from vireport.study import Study, Task, sweep_of
 from vireport.wording import Words
 

@@ -321,12 +321,12 @@ SAID = [
     (
         "VR003",
         {"solution": known(design=design(1, lost=0), device=SimpleNamespace(law=SpeedLaw(0.5, 0.5, -0.1, 1.0)))},
-        ["only motions that continue those of a constant one were sought. There may be others."],
+        ["and the one that the device comes to from rest, were sought. There may be others."],
     ),
     (
         "VR003",
         {"solution": known(design=design(1, lost=2), device=SimpleNamespace(law=SpeedLaw(0.5, 0.5, -0.1, 1.0)))},
-        ["2 of these could not be followed so far, and there may be others."],
+        ["2 solutions could not be followed so far, and there may be other motions."],
     ),
     (
         "VR003",

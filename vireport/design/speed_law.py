@@ -1,7 +1,8 @@
 """Motions of a design whose restitution falls with speed, followed from those with a constant one.
 
-The exponent of the law grows from nothing. Of the constant restitutions all motions are known; with the law, those that
-come from them. A motion that only the law has is not looked for.
+The exponent of the law grows from nothing. Of the constant restitutions all solutions are known; with the law, those
+that come from them, and the motion that the device comes to when it is switched on. Of others that only the law has,
+none is looked for.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from vireport.base import NumericalError
 from vireport.design.lines import Followed, Line, along, carried, mirrored
 from vireport.motions import (
     FARTHEST,
+    SAME,
     Curve,
     Event,
     Limits,
@@ -32,7 +34,7 @@ from vireport.motions import (
     off,
     solve_motion,
 )
-from vireport.physics import FLOATS, Device, Groups, Restitutions, SpeedLaw, flight, stated
+from vireport.physics import FLOATS, Device, Groups, Restitutions, SpeedLaw, Word, flight, stated
 from vireport.scenario import Parameter
 
 Floats = NDArray[np.float64]
@@ -43,8 +45,23 @@ BEHIND = 0.01
 AT_LIMIT = 1e-6
 """Share of the largest restitution of a law next to which an impact has it: there the law bends."""
 
-SAME = 1e-7
-"""Difference of two motions, in velocities and times, below which they are one."""
+PATIENCE = 4096
+"""Impacts after which a ball that starts from rest is not waited for any longer: some 20 ms where it is chaotic."""
+
+
+class Solutions(Curve, frozen=True, eq=False, dict=True):
+    """The solutions of a word's equations as a curve: motions, and those that pass through a membrane in flight.
+
+    Whether they are motions is not asked on the way: what is none at one exponent may be one at another.
+    """
+
+    def margins(self, x: Floats) -> list[float]:
+        """What is positive of a solution within the range: both distances to its ends, and velocities."""
+        return [float(x[-1]) - self.low, self.high - float(x[-1]), *self._speeds(x)]
+
+    def is_motion(self, x: Floats) -> bool:
+        """Whether the ball stays between the membranes in flight."""
+        return min((turn.gap for turn in self.turns(x)), default=1.0) > 0
 
 
 class Falling(Struct, frozen=True, eq=False):
@@ -116,10 +133,11 @@ class UnderLaw(Struct, frozen=True, eq=False):
 
 
 def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
-    """The 1:1 motions that come from those of a device's `constant` restitutions, to the last digit.
+    """The 1:1 motions that come from the solutions of a device's `constant` restitutions, to the last digit.
 
-    Stable or not, each is followed while the exponent grows, and where a pitchfork parts a symmetric one into two,
-    these as well. A motion that only the law has is not found.
+    Stable or not, motion or not, each is followed while the exponent grows, and where a pitchfork parts a symmetric one
+    into two, these as well. If the device comes from rest to another, that one is added, and what it is joined to.
+    One that only the law has is found in no other way.
 
     Parameters
     ----------
@@ -134,17 +152,47 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
         If the law takes the restitution of an impact to its limit in a motion that is stable.
     """
     most, flat = -float(device.restitution.exponent), mirrored(device)
-    word = motion_at(constant_ones, 0, device.period_ratio).word if len(constant_ones) else None
-    if word is None:
-        return UnderLaw((), Restitutions(np.array([]), np.array([]), 1 - most), 0)
-    curve = Curve(word, Falling(along(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
+    word = Word.of("BT", device.period_ratio)
+    curve = Solutions(word, Falling(along(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
     starts = []
-    for row in np.flatnonzero(constant_ones.admissible_mask):
-        x = curve.vector(motion_at(constant_ones, int(row), device.period_ratio))
+    for row in range(len(constant_ones)):
+        x = curve.vector(motion_at(constant_ones, row, device.period_ratio))
         x[-1] = 0.0
-        way = curve.tangent(x)
-        starts.append((PathPoint(curve, x, way if way[-1] > 0 else -way), flat and constant_ones.u[row] == 0))
-    found: list[tuple[Motion, bool]] = []
+        starts.append((_towards(curve, x, 1.0), flat and bool(constant_ones.u[row] == 0)))
+    found, lost = _followed(device, curve, starts)
+    for x in _from_rest(curve, flat):
+        motion = curve.motion(x)
+        if _new(motion, found) and not _at_limit(device, curve, x):
+            symmetric = flat and motion.distance(motion.mirrored()) < SAME
+            joined, _ = _followed(device, curve, [(_towards(curve, x, -1.0), symmetric)])
+            found.append((motion, symmetric))
+            found += [end for end in joined if _new(end[0], found)]
+    with in_decimals():
+        solved = tuple(_solved(device, motion, symmetric) for motion, symmetric in found)
+        bottom, top = (
+            np.array([float(own.groups.rebound(wall, own.x[i])[0]) for own in solved])
+            for i, wall in enumerate(word.walls)
+        )
+    return UnderLaw(solved, Restitutions(bottom, top, 1 - most), lost)
+
+
+_End = tuple[Motion, bool]
+"""A solution with the law, and whether it is its own mirror image."""
+
+
+def _towards(curve: Curve, x: Floats, sign: float) -> PathPoint:
+    """A point to follow a curve from, in the direction in which what varies grows (1) or falls (-1)."""
+    way = curve.tangent(x)
+    return PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
+
+
+def _new(motion: Motion, known: Sequence[_End]) -> bool:
+    return all(motion.distance(other) > SAME for other, _ in known)
+
+
+def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bool]]) -> tuple[list[_End], int]:
+    """The solutions with the law that curves from some starts come to, and how many are lost on the way."""
+    found: list[_End] = []
     lost = 0
     while starts:
         start, symmetric = starts.pop(0)
@@ -153,19 +201,30 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
             if event is Event.PITCHFORK and symmetric:
                 starts += [(beside, False) for beside in _parted(curve, trail.points[at].x)]
         x, event = trail.points[-1].x, trail.events[-1][1]
-        if event is Event.SWEEP_END and x[-1] < most / 2:
+        if event is Event.SWEEP_END and x[-1] < curve.high / 2:
             continue  # it has met another at a fold
         limited = _at_limit(device, curve, x)
-        lost += 1 if limited or event is Event.LOST else 0
-        if event is Event.SWEEP_END and not limited and all(_differ(x, curve.vector(other)) for other, _ in found):
+        lost += event is Event.LOST or (limited and curve.is_motion(x))
+        if event is Event.SWEEP_END and not limited and _new(curve.motion(x), found):
             found.append((curve.motion(x), symmetric))
-    with in_decimals():
-        solved = tuple(_solved(device, motion, symmetric) for motion, symmetric in found)
-        bottom, top = (
-            np.array([float(own.groups.rebound(wall, own.x[i])[0]) for own in solved])
-            for i, wall in enumerate(word.walls)
-        )
-    return UnderLaw(solved, Restitutions(bottom, top, 1 - most), lost)
+    return found, lost
+
+
+def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
+    """The 1:1 motions that a ball comes to which lies on the bottom membrane when the force sets in."""
+    from vireport.atlas import motion_of_cycle
+    from vireport.simulation import BOTTOM, Impact, find_attractor, presses
+
+    groups = curve.model.at((curve.high,))
+    for press in presses(groups):
+        cycle = find_attractor(groups, Impact(BOTTOM, 0.0, press.release), PATIENCE, compiled=False).cycle
+        if cycle is None or cycle.sticks:
+            continue
+        motion = motion_of_cycle(cycle, curve.high).canonical()
+        for image in (motion, motion.mirrored().canonical()) if flat else (motion,):
+            x = curve.at(curve.vector(image), curve.high) if image.word == curve.word else None
+            if x is not None:
+                yield x
 
 
 def _parted(curve: Curve, x: Floats) -> Iterator[PathPoint]:
@@ -176,11 +235,7 @@ def _parted(curve: Curve, x: Floats) -> Iterator[PathPoint]:
             yield from (beside for _, beside in off(curve, x, -vertex.tangent))
 
 
-def _differ(x: Floats, other: Floats) -> bool:
-    return bool(np.abs(x - other).max() > SAME)
-
-
-def _at_limit(device: Device, curve: Curve, x: Floats) -> bool:
+def _at_limit(device: Device, curve: Solutions, x: Floats) -> bool:
     """Whether the law takes the restitution of an impact of a motion to its limit, where it bends.
 
     Raises
@@ -192,7 +247,7 @@ def _at_limit(device: Device, curve: Curve, x: Floats) -> bool:
     for wall, velocity in zip(curve.word.walls, x, strict=False):
         r, slope = groups.rebound(wall, float(velocity))
         if r == slope or r > (1 - AT_LIMIT) * flight.LARGEST_RESTITUTION:
-            if not curve.stability(x).attracts:
+            if not (curve.stability(x).attracts and curve.is_motion(x)):
                 return True
             speed = abs(velocity) * float(device.velocity_unit(Parameter.LENGTH, device.length_m))
             raise NumericalError(

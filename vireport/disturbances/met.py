@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from vireport.base import brief
 from vireport.design import Solution
-from vireport.disturbances.from_rest import Destination, FromRest, presses, rested, unpressed
+from vireport.disturbances.from_rest import Destination, FromRest, rested, unpressed
 from vireport.disturbances.windows import groups_at
 from vireport.motions import Sweep
 from vireport.physics import Device, Groups
 from vireport.scenario import DesignInput, Parameter, ScalarInput
-from vireport.simulation import BOTTOM, REST, RUNNING, Cycle, approached, as_start, check_model, follow_one
+from vireport.simulation import BOTTOM, REST, RUNNING, Cycle, approached, as_start, check_model, follow_one, presses
 
 Floats = NDArray[np.float64]
 

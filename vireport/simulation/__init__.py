@@ -18,6 +18,7 @@ from vireport.simulation.events import (
     start_of,
 )
 from vireport.simulation.kernel import FLIGHT, FREE, HELD, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
+from vireport.simulation.release import Press, presses, release_phase
 from vireport.simulation.starts import even_starts, random_starts, start_speed
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ __all__ = [
     "Jump",
     "Outcome",
     "Portrait",
+    "Press",
     "Stage",
     "approached",
     "as_start",
@@ -72,7 +74,9 @@ __all__ = [
     "moved_on",
     "path",
     "portrait",
+    "presses",
     "random_starts",
+    "release_phase",
     "rest_cycle",
     "start_of",
     "start_speed",

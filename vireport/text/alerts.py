@@ -157,10 +157,11 @@ CATALOGUE = (
             "none": "At {place}, there is no solution.",
             "one": "At {place}, the one solution is not admissible and stable.",
             "several": "At {place}, none of the {count} solutions is admissible and stable.",
-            "by_law": "The restitution falls with speed: only motions that continue those of a constant one were "
-            "sought. There may be others.",
-            "lost": "The restitution falls with speed: only motions that continue those of a constant one were sought. "
-            "{count} of these could not be followed so far, and there may be others.",
+            "by_law": "The restitution falls with speed: only motions that continue solutions of a constant one, "
+            "and the one that the device comes to from rest, were sought. There may be others.",
+            "lost": "The restitution falls with speed: only motions that continue solutions of a constant one, "
+            "and the one that the device comes to from rest, were sought. {count} solutions "
+            "could not be followed so far, and there may be other motions.",
             "instead": "Stable there: {others}.",
             "from_rest": "By simulation, a ball that lies on the bottom membrane when the shaking begins comes to: "
             "{motion}.",
