@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from pathlib import Path
@@ -377,12 +377,12 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         from vireport.disturbances import met_along
 
         study = replace(study, met=met_along(solution.sweep))
-    if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
-        study = _with_motions(study, scenario.motion_limits, say)
     nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
     if nowhere_stable or steps.runs(Task.FROM_REST, Task.WINDOWS):
         say("following the ball from rest")
         study = _with_disturbances(study)
+    if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
+        study = _with_motions(study, scenario.motion_limits, say)
     if scenario.excitation.record is not None and steps.runs(Task.DRIVEN):
         study = _with_driven(study, scenario.excitation.record, say)
     if steps.runs(Task.SHOCK, Task.JITTER):
@@ -475,26 +475,40 @@ def _with_proof(study: Study, say: Progress) -> Study:
 
 
 def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
-    from vireport.atlas import atlas, motion_of_cycle, motions_of
+    from vireport.atlas import atlas, motions_of
 
-    sweep, check = study.solution.sweep, study.crosscheck
+    sweep = study.solution.sweep
     if sweep is None:
         return study
-    ends = () if check is None else check.attractors()
     given = []
     for row in asked.starts:
         word, coordinate = Word.of(row.word, row.periods), float(sweep.coordinate_of(row.value))
         low, high = map(float, sweep.coordinate_range)
         given.append(motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate))
-    simulated = (
-        motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
-        for value, end in ends
-        if end.cycle is not None and not end.cycle.sticks
-    )
     limits = Limits(asked.impacts, asked.periods)
-    families = atlas(sweep, limits, chain(chain.from_iterable(given), simulated), say)
+    families = atlas(sweep, limits, chain(chain.from_iterable(given), _simulated(study, sweep)), say)
     _require_found(study.loaded, asked, given, families)
     return replace(study, atlas=families)
+
+
+def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
+    """The motions that the simulation comes to along a sweep, and at the design point: from rest and from starts."""
+    from vireport.atlas import motion_of_cycle
+    from vireport.disturbances import met_along
+
+    check, told, design = study.crosscheck, study.disturbances, study.solution.design
+    if check is not None:
+        ends = [(value, end.cycle) for value, end in check.attractors()]
+    else:  # whether or not they are drawn: families are the same in all formats
+        ends = [(met.value, met.motion) for met in study.met or met_along(sweep)]
+    if told is not None and told.from_rest is not None and design is not None:
+        ends.append((design.value, told.from_rest.cycle))
+    for value, cycle in ends:
+        if cycle is not None and not cycle.sticks:
+            yield motion_of_cycle(cycle, float(sweep.coordinate_of(value)))
+    if told is not None and design is not None:
+        for found in told.by_starts:
+            yield replace(found.motion, coordinate=float(sweep.coordinate_of(design.value)))
 
 
 def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence[Motion]], families: Atlas) -> None:
