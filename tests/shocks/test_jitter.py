@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import first
-from devices import DISTORTED, case
+from devices import DISTORTED, case, of
 
 from vireport.atlas import motion_of_cycle
 from vireport.motions import Motion
-from vireport.physics import Groups, Harmonic, Membrane, generated_voltage, wrapped
+from vireport.physics import Device, Groups, Harmonic, Membrane, generated_voltage, wrapped
 from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
 from vireport.shocks.impact_map import backwards, forwards
 from vireport.shocks.jitter import TOLERANCE, Jitter, NoJitter, Unsettled, jitter
@@ -123,7 +123,7 @@ def test_near_the_period_doubling_no_wrong_figure_is_given() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("force", "kick", "wait"), [(5.2, 7e-4, 100), (5.0, 2e-3, 50), (5.31, 2e-4, 300), (3.6, 1e-2, 20)]
+    ("force", "kick", "wait"), [(5.2, 7e-4, 100), (5.0, 1.9e-3, 50), (5.31, 2e-4, 300), (3.6, 1e-2, 20)]
 )
 def test_the_error_told_is_the_error_made(force: float, kick: float, wait: int) -> None:
     """Where linear theory is off by some per cent, it says by how much."""
@@ -133,6 +133,33 @@ def test_the_error_told_is_the_error_made(force: float, kick: float, wait: int) 
     seen = monte_carlo(groups, motion, kick, 0.0, 6000, wait, 50)
     off = np.abs(np.sqrt(np.diagonal(seen / found.covariance, axis1=1, axis2=2)) - 1).max()
     assert 0.4 * found.error - 0.005 < off < 1.2 * found.error + 0.005
+
+
+@pytest.mark.slow
+def test_the_error_told_covers_that_of_random_devices() -> None:
+    """Up to what the number of kicks leaves open, four standard errors; linear theory alone is off by up to 6 %."""
+    rng, held, starts = np.random.default_rng(1), 0, 500
+    while held < 8:
+        angle = 0.0 if rng.random() < 0.3 else rng.uniform(1, 60)
+        parts = DISTORTED if rng.random() < 0.25 else ()
+        r, length, force = rng.uniform(0.15, 0.8), rng.uniform(0.2, 1.2), rng.uniform(2, 6)
+        groups, stable, _, _ = of(Device(0.1245, r, 9.8, length, force, 2.0, angle, harmonics=parts))
+        known = jitter(groups, stable[0], 1e-7) if stable else None
+        if not isinstance(known, Jitter):
+            continue
+        kick = 1e-7 * known.valid_up_to * rng.uniform(0.6, 1.0)
+        found = jitter(groups, stable[0], kick)
+        lap = np.linalg.multi_dot([*flight_matrices(groups, stable[0])[::-1], np.eye(2)])
+        wait = 20 + round(10 / -np.log(np.abs(np.linalg.eigvals(lap)).max()))
+        if not isinstance(found, Jitter) or wait > 100:
+            continue
+        seen = kicked(groups, stable[0], kick, 0.0, starts, wait, 100)
+        for linear, deviations in zip(found.covariance, seen, strict=True):
+            squares = (deviations - deviations.mean(axis=1)[:, None]) ** 2
+            of_starts = squares.reshape(2, 100, starts).mean(axis=1) / np.diag(linear)[:, None]
+            spread, unsure = np.sqrt(of_starts.mean(axis=1)), of_starts.std(axis=1) / np.sqrt(starts) / 2
+            assert (np.abs(spread - 1) < found.error + 4 * unsure).all(), (r, length, force, angle, kick)
+        held += 1
 
 
 @pytest.mark.slow
@@ -189,8 +216,8 @@ def test_mean_and_spread_of_the_voltage_are_those_of_kicked_trajectories() -> No
 
 
 def test_no_restitution_beyond_what_is_possible() -> None:
-    """At r = 0.98 a scatter of 0.01 has one impact in forty gain energy."""
-    groups, (motion, *_), _, _ = case(3.0, 0.8, 20.0, r=0.98)
+    """At r = 0.02 a scatter of 0.01 has one impact in forty leave into the membrane."""
+    groups, (motion, *_), _, _ = case(3.0, 0.5, 0.0, r=0.02)
     assert jitter(groups, motion, 0.0, 0.01) == NoJitter(Unsettled.IMPOSSIBLE, pytest.approx(2 / 3))
     allowed = jitter(groups, motion, 0.0, 0.006)
     assert isinstance(allowed, Jitter)

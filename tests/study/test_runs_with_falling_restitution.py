@@ -94,7 +94,7 @@ def test_the_simulation_and_margins_under_effects_know_the_law(example) -> None:
 
 def test_the_report_shows_the_law_and_says_what_is_claimed(falling) -> None:
     page = render_html(Report(falling, {}, provenance_of(falling.loaded, "test"))).decode()
-    assert "there may be others" in page
+    assert "There may be others" in page
     assert "The restitution falls with the speed of the impact" in page
 
 

@@ -1,14 +1,16 @@
 """Jitter of a stable motion: how far small random kicks at every impact spread its phases, velocities and voltages.
 
-Linear theory, a discrete Lyapunov equation, and beside it its own error: the first term that it leaves out, which grows
-with the square of the kicks and faster than the spread itself towards a critical point.
+Linear theory, a discrete Lyapunov equation, and beside it its own error: what the mean, the covariance and the skewness
+of the spread are by the map itself. It grows with the square of the kicks at first, and faster than the spread itself
+towards a critical point.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from itertools import product
-from math import ceil, hypot, inf, log2, pi, sqrt
+from math import ceil, hypot, inf, log, log2, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +35,15 @@ LEAST_KICK = 1e-5
 
 FLATTEST = 1e-14
 """Ratio of the variances along the axes of a spread below which the smaller one is rounding."""
+
+ROUNDS, SETTLED = 12, 0.01
+"""Rounds in which the moments of a spread come to repeat themselves, and the change of its error at which they do."""
+
+REFINED, NEARLY = 8, 0.97
+"""How often it is looked how far kicks may grow, and the share of `TOLERANCE` that is near enough to it."""
+
+BEYOND = 2.0
+"""What fourth cumulants, which are not taken into account, may add to an error, over its square."""
 
 MOMENTS = ("k,ka,kb->ab", 2), ("k,ka,kb,kc->abc", 3)
 """Sums that give covariance and third cumulants, and how many deviations are multiplied in each."""
@@ -63,7 +74,7 @@ class Jitter(Struct, frozen=True, eq=False):
     mean : ndarray (N, 2)
         By how much kicks shift the means of these, to second order.
     error : float
-        Error of the standard deviations, as a share of them, by the first term that linear theory leaves out.
+        Error of the standard deviations, as a share of them, by the moments up to the third of the map itself.
     valid_up_to : float
         Factor by which both kinds of kicks may grow until that error is `TOLERANCE`, or the restitution may leave the
         range from 0 to 1; at least 1.
@@ -170,10 +181,12 @@ def jitter(
     sigma^2 + (sigma_r Z')^2 the covariance obeys S = A S A' + b b' (sigma^2 + (sigma_r Z')^2) from impact to impact,
     and repeats itself after a period.
 
-    Neglected are quadratic and cubic terms of the map. Their first effect on S is of order sigma^4. It comes from the
+    Neglected are quadratic and higher terms of the map. Their first effect on S is of order sigma^4. It comes from the
     shift of the mean, the skewness of the spread, and the map's curvature, and is found with the simulated map itself
     on a Gauss-Hermite rule: a first round from the linear spread gives mean and third cumulants, a second one what is
-    added to S in a period. Without the skewness it would have the wrong sign next to a period doubling.
+    added to S in a period. Without the skewness it would have the wrong sign next to a period doubling. With kicks that
+    are off by some per cent the next orders count as well, so rounds go on until the moments repeat themselves. What is
+    left out then are fourth cumulants.
     """
     if not (0 <= kick < inf and 0 <= restitution_scatter < inf):
         raise ValueError(f"standard deviations must be finite and not negative: {kick}, {restitution_scatter}")
@@ -193,19 +206,44 @@ def jitter(
         return Jitter(motion, kick, restitution_scatter, np.array(covariance), np.zeros((len(matrices), 2)), 0.0, inf)
     room = _room(groups, motion, restitution_scatter)
     enlarged = max(0, ceil(log2(LEAST_KICK / sqrt(float(kicks.max())))))
+    spreads = np.array(covariance)
+
+    def off(factor: float) -> tuple[float, Floats]:
+        spread = factor * kick, factor * restitution_scatter
+        return _neglected(groups, motion, spread, lap, factor**2 * spreads, compiled)
+
     for power in range(enlarged, -HALVINGS, -1):
         factor = 2.0**power
-        spread = factor * kick, factor * restitution_scatter
-        error, mean = _neglected(groups, motion, spread, lap, factor**2 * covariance[0], compiled)
+        error, mean = off(factor)
         if error <= TOLERANCE:
-            holds = min(factor * sqrt(TOLERANCE / error) if error > 0 else inf, room)
+            holds = min(_farthest(lambda each: off(each)[0], factor, error), room)
             if power < 0:
                 return NoJitter(Unsettled.TOO_LARGE, min(holds, 2 * factor))
             if room < 1:
                 return NoJitter(Unsettled.IMPOSSIBLE, holds)
-            spreads, shifts = np.array(covariance), mean / factor**2
+            shifts = mean / factor**2
             return Jitter(motion, kick, restitution_scatter, spreads, shifts, error / factor**2, holds)
     return NoJitter(Unsettled.TOO_LARGE, 0.0)
+
+
+def _farthest(error_at: Callable[[float], float], factor: float, error: float) -> float:
+    """The factor up to which an error, known at one at which it is small enough, stays below `TOLERANCE`."""
+    aim, beyond, over = (1 + NEARLY) / 2 * TOLERANCE, inf, inf
+    for _ in range(REFINED):
+        if not 0 < error < NEARLY * TOLERANCE:
+            break
+        if beyond == inf:
+            ahead = factor * sqrt(aim / error)  # it grows with the square
+        elif over == inf:
+            ahead = (factor + beyond) / 2
+        else:
+            ahead = factor * (beyond / factor) ** (log(aim / error) / log(over / error))
+        found = error_at(ahead)
+        if found <= TOLERANCE:
+            factor, error = ahead, found
+        else:
+            beyond, over = ahead, found
+    return factor if error else inf
 
 
 def _room(groups: Groups[float], motion: Motion, restitution_scatter: float) -> float:
@@ -224,25 +262,44 @@ def _neglected(
     linear: Floats,
     compiled: bool,
 ) -> tuple[float, Floats]:
-    """Leading error of the linear standard deviations, as a share of them, and shifts of the means at each impact.
+    """Error of the linear standard deviations, as a share of them, and shifts of the means at each impact.
 
-    The error is inf where other membranes are met.
+    The error is inf where other membranes are met, or where the moments do not settle.
     """
-    start = _Moments(np.zeros(2), linear, np.zeros((2, 2, 2)))
-    first = _through_a_period(groups, motion, spread, start, compiled)
-    if first is None:
+    start = _Moments(np.zeros(2), linear[0], np.zeros((2, 2, 2)))
+    passed = _through_a_period(groups, motion, spread, start, compiled)
+    if passed is None:
         return inf, np.zeros(0)
-    end = first[-1]
-    mean = np.asarray(np.linalg.solve(np.eye(2) - lap, end.mean), dtype=float)
+    first = _repeated(lap, start, passed[-1])
+    moments = first._replace(covariance=linear[0])
+    own = np.diagonal(linear, axis1=1, axis2=2)
+    means, errors = np.zeros(0), [inf]
+    for _ in range(ROUNDS):
+        passed = _through_a_period(groups, motion, spread, moments, compiled)
+        if passed is None:
+            return inf, np.zeros(0)
+        if not means.size:  # to second order in the kicks
+            means = np.array([moments.mean, *(after.mean for after in passed[:-1])])
+        moments = _repeated(lap, moments, passed[-1])
+        found = np.array([moments.covariance, *(after.covariance for after in passed[:-1])])
+        variances = np.diagonal(found, axis1=1, axis2=2)
+        if not (variances > 0).all():
+            return inf, np.zeros(0)
+        errors.append(float(np.abs(np.sqrt(variances / own) - 1).max()))
+        if abs(errors[-1] - errors[-2]) <= SETTLED * errors[-1]:
+            # Neither the first term nor the moments are the whole: the larger of both.
+            error = max(errors[1], errors[-1])
+            return error * (1 + BEYOND * error), means
+    return inf, np.zeros(0)
+
+
+def _repeated(lap: Floats, moments: _Moments, after: _Moments) -> _Moments:
+    """Moments that come nearer to repeating themselves after a period, by linear theory of what they change."""
     cubed = np.kron(lap, np.kron(lap, lap))
-    skewness = np.asarray(np.linalg.solve(np.eye(8) - cubed, end.skewness.ravel()), dtype=float).reshape(2, 2, 2)
-    second = _through_a_period(groups, motion, spread, _Moments(mean, linear, skewness), compiled)
-    if second is None:
-        return inf, np.zeros(0)
-    added = stationary(lap, second[-1].covariance - linear)
-    # The largest change of a variance in any direction over the variance in that direction.
-    share = np.linalg.eigvals(np.linalg.solve(linear, added))
-    return float(np.abs(share).max()) / 2, np.array([mean, *(moments.mean for moments in second[:-1])])
+    mean = moments.mean + np.linalg.solve(np.eye(2) - lap, after.mean - moments.mean)
+    skewed = np.linalg.solve(np.eye(8) - cubed, (after.skewness - moments.skewness).ravel())
+    covariance = moments.covariance + stationary(lap, after.covariance - moments.covariance)
+    return _Moments(mean, covariance, moments.skewness + skewed.reshape(2, 2, 2))
 
 
 def _rule() -> tuple[Floats, Floats, Floats]:
