@@ -197,7 +197,7 @@ def test_a_comparison_opens_with_two_sentences_and_what_else_is_to_be_known_foll
     ],
 )
 def test_variants_are_named_by_what_is_varied_with_its_unit(vary: str, names: list[str]) -> None:
-    assert [one.name for one in variants([EXAMPLES / "inclined.yaml"], [vary], None, ())] == names
+    assert [one.name for one in variants([EXAMPLES / "inclined.yaml"], [vary], None, (), False)] == names
 
 
 @pytest.mark.slow

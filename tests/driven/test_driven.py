@@ -15,6 +15,7 @@ from pages import Page
 from scipy.io import savemat
 
 from vireport import UsageError, analyse, load
+from vireport.base import ReadingPlace
 from vireport.cli import main
 from vireport.design import solution_of, stable_motion
 from vireport.driven import Driven, NoInterval, batched, driven_by
@@ -41,7 +42,7 @@ def recorded(folder: Path, seconds: float = 60.0, newton: float = 3.0, rate: flo
 
 def drive(folder: Path, *over: str) -> Driven:
     own = scenario(*over)
-    return driven_by("shaker.mat", folder, Device.of(own), Membrane.of(own))
+    return driven_by("shaker.mat", ReadingPlace(str(folder)), Device.of(own), Membrane.of(own))
 
 
 @pytest.mark.parametrize("more", [{}, {"second": 0.03}, {"offset": 6.93}], ids=["sine", "harmonic", "offset"])
@@ -167,12 +168,12 @@ def test_records_that_are_not_whole_are_refused(tmp_path: Path) -> None:
     device = Device.of(scenario())
     savemat(tmp_path / "x.mat", {"voltage_v": np.random.default_rng(0).standard_normal(500), "sampling_rate_hz": RATE})
     with pytest.raises(UsageError, match="has no acceleration"):
-        driven_by("x.mat", tmp_path, device, None)
+        driven_by("x.mat", ReadingPlace(str(tmp_path)), device, None)
     t = np.arange(2000) / RATE
     gap = t + np.where(t > 10, 0.5, 0.0)
     savemat(tmp_path / "y.mat", {"acceleration_m_s2": 24 * np.cos(4 * np.pi * gap), "time_s": gap})
     with pytest.raises(UsageError, match=r"lacks samples before 10\.51 s"):
-        driven_by("y.mat", tmp_path, device, None)
+        driven_by("y.mat", ReadingPlace(str(tmp_path)), device, None)
 
 
 def test_the_report_shows_the_numbers_of_the_results(ran: Path) -> None:

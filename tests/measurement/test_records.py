@@ -39,6 +39,7 @@ NO_TEXT = "a zero byte: this is no text (allowed: CSV in UTF-8)"
 NO_NUMBER = "is not a finite number"
 NO_MEMBRANE = "is no membrane"
 UNKNOWN = "unknown column"
+NO_COLUMN = "no column is known by its name (the first line is time_s,membrane"
 UNIT = "(allowed: seconds, and excitation.frequency_hz in Hz"
 ORDER = "(allowed: ascending times, each once)"
 VALUES = "(allowed: commas between columns, and points in numbers)"
@@ -60,7 +61,7 @@ FILES: dict[str, tuple[bytes, int, str]] = {
     "MATLAB": (b"MATLAB 5.0 MAT-file\x00", 1, NO_TEXT),
     "JSON": (b'{"time_s": [0.1], "membrane": ["top"]}', 1, UNKNOWN),
     "YAML": (b"time_s: 0.1\nmembrane: top\n", 1, UNKNOWN),
-    "HTML": (b"<html><body>404</body></html>", 1, UNKNOWN),
+    "HTML": (b"<html><body>404</body></html>", 1, NO_COLUMN),
     "two byte order marks": (b"\xef\xbb\xbf" * 2 + GOOD.encode(), 1, UNKNOWN),
 }
 """Bytes of files that are no text of ours, the line of the mistake, and what is said."""
@@ -82,10 +83,10 @@ TEXTS: dict[str, tuple[str, int, str]] = {
     "capital head": ("Time_s,Membrane\n", 1, "Time_s: unknown column; did you mean 'time_s'?"),
     "head with unit": ("time [s],membrane\n", 1, "time [s]: unknown column; did you mean 'time_s'?"),
     "head in milliseconds": ("time_ms,membrane\n", 1, "time_ms: unknown column"),
-    "other head": ("t,wall\n", 1, "time_s: the column is missing"),
-    "no head": ("0.1,bottom\n0.2,top\n", 1, UNKNOWN),
-    "comment": (f"# exported\n{GOOD}", 1, "# exported: unknown column"),
-    "separator line": (f"sep=,\n{GOOD}", 1, "sep=: unknown column"),
+    "other head": ("t,wall\n", 1, NO_COLUMN),
+    "no head": ("0.1,bottom\n0.2,top\n", 1, NO_COLUMN),
+    "comment": (f"# exported\n{GOOD}", 1, NO_COLUMN),
+    "separator line": (f"sep=,\n{GOOD}", 1, NO_COLUMN),
     "numbered rows": ("index,time_s,membrane\n1,0.1,top\n", 1, "index: unknown column"),
     "notes": ("time_s,membrane,notes\n0.1,top,x\n", 1, "notes: unknown column"),
     "nameless column": (",time_s,membrane\n1,0.1,top\n", 1, "a column without a name (allowed: time_s"),
@@ -155,7 +156,8 @@ TEXTS: dict[str, tuple[str, int, str]] = {
     "quote within a number": (f'{HEAD}0."1,top\n', 2, NO_NUMBER),
     "text after a quote": (f'{HEAD}"0.1"x,top\n', 2, "expected after"),
     "single quotes": (f"{HEAD}'0.1',top\n", 2, NO_NUMBER),
-    "endless cell": (f'{HEAD}"{"1" * 200_000}",top\n', 2, "field larger than field limit"),
+    "endless cell": (f'{HEAD}"{"1" * 200_000}",top\n', 2, "a line of more than 100000 bytes (allowed: an impact"),
+    "endless head": (f"{HEAD[:-1]}{',' * 200_000}\n", 1, "a line of more than 100000 bytes"),
 }
 """Texts with a mistake, its line, and what is said."""
 
@@ -190,7 +192,7 @@ def test_of_malformed_files_nothing_is_written(capsys, tmp_path, monkeypatch) ->
 def test_a_gigabyte_is_refused_by_its_size(tmp_path) -> None:
     with (tmp_path / "long.csv").open("wb") as file:
         file.truncate(1 << 30)
-    with pytest.raises(ScenarioError, match=r"long\.csv:1: the file is larger than 50 MB \(cut the record\)"):
+    with pytest.raises(UsageError, match=r"long\.csv: the file is larger than 50 MB \(cut the record\)"):
         read_record(str(tmp_path / "long.csv"), 2.0)
 
 

@@ -169,3 +169,28 @@ def test_a_file_larger_than_any_report_is_not_read(tmp_path: Path, monkeypatch: 
     (tmp_path / "report.pdf").write_bytes(b"%PDF-" + bytes(1 << 20))
     with pytest.raises(UsageError, match="is larger than 1 MiB"):
         read_carried(str(tmp_path / "report.pdf"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["/etc/hostname", "../impacts.csv", "impacts.csv"])
+def test_records_of_a_report_are_beside_it_and_nowhere_else(example, tmp_path: Path, capsys, name: str) -> None:
+    """Also where the report says that its scenario was in another folder."""
+    (tmp_path / "made").mkdir()
+    record = example("measured").with_name("measured-impacts.csv").read_bytes()
+    for place in ("made/impacts.csv", "impacts.csv"):
+        (tmp_path / place).write_bytes(record)
+    study = analyse(load(example("measured"), ["measured=[{impacts: measured-impacts.csv}]"]))
+    written = Report(study, {}, provenance_of(study.loaded, "vireport run measured.yaml"))
+    page = render_html(written).replace(b'"scenario_name":"measured.yaml"', b'"scenario_name":"../../etc/x.yaml"')
+    page = page.replace(b"impacts: measured-impacts.csv", f"impacts: {name}".encode())
+    (tmp_path / "made/report.html").write_bytes(page)
+    code = main(["run", str(tmp_path / "made/report.html"), "--json"])
+    said = capsys.readouterr()
+    if name == "impacts.csv":
+        assert code == 0
+        assert json.loads(said.out)["measured"][0]["impacts"]
+        return
+    assert code == 2
+    assert f"{name}: leads out of the folder of the scenario" in said.err
+    assert len(said.err.splitlines()) == 1
+    assert main(["run", str(tmp_path / "made/report.html"), "--json", "--allow-outside"]) == 2 * name.startswith("/etc")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from functools import cache
@@ -161,3 +162,53 @@ def test_impacts_of_another_device_are_refused_with_a_reason(tmp_path: Path):
     (told,) = data_of(at)["measured"]
     assert "do not follow this device" in told["reason"]
     assert told["impacts"] == []
+
+
+@pytest.fixture
+def outside(tmp_path: Path, monkeypatch) -> Path:
+    """A scenario whose record is in the folder above it, and a file that is none of ours beside that."""
+    (tmp_path / "own").mkdir()
+    record = (EXAMPLES / "measured-impacts.csv").read_bytes()
+    (tmp_path / "impacts.csv").write_bytes(record)
+    (tmp_path / "secret").write_text("db.example.org\n")
+    text = (EXAMPLES / "measured.yaml").read_text()
+    assert "measured:" not in text
+    (tmp_path / "own/x.yaml").write_text(f"{text}\nmeasured: [{{impacts: ../impacts.csv}}]\n")
+    monkeypatch.chdir(tmp_path / "own")
+    return tmp_path / "own/x.yaml"
+
+
+def test_a_record_outside_of_the_folder_is_read_where_that_is_allowed(outside: Path, capsys) -> None:
+    assert main(["validate", "x.yaml"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert re.match(r"x\.yaml:\d+: measured\.0\.impacts: \.\./impacts\.csv: leads out of the folder", lines[0])
+    assert main(["validate", "x.yaml", "--allow-outside"]) == 0
+    assert measured_of(load(outside, allow_outside=True))[0].impacts > 100
+    with pytest.raises(ScenarioError, match="leads out of the folder"):
+        measured_of(load(outside))
+
+
+@pytest.mark.parametrize("name", ["secret", "../secret", "/etc/passwd", "/etc/hostname"])
+def test_of_a_file_that_is_no_record_nothing_is_shown(outside: Path, capsys, name: str) -> None:
+    (outside.parent / "secret").write_text("root:x:0:0\ndb.example.org\n")
+    text = outside.read_text().replace("../impacts.csv", name)
+    outside.write_text(text)
+    for option in ([], ["--allow-outside"]):
+        assert main(["validate", "x.yaml", *option]) == 2
+        said = capsys.readouterr().err
+        assert len(said.splitlines()) == 1
+        assert not any(word in said for word in ("root", "example", Path("/etc/hostname").read_text().strip()))
+
+
+def test_mistakes_of_a_thousand_rows_are_counted(outside: Path, capsys) -> None:
+    (outside.parent / "bad.csv").write_text("time_s,membrane\n" + "0.1,up\n" * 5000)
+    outside.write_text(outside.read_text().replace("../impacts.csv", "bad.csv"))
+    assert main(["validate", "x.yaml", "--json"]) == 2
+    told = json.loads(capsys.readouterr().out)
+    assert (len(told["mistakes"]), told["more"]) == (20, 4980)
+    assert main(["validate", "x.yaml"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 21
+    assert "bad.csv:21: membrane: 'up' is no membrane" in lines[19]
+    assert lines[20] == "x.yaml: and 4980 more (mend these first)"

@@ -1,11 +1,13 @@
-"""What every room stands on: ways to fail, Ctrl-C, streams, files written whole, records, JSON, the version."""
+"""What every room stands on: ways to fail, Ctrl-C, streams, files read and written, records, JSON, the version."""
 
 from vireport.base import interrupts, streams
 from vireport.base.deferred import deferred
 from vireport.base.encoding import json_answer, json_text
 from vireport.base.errors import (
     EXTRAS,
+    MOST_MISTAKES,
     Mistake,
+    Mistakes,
     NumericalError,
     OutputError,
     RenderError,
@@ -16,16 +18,21 @@ from vireport.base.errors import (
 )
 from vireport.base.files import require_writable, writable, write_files, write_new, write_whole
 from vireport.base.progress import Progress, WorkStep, counted, portion
+from vireport.base.reading import ANYWHERE, ReadingPlace
 from vireport.base.records import brief, plain
 from vireport.base.shares import share_interval
 from vireport.base.version import __version__
 
 __all__ = [
+    "ANYWHERE",
     "EXTRAS",
+    "MOST_MISTAKES",
     "Mistake",
+    "Mistakes",
     "NumericalError",
     "OutputError",
     "Progress",
+    "ReadingPlace",
     "RenderError",
     "ScenarioError",
     "UsageError",

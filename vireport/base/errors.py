@@ -6,7 +6,7 @@ request.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from msgspec import Struct
 
@@ -61,28 +61,58 @@ class Mistake(Struct, frozen=True):
         return f"{place}{self.path}: {self.message}" if self.path else f"{place}{self.message}"
 
 
+MOST_MISTAKES = 20
+"""Of a file that are told one by one: whoever has mended these runs it again."""
+
+
+class Mistakes:
+    """Mistakes of a file as they are found: the first ones in words, and how many others there are.
+
+    What is wrong with a million rows is neither kept nor worded.
+    """
+
+    def __init__(self) -> None:
+        self.told: list[Mistake] = []
+        self.more = 0
+
+    def __bool__(self) -> bool:
+        return bool(self.told)
+
+    def add(self, line: int, path: str, message: Callable[[], str] | str) -> None:
+        """Add a mistake; what words it is called where it is told alone."""
+        if len(self.told) < MOST_MISTAKES:
+            self.told.append(Mistake(line, path, message if isinstance(message, str) else message()))
+        else:
+            self.more += 1
+
+
 class ScenarioError(VireportError):
-    """A scenario that cannot be used, with every mistake that was found in it.
+    """A scenario, or a record of measurements, that cannot be used, with the mistakes that were found in it.
 
     Parameters
     ----------
     name : str
         Name of the file, as the caller gave it.
     mistakes : iterable of Mistake
-        At least one; they are shown in the order of their lines.
+        At least one; the first ones in the order of their lines are told.
+    more : int
+        Mistakes behind these, which are counted.
     """
 
     exit_code = 2
 
-    def __init__(self, name: str, mistakes: Iterable[Mistake]) -> None:
+    def __init__(self, name: str, mistakes: Iterable[Mistake], more: int = 0) -> None:
         self.name = name
-        self.mistakes = tuple(sorted(mistakes, key=lambda mistake: mistake.line))
+        found = sorted(mistakes, key=lambda mistake: mistake.line)
+        self.mistakes = tuple(found[:MOST_MISTAKES])
+        self.more = more + len(found) - len(self.mistakes)
         super().__init__("\n".join(self.lines))
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The message as lines, one for each mistake."""
-        return tuple(mistake.render(self.name) for mistake in self.mistakes)
+        """The message as lines, one for each mistake that is told, and one for the number of others."""
+        told = tuple(mistake.render(self.name) for mistake in self.mistakes)
+        return (*told, f"{self.name}: and {self.more} more (mend these first)") if self.more else told
 
     def to_dicts(self) -> list[dict[str, str | int | None]]:
         """The mistakes as data, ready for JSON: those of ``--set`` have neither file nor line."""

@@ -39,9 +39,6 @@ OPTIONAL = "requirements", "tolerances"
 MODULES = "elements.js", "panels.js", "sketch.js", "bench.js"
 """The modules that draw a page, each after those that it imports."""
 
-MOST_MISTAKES = 20
-"""Mistakes that a page is told of."""
-
 NAME = re.compile(r"\w[\w .-]{0,59}")
 """What a file that is saved may be called, without its ending."""
 
@@ -158,15 +155,14 @@ def job_of(known: Opened, kind: Aside, asked: Asked) -> Job:
 def refusal(error: VireportError) -> dict[str, Any]:
     """What a page is told where there is no answer: each mistake with the path of its control, if it has one.
 
-    Of many mistakes it is told the first, and how many there are.
+    Of many mistakes it is told the first, and how many more there are.
     """
     if isinstance(error, ScenarioError):
         mistakes = [{"path": mistake.path, "message": mistake.message} for mistake in error.mistakes]
+        if error.more:
+            mistakes.append({"path": "", "message": f"There are {error.more} more mistakes."})
     else:
         mistakes = [{"path": "", "message": line} for line in error.lines]
-    if len(mistakes) > MOST_MISTAKES:
-        more = {"path": "", "message": f"There are {len(mistakes) - MOST_MISTAKES + 1} more mistakes."}
-        mistakes = [*mistakes[: MOST_MISTAKES - 1], more]
     return {"refused": mistakes}
 
 

@@ -25,6 +25,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from vireport.base import (
+    ReadingPlace,
     ScenarioError,
     UsageError,
     VireportError,
@@ -92,6 +93,13 @@ Folder = Annotated[
 ]
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Replaces a value of the file; may be repeated.")
+]
+AllowOutside = Annotated[
+    bool,
+    typer.Option(
+        "--allow-outside",
+        help="Reads records that the scenario names outside of its folder, too. Allow it where you trust the scenario.",
+    ),
 ]
 Templates = Annotated[
     Path | None,
@@ -246,6 +254,7 @@ def run(
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
+    allow_outside: AllowOutside = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
@@ -254,7 +263,7 @@ def run(
         raise UsageError("--json prints the results and no changes: leave out --baseline, or use vireport diff --json")
     before = None if baseline is None else _baseline(baseline, scenario)
     carried = _carried(scenario)
-    loaded = _loaded(scenario, set_, carried)
+    loaded = _loaded(scenario, set_, carried, allow_outside)
     certify = certify or (carried is not None and bool(carried.results.get("certificates")))
     _refuse_files_beside_json(json, "results", output, format_, figure_width)
     if certify:
@@ -264,8 +273,9 @@ def run(
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     options = (("--json", json), ("--set", set_), ("--format", format_), ("--certify", certify))
+    outside = ("--allow-outside", allow_outside)
     against = ("--baseline", None if baseline is None else [Path(baseline).name])
-    command = _command("run", [scenario], *options, _wide(figure_width), against, _paper(paper))
+    command = _command("run", [scenario], *options, _wide(figure_width), against, _paper(paper), outside)
     if json:
         with progress(quiet, verbose) as say:
             outcome = results_outcome(loaded, command, certify, carried, say)
@@ -316,12 +326,18 @@ def explore(
 
 
 @_command_of(Panel.HELP)
-def validate(scenario: ScenarioFile, json: JsonCheck = False, set_: SetOption = None, quiet: Quiet = False) -> None:
+def validate(
+    scenario: ScenarioFile,
+    json: JsonCheck = False,
+    set_: SetOption = None,
+    allow_outside: AllowOutside = False,
+    quiet: Quiet = False,
+) -> None:
     """Check a scenario or a map file. Lists every mistake; computes nothing."""
     from vireport.scenario import LoadedMap, load_any
 
     try:
-        loaded = load_any(scenario, set_ or ())
+        loaded = load_any(scenario, set_ or (), allow_outside)
         if not isinstance(loaded, LoadedMap) and loaded.scenario.measured:
             from vireport.study import require_records
 
@@ -329,7 +345,7 @@ def validate(scenario: ScenarioFile, json: JsonCheck = False, set_: SetOption = 
     except ScenarioError as error:
         if not json:
             raise
-        refused = {"valid": False, "kind": None, "mistakes": error.to_dicts()}
+        refused = {"valid": False, "kind": None, "mistakes": error.to_dicts(), "more": error.more}
         deliver(CommandOutcome(_json(refused), exit_code=error.exit_code))
         return
     from vireport.gate import input_alerts
@@ -445,6 +461,7 @@ def compare(
     templates: Templates = None,
     paper: Paper = PaperSize.A4,
     figure_width: FigureWidth = None,
+    allow_outside: AllowOutside = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
@@ -455,13 +472,14 @@ def compare(
     from vireport.comparison import compare as compare_scenarios
 
     options = (("--vary", vary), ("--rank-by", rank_by), ("--json", json), ("--set", set_), ("--format", format_))
-    command = _command("compare", scenarios, *options, _wide(figure_width), _paper(paper))
+    outside = ("--allow-outside", allow_outside)
+    command = _command("compare", scenarios, *options, _wide(figure_width), _paper(paper), outside)
     formats = formats_of("compare", format_)
     width_mm = _figure_width(figure_width, formats)
     if not json:
         require_writable(output or Path(COMPARISON_FOLDER), file_names(formats, COMPARISON_FILES))
     with progress(quiet, verbose) as say:
-        comparison = compare_scenarios(scenarios, vary or None, None, set_ or (), say, rank_by or ())
+        comparison = compare_scenarios(scenarios, vary or None, None, set_ or (), say, rank_by or (), allow_outside)
         if not json:
             outcome = compare_outcome(comparison, formats, command, templates, say, paper, width_mm)
     if json:
@@ -482,6 +500,7 @@ def diff(
     markdown: Annotated[bool, typer.Option("--markdown", help="Prints a table for a pull request.")] = False,
     json: Json = False,
     set_: SetOption = None,
+    allow_outside: AllowOutside = False,
     quiet: QuietCheck = False,
     verbose: Verbose = False,
 ) -> None:
@@ -494,7 +513,7 @@ def diff(
     from vireport.study import Task, analyse
 
     before = _baseline(baseline, scenario)
-    loaded = _loaded(scenario, set_)
+    loaded = _loaded(scenario, set_, allow_outside=allow_outside)
     with progress(quiet, verbose) as say:
         changes = changes_since(before, analyse(loaded, (Task.JSON,), say), relative=tolerance)
     printed: str | bytes
@@ -796,13 +815,16 @@ def _json(data: dict[str, Any]) -> str:
     return json_text(data, indent=2) + "\n"
 
 
-def _loaded(scenario: str, overrides: list[str] | None, carried: Carried | None = None) -> Loaded:
-    """The scenario of a file, or the one that a report carries."""
+def _loaded(
+    scenario: str, overrides: list[str] | None, carried: Carried | None = None, allow_outside: bool = False
+) -> Loaded:
+    """The scenario of a file, or the one that a report carries, whose records are beside the report."""
     from vireport.scenario import load, loads
 
     if carried is None:
-        return load(scenario, overrides or ())
-    return loads(carried.scenario, f"{scenario}/{carried.name}", [*carried.overrides, *(overrides or ())])
+        return load(scenario, overrides or (), allow_outside)
+    over, place = [*carried.overrides, *(overrides or ())], ReadingPlace(str(Path(scenario).parent), allow_outside)
+    return loads(carried.scenario, f"{scenario}/{carried.name}", over, place)
 
 
 def _baseline(baseline: str, scenario: str) -> dict[str, Any]:

@@ -158,6 +158,7 @@ def compare(
     overrides: str | Sequence[str] | Mapping[str, object] = (),
     progress: Progress | None = None,
     rank_by: Sequence[str] = (),
+    allow_outside: bool = False,
 ) -> Comparison:
     """Solve scenarios and compare what comes out.
 
@@ -176,6 +177,8 @@ def compare(
         Called with each scenario as it begins.
     rank_by : sequence of str, optional
         Names of `RANK_BY`, what matters most first: the ranking counts them after stable motion and before the margin.
+    allow_outside : bool
+        Whether the records that scenario files name may be outside of their folders.
 
     Raises
     ------
@@ -186,7 +189,7 @@ def compare(
     NumericalError
         Where a scenario cannot be solved; it is named.
     """
-    chosen = variants(items, vary, names, overrides)
+    chosen = variants(items, vary, names, overrides, allow_outside)
     if len(chosen) < 2:
         raise UsageError("a comparison needs at least two scenarios, or one and values to vary (--vary key=1,2,3)")
     merits = _merits_asked(rank_by, chosen)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from math import prod
@@ -39,12 +40,13 @@ def variants(
     vary: Vary | None,
     names: Sequence[str] | None,
     overrides: str | Sequence[str] | Mapping[str, object],
+    allow_outside: bool,
 ) -> list[Variant]:
     """Load every scenario in every variant; all mistakes are reported at once, those of a variant with its name.
 
     Parameters
     ----------
-    items, vary, names, overrides
+    items, vary, names, overrides, allow_outside
         As in `comparison.compare`.
 
     Raises
@@ -68,7 +70,7 @@ def variants(
     for item in given:
         for extra in grid:
             try:
-                loaded.append(_variant(item, over, extra))
+                loaded.append(_variant(item, over, extra, allow_outside))
             except ScenarioError as error:
                 failures.append((_words(extra), error))
     if failures:
@@ -125,26 +127,28 @@ def _split(text: str) -> list[str]:
     return [part.strip() for part in parts]
 
 
-def _variant(item: Item, over: tuple[str, ...], extra: tuple[str, ...]) -> Variant:
+def _variant(item: Item, over: tuple[str, ...], extra: tuple[str, ...], allow_outside: bool) -> Variant:
     """Load an item with what is set over it; a study stays solved where nothing is."""
     if not isinstance(item, Loaded | Study):
-        return Variant("", load(item, (*over, *extra)))
+        return Variant("", load(item, (*over, *extra), allow_outside))
     loaded = item.loaded if isinstance(item, Study) else item
     if over or extra:
         document = loaded.document
-        return Variant("", loads(document.text, document.name, (*loaded.overrides, *over, *extra)))
+        return Variant("", loads(document.text, document.name, (*loaded.overrides, *over, *extra), loaded.place))
     return Variant("", loaded, item if isinstance(item, Study) else None)
 
 
 def _all_mistakes(failures: Sequence[tuple[str, ScenarioError]]) -> ScenarioError:
     """Gather the mistakes of all scenarios in one error, each once; those of what is set, with the variant's name."""
     files: dict[str, dict[Mistake, None]] = {}
+    more: Counter[str] = Counter()
     for words, error in failures:
+        more[error.name] = max(more[error.name], error.more)
         for mistake in error.mistakes:
             if not mistake.line and words:  # a mistake in a line of the file is that of all its variants
                 mistake = replace(mistake, message=f"{mistake.message} [in the variant {words}]")
             files.setdefault(error.name, {})[mistake] = None
-    errors = [ScenarioError(name, mistakes) for name, mistakes in files.items()]
+    errors = [ScenarioError(name, mistakes, more[name]) for name, mistakes in files.items()]
     if len(errors) == 1:
         return errors[0]
     return _SeveralFiles(errors)
@@ -155,7 +159,8 @@ class _SeveralFiles(ScenarioError):
 
     def __init__(self, errors: Sequence[ScenarioError]) -> None:
         self.errors = errors
-        super().__init__(errors[0].name, [mistake for error in errors for mistake in error.mistakes])
+        mistakes = [mistake for error in errors for mistake in error.mistakes]
+        super().__init__(errors[0].name, mistakes, sum(error.more for error in errors))
 
     @property
     def lines(self) -> tuple[str, ...]:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections import Counter
 from math import ceil, pi
-from pathlib import Path
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, Progress, UsageError, brief
+from vireport.base import NumericalError, Progress, ReadingPlace, UsageError, brief
 from vireport.design import Solution, solution_of, stable_motion
 from vireport.driven.means import Mean, batched, parts_of
 from vireport.measurement import (
@@ -155,15 +154,16 @@ class Driven(Struct, frozen=True, eq=False):
 
 
 def driven_by(
-    record: str, folder: Path, device: Device, membrane: Membrane | None, say: Progress | None = None
+    record: str, place: ReadingPlace, device: Device, membrane: Membrane | None, say: Progress | None = None
 ) -> Driven:
     """Drive a recorded acceleration through a device.
 
     Parameters
     ----------
     record : str
-        Its path from the folder.
-    folder : Path
+        Its path.
+    place : ReadingPlace
+        Where it is looked for.
     device : Device
         Its force and frequency are those of the record, near those of the scenario.
     membrane : Membrane or None
@@ -183,7 +183,7 @@ def driven_by(
         raise UsageError(f"{KEY} is not driven through a device with friction (allowed: none, without device.friction)")
     say("reading the record of the shaker")
     # A report names the record as its scenario does, and not by where the scenario was.
-    recording = replace(read_recording(str(folder / record)), name=visible(record))
+    recording = replace(read_recording(record, place), name=visible(record))
     shaker = shaker_of(recording, device, say)
     if shaker is None:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")

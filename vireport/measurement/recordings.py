@@ -8,22 +8,31 @@ recording is refused, with what is allowed.
 from __future__ import annotations
 
 import io
-import warnings
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
 from enum import Enum
+from functools import partial
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Mistake, ScenarioError, UsageError, VireportError, brief, install_command
+from vireport.base import ANYWHERE, Mistake, Mistakes, ReadingPlace, ScenarioError, UsageError, VireportError, brief
 from vireport.measurement.decimals import decimal_rows
 from vireport.measurement.flights import Array
-from vireport.measurement.records import contents
+from vireport.measurement.matlab import vectors
+from vireport.measurement.records import (
+    LONGEST_LINE,
+    LONGEST_SHOWN,
+    first_long_line,
+    no_number,
+    with_line_feeds,
+)
+from vireport.measurement.sound_files import read_sound
+from vireport.scenario import LARGEST_FILE, join, read_document
 from vireport.text import visible
 
 LARGEST_RECORDING = 2_000_000_000
@@ -39,9 +48,15 @@ UNITS = {
 }
 """Of each quantity the units that end a column's name, in SI units; fs is the full scale of a sound card."""
 
+ALIKE, CLOSE = 0.6, 0.8
+"""From which on a name may be meant by another, and from which on it surely is, as `difflib` counts it."""
+
 RATE = "sampling_rate_hz"
 UNUSED = "unused"
 """What the names of channels begin with that are not looked at."""
+
+LIKELY = 12
+"""Columns among which names are looked for, and for which they are proposed."""
 
 GAP = 1.75
 """Steps over the usual one from which samples are missing."""
@@ -52,11 +67,17 @@ MOST_GAPS = 0.001
 UNEVEN = 0.5
 """Steps by which a time may be off an even clock, as those are that were rounded."""
 
-HDF5 = b"\x89HDF\r\n\x1a\n"
-"""With which a file of that format begins."""
+FINEST, COARSEST = 1e-9, 1e6
+"""Steps that a clock can have [s]."""
 
-NUMERIC = "double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
-"""What MATLAB calls arrays of real numbers, which complex ones are as well: these are told by their type."""
+LARGEST_VALUE = 1e12
+"""Of a signal, in SI units: beyond what is measured, and far below what overflows."""
+
+SIGNALS = "time_s", "voltage_v", "acceleration_m_s2"
+"""Names for the columns of a file that has none, as an example."""
+
+LONGEST_HEAD = 400
+"""Characters of a first line that is proposed."""
 
 EXAMPLE = "time_s,bottom_voltage_v,top_voltage_v,acceleration_m_s2"
 
@@ -142,8 +163,14 @@ class Recording(Struct, frozen=True, eq=False):
         return tuple(channel for channel in self.channels if channel.place in places)
 
 
-def read_recording(path: str) -> Recording:
+def read_recording(path: str, place: ReadingPlace = ANYWHERE) -> Recording:
     """Read a recording: a CSV file with times, a WAV file with its notes beside it, or a MATLAB file.
+
+    Parameters
+    ----------
+    path : str
+    place : ReadingPlace, optional
+        Where the file is looked for, and its notes.
 
     Raises
     ------
@@ -152,23 +179,16 @@ def read_recording(path: str) -> Recording:
     ScenarioError
         With what is wrong in it.
     """
-    name = visible(path)
+    name = visible(place.path_of(path))
     readers: Mapping[str, Callable[[str, bytes], Recording]] = {
         ".csv": _of_csv,
-        ".wav": lambda name, data: _of_wav(name, data, path),
+        ".wav": lambda name, data: _of_wav(name, data, _notes(path, place)),
         ".mat": _of_mat,
     }
     reader = readers.get(Path(path).suffix.lower())
     if reader is None:
         raise UsageError(f"{name} is no record of signals (allowed: a file that ends in .csv, .wav or .mat)")
-    return reader(name, _bytes(path))
-
-
-def _bytes(path: str) -> bytes:
-    data = contents(path, LARGEST_RECORDING)
-    if len(data) > LARGEST_RECORDING:
-        raise _refused(visible(path), "", f"the file is larger than {LARGEST_RECORDING // 10**9} GB (cut the record)")
-    return data
+    return reader(name, place.read(path, LARGEST_RECORDING))
 
 
 def _refused(name: str, path: str, message: str, line: int = 1) -> VireportError:
@@ -205,23 +225,28 @@ def _require_known(name: str, titles: list[str], timed: bool) -> None:
     Raises
     ------
     ScenarioError
-        With all of them.
+        With what is wrong with them.
     """
-    mistakes, taken = [], [title for title in titles if not title.startswith(UNUSED)]
-    for title in taken:
-        if _known(title) is None:
-            close = get_close_matches(title, _allowed(), 1, 0.6)
-            lacks = any(title == head for known in _allowed() for head in (known.rpartition("_")[0], known[:-5]))
-            hint = " has no unit" if lacks else " is no signal with a unit"
-            meant = f"; did you mean '{close[0]}'?" if close else ""
-            mistakes.append(
-                Mistake(
-                    1, visible(title[:60]), f"the name{hint}{meant} (allowed: names such as {EXAMPLE}, or {UNUSED}_...)"
-                )
-            )
-    mistakes += [Mistake(1, visible(x[:60]), "stands twice (each once)") for x in set(taken) if taken.count(x) > 1]
+    mistakes, hinted = Mistakes(), set[str]()
+    taken = [title for title in titles if not title.startswith(UNUSED)]
+    # What has no names at all, of which nothing is shown: it may be a file that was not meant to be read.
+    if timed and taken and not any(_known(title) or _meant(title, CLOSE) for title in taken[:LIKELY]):
+        count = max(len(titles), 2)
+        line = ",".join((*SIGNALS, *(f"{UNUSED}_{k}" for k in range(1, LIKELY)))[:count])
+        raise _refused(
+            name,
+            "",
+            "the first line names no signal with its unit (allowed there: names for each column, and numbers alone "
+            f"from the second line on; write what its columns are, such as {line})",
+        )
+    for column, title in enumerate(titles, 1):
+        if title in taken and _known(title) is None:
+            mistakes.add(1, visible(title[:LONGEST_SHOWN]), partial(_unknown, title, column, hinted))
+    for title, count in Counter(taken).items():
+        if count > 1:
+            mistakes.add(1, visible(title[:LONGEST_SHOWN]), "stands twice (each once)")
     if mistakes:
-        raise ScenarioError(name, mistakes)
+        raise ScenarioError(name, mistakes.told, mistakes.more)
     places = [known[0] for title in taken if (known := _known(title))]
     if timed and places.count(None) != 1:
         raise _refused(
@@ -240,47 +265,99 @@ def _require_known(name: str, titles: list[str], timed: bool) -> None:
         )
 
 
-def _recorded(name: str, titles: list[str], columns: list[Array], times: Array | None, rate_hz: float) -> Recording:
+def _meant(title: str, alike: float = ALIKE) -> str:
+    """The name that is spelled most alike, or that lacks a unit here; "" where there is none."""
+    own = title[:LONGEST_SHOWN]
+    lacking = next((known for known in _allowed() if own in (known.rpartition("_")[0], known[:-5])), "")
+    return next(iter(get_close_matches(own, _allowed(), 1, alike)), lacking)
+
+
+def _unknown(title: str, column: int, hinted: set[str]) -> str:
+    """What is said of a name that is not known; each name of ours is meant by one of them."""
+    allowed = f"(allowed: names such as {EXAMPLE}, or {UNUSED}_...)"
+    if not title:
+        return f"column {column} has no name {allowed}"
+    lacks = any(title in (known.rpartition("_")[0], known[:-5]) for known in _allowed())
+    meant = _meant(title)
+    hint = f"; did you mean '{meant}'?" if meant and meant not in hinted else ""
+    hinted.add(meant)
+    return f"the name {'has no unit' if lacks else 'is no signal with a unit'}{hint} {allowed}"
+
+
+Located = Callable[[int], tuple[int, Callable[[str], str]]]
+"""Of a sample the line of the file, and what stands there in a column."""
+
+
+def _at(name: str, title: str, row: int, given: float, message: str, located: Located | None) -> VireportError:
+    """What is wrong with a sample: its line and cell where the file has some, or else its number and value."""
+    if located is None:
+        return _refused(name, title, f"sample {row + 1}, {given!r}, {message}")
+    line, cell = located(row)
+    return _refused(name, title, f"'{visible(cell(title)[:LONGEST_SHOWN])}' {message}", line)
+
+
+def _recorded(
+    name: str,
+    titles: list[str],
+    columns: list[Array],
+    times: Array | None,
+    rate_hz: float,
+    located: Located | None = None,
+) -> Recording:
     """A recording of columns, with times or else with a rate; names are known already."""
     channels = []
     for title, column in zip(titles, columns, strict=True):
         known = None if title.startswith(UNUSED) else _known(title)
-        if known is None or known[0] is None:
+        if known is None:
             continue
-        values = column if known[1] == 1.0 else column * known[1]
-        if not isfinite(float(values.min(initial=0.0))) or not isfinite(float(values.max(initial=0.0))):
+        with np.errstate(over="ignore"):
+            values = column if known[1] == 1.0 else column * known[1]
+        largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
+        if not isfinite(largest):
             row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise _refused(name, title, f"sample {row + 1} is not a finite number (allowed: finite ones)")
+            raise _at(name, title, row, float(column[row]), "is not a finite number (allowed: finite ones)", located)
+        if known[0] is None:
+            continue
+        if largest > LARGEST_VALUE:
+            row, allowed = int(np.abs(values).argmax()), f"(allowed: at most {LARGEST_VALUE:g} in SI units)"
+            raise _at(name, title, row, float(column[row]), f"is no measured value {allowed}", located)
         channels.append(Channel(title, known[0], values))
     count = len(channels[0].values)
     if count < FEWEST_SAMPLES:
         raise _refused(name, "", f"{count} samples (at least {FEWEST_SAMPLES} are needed, and seconds of them for use)")
     if times is None:
+        _require_clock(name, 1 / rate_hz)
         return Recording(name, 1 / rate_hz, (Unbroken(0, count, 0.0),), tuple(channels))
-    step, stretches, uneven = _clock(name, times)
+    title = next(title for title in titles if (known := _known(title)) and known[0] is None)
+    step, stretches, uneven = _clock(name, title, times, located)
     return Recording(name, step, stretches, tuple(channels), uneven)
 
 
-def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]:
+def _require_clock(name: str, step: float) -> None:
+    """Refuse steps between samples that no clock has.
+
+    Raises
+    ------
+    UsageError, ScenarioError
+    """
+    if not FINEST <= step <= COARSEST:
+        raise _refused(name, "time", f"samples are {step:.3g} s apart (allowed: {FINEST:g} to {COARSEST:g} s)")
+
+
+def _clock(name: str, title: str, times: Array, located: Located | None) -> tuple[float, tuple[Unbroken, ...], float]:
     """The step of times, the stretches without gaps, and by how much times are off an even clock."""
     steps = np.diff(times)
-    if not np.isfinite(times).all():
-        row = int(np.flatnonzero(~np.isfinite(times))[0])
-        raise _refused(name, "time", f"sample {row + 1} is not a finite number (allowed: finite ones)")
     if (steps <= 0).any():
         row = int(np.flatnonzero(steps <= 0)[0]) + 1
-        raise _refused(
-            name,
-            "time",
-            f"sample {row + 1}, {float(times[row])!r}, is not after the one before it (allowed: ascending times, "
-            "written with enough digits)",
-        )
+        message = "is not after the time before it (allowed: ascending times, written with enough digits)"
+        raise _at(name, title, row, float(times[row]), message, located)
     usual = float(np.median(steps))
+    _require_clock(name, usual)
     gaps = np.flatnonzero(steps > GAP * usual)
     even = steps <= GAP * usual
     step = float(steps[even].mean())
     if len(gaps) > max(MOST_GAPS * len(steps), 3):
-        raise _refused(name, "time", f"{_unequal(steps)} (allowed: samples at equal steps, with few gaps)")
+        raise _refused(name, title, _unequal(steps))
     ends = np.concatenate([[0], gaps + 1, [len(times)]]).tolist()
     stretches, worst = [], 0.0
     for first, last in pairwise(ends):
@@ -290,22 +367,27 @@ def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]
         worst = max(worst, float(late.max() - late.min()) / 2)
         stretches.append(Unbroken(first, last, start))
     if worst > UNEVEN * step:
-        raise _refused(name, "time", f"{_unequal(steps)} (allowed: samples at equal steps, with few gaps)")
+        raise _refused(name, title, _unequal(steps))
     return step, tuple(stretches), worst
 
 
 def _unequal(steps: Array) -> str:
     low, high = np.quantile(steps, [0.01, 0.99])
-    return f"the steps are unequal, mostly {low:.4g} to {high:.4g} s"
+    how = f"interpolate the signals at steps of {float(np.median(steps)):.4g} s first, as by cubic splines"
+    allowed = f"(allowed: samples at equal steps, with few gaps; {how})"
+    return f"the steps are unequal, mostly {low:.4g} to {high:.4g} s {allowed}"
 
 
 def _of_csv(name: str, data: bytes) -> Recording:
+    data = with_line_feeds(data)
     end = data.find(b"\n")
+    if (start := first_long_line(data)) is not None:
+        line = data.count(b"\n", 0, start) + 1
+        raise _refused(name, "", f"a line of more than {LONGEST_LINE} bytes (allowed: a sample of each signal)", line)
     try:
         head = data[: end if end >= 0 else len(data)].decode("utf-8-sig").strip()
     except UnicodeDecodeError as error:
-        message = f"byte 0x{error.object[error.start]:02X} is not UTF-8 (save the file as CSV in UTF-8)"
-        raise _refused(name, "", message) from None
+        raise _refused(name, "", _no_utf_8(error)) from None
     if not head:
         raise _refused(name, "", f"the first line is empty (allowed: names and units, {EXAMPLE})")
     for sign, what in ((";", "semicolons"), ("\t", "tabs")):
@@ -322,7 +404,25 @@ def _of_csv(name: str, data: bytes) -> Recording:
     del rows
     names = [titles[k] for k in used]
     (k, size), *_ = ((k, known[1]) for k, title in enumerate(names) if (known := _known(title)) and known[0] is None)
-    return _recorded(name, names, columns, columns[k] * size, 0.0)
+    with np.errstate(over="ignore"):
+        times = columns[k] * size
+    return _recorded(name, names, columns, times, 0.0, partial(_cell_of, data, titles))
+
+
+def _rows(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """The lines below the first that are not blank, with their numbers."""
+    return ((line, row) for line, row in enumerate(io.BytesIO(data), 1) if line > 1 and row.strip())
+
+
+def _cell_of(data: bytes, titles: list[str], row: int) -> tuple[int, Callable[[str], str]]:
+    """Line of a sample in a file, and what stands there in a column."""
+    line, found = next(own for k, own in enumerate(_rows(data)) if k == row)
+    cells = found.decode("utf-8", "replace").split(",")
+    return line, lambda title: cells[titles.index(title)].strip()
+
+
+def _no_utf_8(error: UnicodeDecodeError) -> str:
+    return f"byte 0x{error.object[error.start]:02X} is not UTF-8 (save the file as CSV in UTF-8)"
 
 
 def _other_rows(name: str, data: bytes, end: int, titles: list[str], used: list[int]) -> Array:
@@ -349,95 +449,113 @@ def _other_rows(name: str, data: bytes, end: int, titles: list[str], used: list[
 
 def _wrong_row(name: str, data: bytes, titles: list[str], used: list[int]) -> VireportError:
     """The first row of a file that is no row of numbers, with what is wrong with it."""
-    for line, row in enumerate(io.BytesIO(data), 1):
-        if line == 1 or not row.strip():
-            continue
-        cells = row.decode("utf-8", "replace").strip().split(",")
+    for line, row in _rows(data):
+        try:
+            cells = row.decode("utf-8").strip().split(",")
+        except UnicodeDecodeError as error:
+            k = row.count(b",", 0, error.start)
+            return _refused(
+                name, visible((titles[k] if k < len(titles) else "")[:LONGEST_SHOWN]), _no_utf_8(error), line
+            )
+        if len(cells) == len(titles) + 1 and not cells[-1].strip():
+            named = visible(",".join((*titles, f"{UNUSED}_{len(cells)}")), LONGEST_HEAD)
+            message = (
+                f"the row ends with a comma, and so has a column without a name (write as the first line: {named})"
+            )
+            return _refused(name, "", message, line)
         if len(cells) != len(titles):
             comma = " A decimal comma?" if len(cells) > len(titles) else ""
             message = f"{len(cells)} values for {len(titles)} columns.{comma} (allowed: points in numbers)"
             return _refused(name, "", message, line)
         for k in used:
+            own = cells[k].strip().strip('"').strip()
             try:
-                float(cells[k].strip().strip('"'))
+                known = own.isascii() and "_" not in own and isfinite(float(own))
             except ValueError:
-                given = visible(cells[k].strip()[:40])
-                message = f"'{given}' is not a number (allowed: numbers with a decimal point)"
-                return _refused(name, titles[k], message, line)
+                known = False
+            if not known:
+                return _refused(name, titles[k], no_number(own), line)
     return _refused(name, "", "rows cannot be read as numbers (allowed: numbers, with commas between columns)")
 
 
-def _of_wav(name: str, data: bytes, path: str) -> Recording:
-    from scipy.io import wavfile  # type: ignore[import-untyped]
-
-    scales = _notes(f"{path}.yaml", name)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", wavfile.WavFileWarning)
-            rate, samples = wavfile.read(io.BytesIO(data))
-    except Exception as error:  # of bytes that are no WAV file, it may raise anything
-        raise UsageError(f"{name} cannot be read as WAV: {visible(str(error), 200)}") from error
-    samples = samples.reshape(len(samples), -1)
-    if samples.shape[1] != len(scales):
-        raise _refused(
-            f"{name}.yaml",
-            "channels",
-            f"names {len(scales)} channels, and the file has {samples.shape[1]} (allowed: all of them)",
-        )
-    columns = []
-    for k, full in enumerate(scales.values()):
-        own = samples[:, k].astype(float)
-        if samples.dtype == np.uint8:
-            own -= 128
-        # What is floating is in shares of full scale already; of integers the largest is full scale.
-        largest = (
-            1.0
-            if samples.dtype.kind == "f"
-            else 128.0
-            if samples.dtype == np.uint8
-            else -float(np.iinfo(samples.dtype).min)
-        )
-        own *= full / largest
-        columns.append(own)
-    return _recorded(name, list(scales), columns, None, float(rate))
+def _of_wav(name: str, data: bytes, notes: Notes) -> Recording:
+    sound = read_sound(name, data)
+    if len(sound.channels) != len(notes.full_scales):
+        count = f"names {len(notes.full_scales)} channels, and the file has {len(sound.channels)}"
+        raise _refused(notes.name, "channels", f"{count} (allowed: all of them)", notes.line)
+    columns = [full * own for full, own in zip(notes.full_scales.values(), sound.channels, strict=True)]
+    return _recorded(name, list(notes.full_scales), columns, None, sound.rate_hz)
 
 
-def _notes(path: str, name: str) -> dict[str, float]:
-    """The channels of a WAV file, each with its full scale in its unit, from the notes beside it."""
-    import yaml
+class Notes(Struct, frozen=True):
+    """What the channels of a WAV file are, each with its full scale in its unit, by the notes beside it.
 
-    shown = visible(path)
+    Attributes
+    ----------
+    name : str
+        Of the notes.
+    line : int
+        In which the channels begin.
+    full_scales : dict of str to float
+    """
+
+    name: str
+    line: int
+    full_scales: dict[str, float]
+
+
+def _notes(path: str, place: ReadingPlace) -> Notes:
+    """The notes beside a WAV file, read as strictly as a scenario.
+
+    Raises
+    ------
+    UsageError, ScenarioError
+        If there are none, or something is wrong with them.
+    """
+    shown = visible(place.path_of(f"{path}.yaml"))
     allowed = "channels: with a line for each channel in its order, such as bottom_sound_fs: 1 or acceleration_m_s2: 49"
-    if not Path(path).is_file():
-        raise UsageError(f"{name} does not say what its channels are: {shown} is missing (allowed there: {allowed})")
     try:
-        own: Any = yaml.safe_load(_bytes(path))
-    except (yaml.YAMLError, ValueError) as error:
-        raise UsageError(f"{shown} is no YAML: {visible(str(error), 200)} (allowed: {allowed})") from error
+        text = place.read(f"{path}.yaml", LARGEST_FILE)
+    except UsageError as error:
+        if isinstance(error.__cause__, FileNotFoundError):
+            name = visible(place.path_of(path))
+            raise UsageError(
+                f"{name} does not say what its channels are: {shown} is missing (allowed there: {allowed})"
+            ) from error
+        raise
+    document = read_document(text, shown)
+    if document.mistakes:
+        # The others of a few lines follow from it, or are alike.
+        raise ScenarioError(shown, sorted(document.mistakes, key=lambda mistake: mistake.line)[:1])
+    own = document.data
     channels = own.get("channels") if isinstance(own, dict) and set(own) == {"channels"} else None
     if not isinstance(channels, dict) or not channels:
-        raise _refused(shown, "", f"has no channels (allowed: {allowed})")
-    for title, full in channels.items():
-        if isinstance(full, bool) or not isinstance(full, int | float) or not isfinite(full) or full == 0:
-            message = f"got {visible(repr(full), 40)} (allowed: full scale in the unit, negative if turned about)"
-            raise _refused(shown, visible(str(title)[:60]), message)
-    titles = list(map(str, channels))
+        raise _refused(shown, "", f"has no channels (allowed: {allowed})", document.line_of(""))
+    titles = list(channels)
     _require_known(shown, titles, timed=False)
+    line = document.line_of("channels")
     if any(title.startswith("time") for title in titles):
-        raise _refused(shown, "channels", "a WAV file has no channel of times (its rate is in the file)")
-    return dict(zip(titles, map(float, channels.values()), strict=True))
+        raise _refused(shown, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
+    for title, full in channels.items():
+        if isinstance(full, bool) or not isinstance(full, int | float) or not 0 < abs(full) <= LARGEST_VALUE:
+            key = join("channels", title)
+            given = visible(document.written.get(key, "a block of keys or a list"), LONGEST_SHOWN)
+            given = f"'{given}'" if isinstance(full, str) and given[:1] not in "'\"" else given
+            message = f"got {given} (allowed: full scale in the unit, negative if turned about)"
+            raise _refused(shown, key, message, document.line_of(key))
+    return Notes(shown, line, {title: float(full) for title, full in channels.items()})
 
 
 def _of_mat(name: str, data: bytes) -> Recording:
-    try:
-        names, own = (_variables_of_hdf5 if _is_hdf5(data) else _variables)(name, data)
-    except VireportError:
-        raise
-    except Exception as error:  # of bytes that are no MATLAB file, it may raise anything
-        raise UsageError(f"{name} cannot be read as a MATLAB file: {visible(str(error), 200)}") from error
-    if not names:
-        raise _refused(name, "", f"the file has no variables (allowed: vectors named as columns, {EXAMPLE})")
-    used = [title for title in names if not title.startswith(UNUSED)]
+    def wanted(titles: list[str]) -> list[str]:
+        names = [title for title in titles if title != RATE]
+        if not names:
+            raise _refused(name, "", f"the file has no variables (allowed: vectors named as columns, {EXAMPLE})")
+        _require_known(name, names, timed=False)
+        return [title for title in titles if not title.startswith(UNUSED)]
+
+    own = vectors(name, data, wanted, LARGEST_RECORDING)
+    used = [title for title in own if title != RATE]
     columns = []
     for title in used:
         values = own[title]
@@ -451,55 +569,10 @@ def _of_mat(name: str, data: bytes) -> Recording:
         raise _refused(name, "", f"either the vector time_s or the number {RATE} is needed (allowed: one of them)")
     if timed:
         size = UNITS["time"][used[timed[0]].removeprefix("time_")]
-        return _recorded(name, used, columns, columns[timed[0]] * size, 0.0)
+        with np.errstate(over="ignore"):
+            times = columns[timed[0]] * size
+        return _recorded(name, used, columns, times, 0.0)
     rate = own[RATE]
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not isfinite(hertz := float(rate.ravel()[0])) or hertz <= 0:
         raise _refused(name, RATE, "is no positive number (allowed: samples in a second)")
     return _recorded(name, used, columns, None, hertz)
-
-
-def _variables(name: str, data: bytes) -> tuple[list[str], Mapping[str, Any]]:
-    """The names in a MATLAB file up to version 7, but for the rate, and what is used of them."""
-    from scipy.io import loadmat, whosmat
-
-    names = [title for title, *_ in whosmat(io.BytesIO(data)) if title != RATE]
-    if names:
-        _require_known(name, names, timed=False)
-    return names, loadmat(io.BytesIO(data), variable_names=[x for x in (*names, RATE) if not x.startswith(UNUSED)])
-
-
-def _is_hdf5(data: bytes) -> bool:
-    """Whether a MATLAB file is one of version 7.3: HDF5 behind a block of text."""
-    return HDF5 in (data[:8], data[512:520])
-
-
-def _variables_of_hdf5(name: str, data: bytes) -> tuple[list[str], Mapping[str, Any]]:
-    """The names in a MATLAB file of version 7.3, and what is used of them.
-
-    Arrays are transposed there, and an attribute says what they are.
-    """
-    try:
-        import h5py  # type: ignore[import-untyped]
-    except ImportError as error:
-        needed = f"is a MATLAB file of version 7.3, which needs h5py: {install_command('h5py')}"
-        raise UsageError(f"{name} {needed}") from error
-
-    with h5py.File(io.BytesIO(data), "r") as file:
-        # Beside variables there are groups of MATLAB's own, such as #refs#. A link may lead out of the file.
-        titles = [title for title in file if not title.startswith("#")]
-        names = [title for title in titles if title != RATE]
-        if names:
-            _require_known(name, names, timed=False)
-        used = [title for title in titles if not title.startswith(UNUSED)]
-        inside = [title for title in used if isinstance(file.get(title, getlink=True), h5py.HardLink)]
-        read = {title: _array_of(file[title]) if title in inside else np.empty(0, dtype=object) for title in used}
-    return names, read
-
-
-def _array_of(stored: Any) -> Any:
-    """The numbers of a variable of version 7.3; nothing where they are characters, structures or empty."""
-    kind = stored.attrs.get("MATLAB_class", b"")
-    kind = kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)
-    if kind not in NUMERIC or "MATLAB_empty" in stored.attrs or not hasattr(stored, "dtype"):
-        return np.empty(0, dtype=object)
-    return np.asarray(stored[()]).T

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Iterator
 from difflib import get_close_matches
+from functools import partial
 from math import isfinite
 
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Mistake, ScenarioError, UsageError, brief
+from vireport.base import ANYWHERE, Mistake, Mistakes, ReadingPlace, ScenarioError, brief
 from vireport.measurement.flights import Array
 from vireport.scenario import Parameter
 from vireport.text import visible
@@ -31,12 +33,18 @@ UTF_16 = b"\xff\xfe", b"\xfe\xff"
 """How such files begin, which spreadsheets call Unicode text."""
 
 COLUMNS = TIME, MEMBRANE, *UNUSED, ERROR
+ALIKE = 0.5
+"""From which on a name is taken for one of ours that was misspelt, as `difflib` counts it."""
+
+LONGEST_SHOWN, LONGEST_CELL = 60, 40
+"""Characters of a column's name, and of a cell."""
+
 SIDES = {"bottom": 1.0, "top": -1.0}
 LARGEST_RECORD = 50_000_000
 """Bytes; an impact has some 20, so that these are beyond two million, which are read within half a gigabyte."""
 
-MOST_MISTAKES = 20
-"""That are told one by one."""
+LONGEST_LINE = 100_000
+"""Bytes; a row has some tens."""
 
 FEWEST = 3
 """Impacts of which one is between two flights."""
@@ -122,47 +130,45 @@ def read_record(path: str, frequency_hz: float, swept: Sweepable | None = None) 
     UsageError
         If the file cannot be read.
     ScenarioError
-        With every mistake in it, by its line.
+        With the mistakes in it, by their lines.
     """
     return parse_record(record_contents(path), visible(path), frequency_hz, swept)
 
 
-def record_contents(path: str) -> bytes:
-    """The bytes of a record.
+def record_contents(path: str, place: ReadingPlace = ANYWHERE) -> bytes:
+    """The bytes of a record, looked for at a place.
 
     Raises
     ------
     UsageError
-        If the file cannot be read.
-    ScenarioError
-        If it is too large.
+        If the file cannot be read, or is too large.
     """
-    data = contents(path, LARGEST_RECORD)
-    if len(data) > LARGEST_RECORD:
-        raise _refused(visible(path), 1, "", f"the file is larger than {LARGEST_RECORD // 10**6} MB (cut the record)")
-    return data
+    return place.read(path, LARGEST_RECORD)
 
 
-def contents(path: str, largest: int) -> bytes:
-    """The bytes of a file, of one that is larger than allowed one more.
+def with_line_feeds(data: bytes) -> bytes:
+    """The bytes of a text with its lines ended as on all systems of today; some programs end them by CR alone."""
+    return data.replace(b"\r", b"\n") if b"\n" not in data else data
 
-    Raises
-    ------
-    UsageError
-        If the file cannot be read.
-    """
-    try:
-        with open(path, "rb") as file:
-            return file.read(largest + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise UsageError(f"{visible(path)} cannot be read: {reason}") from error
+
+def first_long_line(data: bytes, start: int = 0) -> int | None:
+    """Where the first line begins that is too long for a row; None where none is."""
+    while len(data) - start > LONGEST_LINE:
+        end = data.rfind(b"\n", start, start + LONGEST_LINE)
+        if end < 0:
+            return start
+        start = end + 1
+    return None
 
 
 def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable | None = None) -> Record:
     """Read a record from the bytes of a file; see `read_record`."""
     if data[:2] in UTF_16:
         raise _refused(name, 1, "", "the file is UTF-16 (allowed: save it as CSV in UTF-8)")
+    data = with_line_feeds(data)
+    if (start := first_long_line(data)) is not None:
+        line = data.count(b"\n", 0, start) + 1
+        raise _refused(name, line, "", f"a line of more than {LONGEST_LINE} bytes (allowed: an impact on each)")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -179,7 +185,7 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     # A row in which a quoted cell has line breaks ends some lines further down.
     rows = ((reader.line_num, row) for row in reader)
-    mistakes: list[Mistake] = []
+    mistakes = Mistakes()
     try:
         places, unused, head = _columns(rows, name, swept)
         times, walls, errors, values, lines = _values(rows, places, unused, head, swept, mistakes)
@@ -187,9 +193,9 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
         # Where a quote is not closed, the file ends before the row does.
         raise _refused(name, reader.line_num, "", f"{error} (allowed: CSV with commas)") from None
     if not mistakes:
-        mistakes += _order(times, lines)
+        _require_order(times, lines, mistakes)
     if mistakes:
-        raise ScenarioError(name, mistakes)
+        raise ScenarioError(name, mistakes.told, mistakes.more)
     if len(times) < FEWEST:
         count = f"{len(times)} impact{'s' * (len(times) != 1)}"
         raise _refused(
@@ -220,22 +226,31 @@ def _columns(
         raise _refused(name, line, "", f"columns are separated by {what} (allowed: commas, and points in numbers)")
     titles = [cell.strip() for cell in head]
     known = COLUMNS if swept is None else (*COLUMNS, swept.parameter.value)
-    mistakes = []
+    # What is no record at all, of which nothing is shown: it may be a file that was not meant to be read.
+    alike = (get_close_matches(title[:LONGEST_SHOWN], known, 1, ALIKE) for title in titles[: len(known)])
+    if set(titles).isdisjoint(known) and not any(alike):
+        raise _refused(name, line, "", f"no column is known by its name ({example}, an impact on each that follows)")
+    mistakes = Mistakes()
     for title in titles:
         if title not in known:
-            close = get_close_matches(title, known, 1, 0.5)
-            hint = f"; did you mean '{close[0]}'?" if close else ""
-            what = f"unknown column{hint}" if title else "a column without a name"
-            mistakes.append(Mistake(line, visible(title[:60]), f"{what} (allowed: {', '.join(known)})"))
-    mistakes += [
-        Mistake(line, title, "the column stands twice (allowed: once)") for title in known if titles.count(title) > 1
-    ]
-    mistakes += [
-        Mistake(line, title, f"the column is missing ({example})") for title in (TIME, MEMBRANE) if title not in titles
-    ]
+            mistakes.add(line, visible(title[:LONGEST_SHOWN]), partial(_unknown, title, known))
+    count = Counter(titles)
+    for title in known:
+        if count[title] > 1:
+            mistakes.add(line, title, "the column stands twice (allowed: once)")
+    for title in (TIME, MEMBRANE):
+        if title not in count:
+            mistakes.add(line, title, f"the column is missing ({example})")
     if mistakes:
-        raise ScenarioError(name, mistakes)
-    return {title: k for k, title in enumerate(titles)}, tuple(x for x in UNUSED if x in titles), len(titles)
+        raise ScenarioError(name, mistakes.told, mistakes.more)
+    return {title: k for k, title in enumerate(titles)}, tuple(x for x in UNUSED if x in count), len(titles)
+
+
+def _unknown(title: str, known: tuple[str, ...]) -> str:
+    close = get_close_matches(title[:LONGEST_SHOWN], known, 1, ALIKE)
+    hint = f"; did you mean '{close[0]}'?" if close else ""
+    what = f"unknown column{hint}" if title else "a column without a name"
+    return f"{what} (allowed: {', '.join(known)})"
 
 
 def _values(
@@ -244,7 +259,7 @@ def _values(
     unused: tuple[str, ...],
     head: int,
     swept: Sweepable | None,
-    mistakes: list[Mistake],
+    mistakes: Mistakes,
 ) -> tuple[list[float], list[float], list[float], list[float], list[int]]:
     """Times, sides, errors and values of the swept parameter (none without their columns) and lines of all impacts.
 
@@ -256,32 +271,24 @@ def _values(
     for line, row in rows:
         if not row or (len(row) == 1 and not row[0].strip()):
             continue
-        if len(mistakes) >= MOST_MISTAKES:
-            mistakes.append(Mistake(line, "", "more mistakes may follow, which are not told one by one"))
-            break
         if len(row) != head:
-            hint = " A decimal comma?" if len(row) > head else " Semicolons?" if ";" in row[0] else ""
-            count = f"{len(row)} value{'s' * (len(row) != 1)} for {head} columns.{hint}"
-            mistakes.append(Mistake(line, "", f"{count} (allowed: commas between columns, and points in numbers)"))
+            mistakes.add(line, "", partial(_wrong_count, row, head))
             continue
         number = _number(row[time], line, TIME, mistakes)
         side = SIDES.get(row[membrane].strip())
         if side is None:
-            given = visible(row[membrane].strip()[:40])
-            close = get_close_matches(given.lower(), SIDES, 1)
-            hint = f"; did you mean '{close[0]}'?" if close else ""
-            mistakes.append(Mistake(line, MEMBRANE, f"'{given}' is no membrane{hint} (allowed: bottom, top)"))
+            mistakes.add(line, MEMBRANE, partial(_no_membrane, row[membrane]))
         for name, place in others:
             if row[place].strip():
                 _number(row[place], line, name, mistakes)
         if swept is not None and along is not None:
             value = _number(row[along], line, swept.parameter.value, mistakes)
             if value is not None and not swept.holds(value):
-                mistakes.append(Mistake(line, swept.parameter.value, f"got {value:g}, {swept.allowed}"))
+                mistakes.add(line, swept.parameter.value, f"got {value:g}, {swept.allowed}")
             values.append(np.nan if value is None else value)
         error = _number(row[places[ERROR]], line, ERROR, mistakes) if ERROR in places else None
         if error is not None and error <= 0:
-            mistakes.append(Mistake(line, ERROR, f"{error!r} is not above 0 (allowed: the standard error of the time)"))
+            mistakes.add(line, ERROR, f"{error!r} is not above 0 (allowed: the standard error of the time)")
         if error is not None:
             errors.append(error)
         if number is not None and side is not None:
@@ -291,7 +298,20 @@ def _values(
     return times, walls, errors, values, lines
 
 
-def _number(text: str, line: int, column: str, mistakes: list[Mistake]) -> float | None:
+def _wrong_count(row: list[str], head: int) -> str:
+    hint = " A decimal comma?" if len(row) > head else " Semicolons?" if ";" in row[0] else ""
+    count = f"{len(row)} value{'s' * (len(row) != 1)} for {head} columns.{hint}"
+    return f"{count} (allowed: commas between columns, and points in numbers)"
+
+
+def _no_membrane(text: str) -> str:
+    given = visible(text.strip()[:LONGEST_CELL])
+    close = get_close_matches(given.lower(), SIDES, 1)
+    hint = f"; did you mean '{close[0]}'?" if close else ""
+    return f"'{given}' is no membrane{hint} (allowed: bottom, top)"
+
+
+def _number(text: str, line: int, column: str, mistakes: Mistakes) -> float | None:
     """A number of a cell; None where it is none, which is added to the mistakes."""
     own = text.strip()
     try:
@@ -299,22 +319,24 @@ def _number(text: str, line: int, column: str, mistakes: list[Mistake]) -> float
     except ValueError:
         value = None
     if value is None or not isfinite(value):
-        hint = "; decimal comma?" if own.count(",") == 1 else ""
-        what = f"'{visible(own[:40])}' is not a finite number{hint}" if own else "is empty"
-        mistakes.append(Mistake(line, column, f"{what} (allowed: a number with a decimal point, such as 0.2345)"))
+        mistakes.add(line, column, partial(no_number, own))
         return None
     return value
 
 
-def _order(times: list[float], lines: list[int]) -> list[Mistake]:
-    """Impacts that are not after the one before them."""
+def no_number(text: str) -> str:
+    """What is said of a cell that holds no finite number."""
+    hint = "; decimal comma?" if text.count(",") == 1 else ""
+    what = f"'{visible(text[:LONGEST_CELL])}' is not a finite number{hint}" if text else "is empty"
+    return f"{what} (allowed: a number with a decimal point, such as 0.2345)"
+
+
+def _require_order(times: list[float], lines: list[int], mistakes: Mistakes) -> None:
+    """Add the impacts that are not after the one before them to the mistakes."""
     allowed = "(allowed: ascending times, each once)"
-    wrong = np.flatnonzero(np.diff(times) <= 0)[:MOST_MISTAKES] + 1
-    found = []
-    for k in wrong.tolist():
+    for k in (np.flatnonzero(np.diff(times) <= 0) + 1).tolist():
         which = "that" if times[k] == times[k - 1] else "before that"
-        found.append(Mistake(lines[k], TIME, f"{times[k]!r} s is {which} of line {lines[k - 1]} {allowed}"))
-    return found
+        mistakes.add(lines[k], TIME, f"{times[k]!r} s is {which} of line {lines[k - 1]} {allowed}")
 
 
 def _require_seconds(record: Record, line: int, frequency_hz: float) -> None:

@@ -38,6 +38,8 @@ from vireport.scenario.blocks import (
     to_dict,
     unit_of,
 )
+from vireport.scenario.document import LARGEST_FILE, join
+from vireport.scenario.document import read as read_document
 from vireport.scenario.loading import Loaded, LoadedMap, Source, load, load_any, load_map, loads, loads_map
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
@@ -53,6 +55,7 @@ __all__ = [
     "DEMANDS",
     "DRIVING",
     "LARGEST",
+    "LARGEST_FILE",
     "LARGEST_HARMONIC",
     "SMALLEST",
     "SPECIAL",
@@ -94,12 +97,14 @@ __all__ = [
     "as_yaml",
     "init_text",
     "inputs",
+    "join",
     "load",
     "load_any",
     "load_map",
     "loads",
     "loads_map",
     "percent_key",
+    "read_document",
     "schema",
     "to_dict",
     "unit_of",

@@ -19,7 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from pydantic import ValidationError
 
-from vireport.base import Mistake, ScenarioError, UsageError
+from vireport.base import Mistake, ReadingPlace, ScenarioError, UsageError
 from vireport.scenario.blocks import (
     AxisPath,
     MapBlock,
@@ -69,12 +69,15 @@ class Loaded(Struct, frozen=True):
         default.
     overrides : tuple of str
         What was set over the file, as ``path=value``, in the order of setting.
+    place : ReadingPlace
+        Where the files that it names are.
     """
 
     scenario: Scenario
     document: Document
     given: frozenset[str]
     overrides: tuple[str, ...] = ()
+    place: ReadingPlace = ReadingPlace()
 
     def __repr__(self) -> str:
         over = f" with {', '.join(self.overrides)}" if self.overrides else ""
@@ -147,10 +150,10 @@ class LoadedMap(Struct, frozen=True):
         if any(axis.path.value not in given for axis in self.block.axes):
             return None
         scenario = _validated(replace(self.document, data=held), Scenario, {})
-        return Loaded(scenario, self.document, given)
+        return Loaded(scenario, self.document, given, place=ReadingPlace(str(Path(self.name).parent)))
 
 
-def load(source: Source, overrides: Overrides = ()) -> Loaded:
+def load(source: Source, overrides: Overrides = (), allow_outside: bool = False) -> Loaded:
     """Read a scenario from a file, or from standard input where `source` is "-", or take a mapping for one.
 
     Parameters
@@ -161,6 +164,8 @@ def load(source: Source, overrides: Overrides = ()) -> Loaded:
     overrides : sequence of str, or mapping of str to object
         Values set over those of the file: ``"device.length_m=0.7"``, or ``{"device.length_m": 0.7}``. A later
         one wins; an empty value removes an optional key.
+    allow_outside : bool
+        Whether the records that it names may be outside of its folder, wherever their paths and links lead.
 
     Raises
     ------
@@ -170,26 +175,34 @@ def load(source: Source, overrides: Overrides = ()) -> Loaded:
         Where the scenario cannot be used.
     """
     if isinstance(source, Mapping):
-        return loads(yaml_of(source, indent=2), "<dict>", overrides)
-    return loads(*_contents(source), overrides)
+        return loads(yaml_of(source, indent=2), "<dict>", overrides, ReadingPlace(outside=allow_outside))
+    text, name = _contents(source)
+    return loads(text, name, overrides, ReadingPlace(str(Path(source).parent), allow_outside))
 
 
-def loads(text: str | bytes, name: str = "<text>", overrides: Overrides = ()) -> Loaded:
-    """Read a scenario from text or UTF-8 bytes; `name` stands for the file in messages (see `load`)."""
+def loads(
+    text: str | bytes, name: str = "<text>", overrides: Overrides = (), place: ReadingPlace | None = None
+) -> Loaded:
+    """Read a scenario from text or UTF-8 bytes; `name` stands for the file in messages (see `load`).
+
+    The files that it names are looked for at `place`; by default in the folder of `name`.
+    """
     if not isinstance(text, str | bytes):
         raise UsageError(f"the text of a scenario cannot be of type {type(text).__name__} (allowed: str, bytes)")
     document, texts = _block_of_keys(text, name), as_texts(overrides)
     effective = apply(document, texts) if texts else document
     scenario = _validated(effective, Scenario, {})
-    return Loaded(scenario, document, frozenset(_given(effective.data)), texts)
+    return Loaded(
+        scenario, document, frozenset(_given(effective.data)), texts, place or ReadingPlace(str(Path(name).parent))
+    )
 
 
-def load_any(source: str | Path, overrides: Overrides = ()) -> Loaded | LoadedMap:
+def load_any(source: str | Path, overrides: Overrides = (), allow_outside: bool = False) -> Loaded | LoadedMap:
     """Read a scenario, or a map where the file has a block `map` (see `load` and `load_map`)."""
     text, name = _contents(source)
     data: Any = _block_of_keys(text, name).data
     if "map" not in data:
-        return loads(text, name, overrides)
+        return loads(text, name, overrides, ReadingPlace(str(Path(source).parent), allow_outside))
     if overrides:
         raise UsageError(f"{name}: nothing can be set over a map (change the file)")
     return loads_map(text, name)
@@ -272,7 +285,8 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     from vireport.scenario.messages import worded
 
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
-    raise ScenarioError(document.name, [*document.mistakes, *worded(findings, document, model)])
+    told, more = worded(findings, document, model)
+    raise ScenarioError(document.name, [*document.mistakes, *told], more)
 
 
 def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, Any], dict[str, str]]:

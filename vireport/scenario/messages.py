@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from vireport.base import Mistake
+from vireport.base import MOST_MISTAKES, Mistake
 from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario, is_printable
 from vireport.scenario.document import Document, is_within_any
@@ -26,35 +26,33 @@ from vireport.scenario.rules import (
 )
 from vireport.text import visible
 
-MOST_HINTS = 20
-"""Unknown keys of which it is looked for what was meant, a third of a millisecond each."""
-
 _LONGEST_VALUE = 60  # characters of a value that are shown
 _LONGEST_LIST = 200  # characters of the names of keys that are shown
 
 Schema = dict[str, Any]
 
 
-def worded(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> list[Mistake]:
-    """Turn findings into mistakes with their lines; the first finding on a path stands for all.
+def worded(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> tuple[list[Mistake], int]:
+    """Turn findings into mistakes with their lines, the first ones of the file, and count the others.
 
-    What is wrong below a path that could not be read is left out: it follows from that mistake. What was meant is
-    looked for of the first unknown keys alone.
+    The first finding on a path stands for all. What is wrong below a path that could not be read is left out, as it
+    follows from that mistake.
     """
-    first = dict[str, Finding]()
+    wording, first = _Wording(document, keys(model)), dict[str, Finding]()
     for finding in findings:
         if not is_within_any(finding.path, document.unread):
             first.setdefault(finding.path, finding)
-    unknown = [path for path, finding in first.items() if finding.kind is Kind.UNKNOWN]
-    wording = _Wording(document, keys(model), frozenset(unknown[:MOST_HINTS]))
-    return [Mistake(document.line_of(path), path, wording.message(finding)) for path, finding in first.items()]
+    lines = {path: document.line_of(path) for path in first}
+    told = sorted(first.values(), key=lambda own: lines[own.path])[:MOST_MISTAKES]
+    mistakes = [Mistake(lines[own.path], own.path, wording.message(own)) for own in told]
+    return mistakes, len(first) - len(told)
 
 
 class _Wording:
-    """The wording for one document, by the keys that it may have; with hints for some of its unknown keys."""
+    """The wording for one document, by the keys that it may have."""
 
-    def __init__(self, document: Document, keys: dict[str, Schema], hinted: frozenset[str]) -> None:
-        self.document, self.keys, self.hinted = document, keys, hinted
+    def __init__(self, document: Document, keys: dict[str, Schema]) -> None:
+        self.document, self.keys = document, keys
 
     def message(self, finding: Finding) -> str:
         path, value = finding.path, finding.value
@@ -84,7 +82,7 @@ class _Wording:
         units = {name: str(node.get("unit", "")) for name, node in self.keys.items() if name and name[-1] != "*"}
         nodes = self.keys[_pattern(block)]["properties"]
         names = _names(name for name, node in nodes.items() if node.get("type") != "null")
-        meant = hints.for_key(_pattern(block), key, value, units) if path in self.hinted else ""
+        meant = hints.for_key(_pattern(block), key, value, units)
         return f"unknown key{meant} (allowed{f' in {block}' if block else ''}: {names})"
 
     def ruling(self, path: str) -> Schema:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from hashlib import sha256
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -247,7 +246,7 @@ def measured_of(loaded: Loaded, say: Progress = lambda what: None) -> tuple[Meas
 
 def _stretches(loaded: Loaded) -> list[_Stretch]:
     """All records, each at one value."""
-    scenario, mistakes, found = loaded.scenario, list[Mistake](), list[_Stretch]()
+    scenario, mistakes, found, more = loaded.scenario, list[Mistake](), list[_Stretch](), 0
     for k, row in enumerate(scenario.measured or ()):
         path = f"measured.{k}.impacts"
         line = loaded.line_of(path) or 0
@@ -257,15 +256,15 @@ def _stretches(loaded: Loaded) -> list[_Stretch]:
             mistakes.append(Mistake(line, path, str(error)))
         except ScenarioError as error:
             mistakes += [Mistake(line, path, mistake.render(error.name)) for mistake in error.mistakes]
+            more += error.more
     if mistakes:
-        raise ScenarioError(loaded.document.name, mistakes)
+        raise ScenarioError(loaded.document.name, mistakes, more)
     return found
 
 
 def _of_row(loaded: Loaded, row: RecordBlock) -> Iterator[_Stretch]:
     scenario, swept = loaded.scenario, loaded.scenario.parameter
-    folder = Path(loaded.document.name).parent
-    data = record_contents(str(folder / row.impacts))
+    data = record_contents(row.impacts, loaded.place)
     frequency = row.value if swept is Parameter.FREQUENCY and row.value else scenario.excitation.frequency_hz
     along = None
     if scenario.sweep is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -432,8 +431,8 @@ def _with_disturbances(study: Study) -> Study:
 def _with_driven(study: Study, record: str, say: Progress) -> Study:
     from vireport.driven import driven_by
 
-    folder = Path(study.loaded.document.name).parent
-    return replace(study, driven=driven_by(record, folder, study.solution.device, study.solution.membrane, say))
+    known = study.loaded.place, study.solution.device, study.solution.membrane
+    return replace(study, driven=driven_by(record, *known, say))
 
 
 def _with_withstood(study: Study) -> Study:
