@@ -88,7 +88,7 @@ def test_a_record_that_contradicts_the_model_gives_no_interval(capsys, tmp_path:
             2,
             "of a restitution that falls with speed",
         ),
-        (["--impacts", SCENARIO], 2, "unknown column"),
+        (["--impacts", SCENARIO], 2, "no column is known by its name"),
     ],
 )
 def test_what_is_malformed_is_refused_and_nothing_written(

@@ -216,7 +216,14 @@ def test_all_mistakes_are_told_at_once_and_a_thousand_not_one_by_one() -> None:
     assert [line.split(": ")[0] for line in refused.value.lines] == ["x.csv:2", "x.csv:3"]
     with pytest.raises(ScenarioError) as refused:
         parse_record((HEAD + "x,top\n" * 1000).encode(), "x.csv", 2.0)
-    assert len(refused.value.lines) == 21
+    assert refused.value.lines[20:] == ("x.csv: and 980 more (mend these first)",)
+
+
+@pytest.mark.slow
+def test_a_million_mistakes_are_not_counted() -> None:
+    with pytest.raises(ScenarioError) as refused:
+        parse_record((HEAD + "x,top\n" * 1_000_000).encode(), "x.csv", 2.0)
+    assert refused.value.lines[20:] == ("x.csv: and over 100000 more (mend these first)",)
 
 
 def test_a_file_that_is_not_there_is_told() -> None:

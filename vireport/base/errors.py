@@ -64,6 +64,9 @@ class Mistake(Struct, frozen=True):
 MOST_MISTAKES = 20
 """Of a file that are told one by one: whoever has mended these runs it again."""
 
+MOST_COUNTED = 100_000
+"""Of a file that are counted: beyond, it is said that there are more."""
+
 
 class Mistakes:
     """Mistakes of a file as they are found: the first ones in words, and how many others there are.
@@ -77,6 +80,11 @@ class Mistakes:
 
     def __bool__(self) -> bool:
         return bool(self.told)
+
+    @property
+    def countless(self) -> bool:
+        """Whether there are so many that no others need be looked for."""
+        return self.more > MOST_COUNTED
 
     def add(self, line: int, path: str, message: Callable[[], str] | str) -> None:
         """Add a mistake; what words it is called where it is told alone."""
@@ -112,7 +120,8 @@ class ScenarioError(VireportError):
     def lines(self) -> tuple[str, ...]:
         """The message as lines, one for each mistake that is told, and one for the number of others."""
         told = tuple(mistake.render(self.name) for mistake in self.mistakes)
-        return (*told, f"{self.name}: and {self.more} more (mend these first)") if self.more else told
+        count = self.more if self.more < MOST_COUNTED else f"over {MOST_COUNTED}"
+        return (*told, f"{self.name}: and {count} more (mend these first)") if self.more else told
 
     def to_dicts(self) -> list[dict[str, str | int | None]]:
         """The mistakes as data, ready for JSON: those of ``--set`` have neither file nor line."""

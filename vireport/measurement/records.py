@@ -271,6 +271,8 @@ def _values(
     for line, row in rows:
         if not row or (len(row) == 1 and not row[0].strip()):
             continue
+        if mistakes.countless:
+            break
         if len(row) != head:
             mistakes.add(line, "", partial(_wrong_count, row, head))
             continue
