@@ -11,6 +11,8 @@ from conftest import first
 from exact_friction import Reference
 from mpmath import mp, mpf
 
+from vireport.disturbances import Destination
+from vireport.disturbances.from_rest import CREEPS, from_rest
 from vireport.physics import Groups, Harmonic, Restitutions
 from vireport.simulation import (
     BOTTOM,
@@ -133,6 +135,18 @@ def test_what_friction_holds_for_ever_is_told() -> None:
     ends = ((1.2, InFlight(0.1, 0.4, 0.0), Outcome.HELD), (0.95, Impact(BOTTOM, 0.0, 0.0), Outcome.REST))
     for friction, start, outcome in ends:
         assert find_attractor(Groups(0.5, 0.1, 0.5, (), friction), start, compiled=False).outcome is outcome
+
+
+CREEPING_BALL = Groups(26.7, 0.0, 0.974, (Harmonic.of(2, 9.0, 40.0),), 0.0134)
+"""Of a long capsule: the force carries the ball to and fro, and the second harmonic a little farther one way."""
+
+
+def test_a_ball_that_stops_hundreds_of_times_in_a_flight_is_not_followed_to_its_end() -> None:
+    end = find_attractor(CREEPING_BALL, Impact(BOTTOM, 1.0, 0.3), compiled=False)
+    assert (end.outcome, end.cycle) == (Outcome.CREEPING, None)
+    from_rest_of = from_rest(CREEPING_BALL, ())
+    assert (from_rest_of.destination, from_rest_of.name) == (Destination.UNDECIDED, CREEPS)
+    assert not from_rest(CREEPING_BALL._replace(d=1.0), ()).creeping
 
 
 def test_last_hops_together_take_as_long_as_they_do_one_by_one() -> None:

@@ -25,6 +25,7 @@ from vireport.motions import Motions
 from vireport.physics import Groups, word_name, wrapped
 from vireport.simulation import (
     BOTTOM,
+    CREEPING,
     FLIGHT,
     PHASE,
     REST,
@@ -166,6 +167,8 @@ class FromRest(Struct, frozen=True):
         of a rest cycle that begins there; None where it never settles, or it is not known when.
     cycle : Cycle or None
         One period, where it was simulated.
+    creeping : bool
+        Whether it is undecided because the ball, with friction, stops too often on its way to be followed.
     """
 
     destination: Destination
@@ -173,6 +176,7 @@ class FromRest(Struct, frozen=True):
     periods: int = 0
     settles_after: int | None = None
     cycle: Cycle | None = None
+    creeping: bool = False
 
     @property
     def reached(self) -> bool:
@@ -197,6 +201,8 @@ class FromRest(Struct, frozen=True):
     @property
     def name(self) -> str:
         """The motion in words: its word and period, or what it is where it has none."""
+        if self.creeping:
+            return CREEPS
         if not self.word:
             return NAMES[self.destination]
         if self.destination is not Destination.REST_CYCLE:
@@ -212,6 +218,9 @@ NAMES = {
     Destination.UNDECIDED: "a motion that rounding does not tell",
 }
 """Destinations without a word, for the reader."""
+
+CREEPS = "a ball that creeps under friction, and stops too often on its way to be followed"
+"""The name of what is not decided for that reason."""
 
 
 def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, compiled: bool = False) -> FromRest:
@@ -318,7 +327,8 @@ def started(
         more, status = follow_one(model, _last(rows), max(BLOCK, len(rows) // 4), compiled=compiled)
         rows = np.concatenate([rows, more[1:]])
     if found is None and status[2] != RUNNING:
-        return FromRest(Destination.AT_REST if status[2] == REST else Destination.UNDECIDED)
+        rests = Destination.AT_REST if status[2] == REST else Destination.UNDECIDED
+        return FromRest(rests, creeping=bool(status[2] == CREEPING))
     end, way = found or _elsewhere(groups, rows, targets, ratio, compiled)
     if again and end.destination is not Destination.CHAOTIC and _lost(model, way):
         for off in TWINS:
@@ -408,7 +418,8 @@ def _elsewhere(
     cycle = end.cycle
     if cycle is None:
         chaotic = end.outcome is Outcome.APERIODIC and end.lyapunov > LEAST_EXPONENT
-        return FromRest(Destination.CHAOTIC if chaotic else Destination.UNDECIDED), rows
+        creeping = end.outcome is Outcome.CREEPING
+        return FromRest(Destination.CHAOTIC if chaotic else Destination.UNDECIDED, creeping=creeping), rows
     more, _ = follow_one(check_model(groups)[0], _last(rows), end.impacts, compiled=compiled)
     rows = np.concatenate([rows, more[1:]])
     return _on(cycle, rows, targets, ratio)

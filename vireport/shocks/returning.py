@@ -19,7 +19,19 @@ from vireport.base import NumericalError
 from vireport.motions import Motion
 from vireport.physics import Groups, wrapped
 from vireport.shocks.deviations import flight_matrices, stationary
-from vireport.simulation import FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL, check_model, follow_impacts
+from vireport.simulation import (
+    CREEPING,
+    FREE,
+    HELD,
+    PHASE,
+    REST,
+    RIDING,
+    TURN,
+    VELOCITY,
+    WALL,
+    check_model,
+    follow_impacts,
+)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -223,7 +235,7 @@ def _followed(
         at = np.argmax(riding[rides], axis=1)
         rode[active[rides]] = rows[rides, at, WALL].astype(np.int64)
         found[active] = label
-        stays = (label == Elsewhere.UNKNOWN) & ~rides
+        stays = (label == Elsewhere.UNKNOWN) & ~rides & (summary[:, 2] != CREEPING)
         active = active[stays]
         here = np.zeros((len(active), 4))
         here[:, 0], here[:, 2], here[:, 3] = last[stays, WALL], last[stays, VELOCITY], last[stays, PHASE]

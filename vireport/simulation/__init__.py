@@ -17,7 +17,20 @@ from vireport.simulation.events import (
     follow_one,
     start_of,
 )
-from vireport.simulation.kernel import FLIGHT, FREE, HELD, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
+from vireport.simulation.kernel import (
+    CREEPING,
+    FLIGHT,
+    FREE,
+    HELD,
+    PHASE,
+    REST,
+    RIDING,
+    RUNNING,
+    SETTLING,
+    TURN,
+    VELOCITY,
+    WALL,
+)
 from vireport.simulation.release import Press, presses, release_phase
 from vireport.simulation.starts import even_starts, random_starts, start_speed
 
@@ -31,6 +44,7 @@ else:
 __all__ = [
     "BOTTOM",
     "CLOSE",
+    "CREEPING",
     "FLIGHT",
     "FREE",
     "HELD",

@@ -31,6 +31,7 @@ from vireport.simulation.events import (
     start_rows,
 )
 from vireport.simulation.kernel import (
+    CREEPING,
     FLIGHT,
     HELD,
     PHASE,
@@ -73,6 +74,7 @@ class Outcome(StrEnum):
     STICKING = "chatter with sticking, periodic"
     REST = "at rest on the bottom membrane"
     HELD = "held by friction for ever, off the bottom membrane"
+    CREEPING = "creeping under friction: it stops so often on its way that it is not followed to its end"
     FREE = "in flight between the membranes for ever, reaching neither"
     UNRESOLVED = "not resolved: flights so long that rounding loses the forcing phase"
 
@@ -301,6 +303,8 @@ def search(
         return Attractor(Outcome.REST, None, -inf, 0.0, used), rows
     if summary[2] == HELD:
         return Attractor(Outcome.HELD, None, -inf, 0.0, used), rows
+    if summary[2] == CREEPING:
+        return Attractor(Outcome.CREEPING, None, nan, inf, used, _last(rows)), rows
     return Attractor(Outcome.FREE, None, nan, 0.0, used), rows
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 # How the search ended: impacts used up, at rest on the bottom, no membrane ever reached again, or held by friction.
-RUNNING, REST, FREE, HELD = 0, 1, 2, 3
+RUNNING, REST, FREE, HELD, CREEPING = 0, 1, 2, 3, 4
 # Columns of `rows` (a row is an impact, the first one the start) and of `summary`.
 WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = 0, 1, 2, 3, 4, 5
 IMPACTS, EVALUATIONS, STATUS = 0, 1, 2
@@ -36,7 +36,9 @@ FALLING_CHATTER = 1e-17  # rebound velocity down to which hops are followed whos
 CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
 FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
-MAX_STOPS = 10_000  # in one flight of a ball with friction
+# Stops of a ball with friction on all of its way, and so many more for each impact: beyond, it creeps. Others stop a
+# few times in a flight.
+MAX_STOPS, STOPS_EACH = 4_000, 8
 FlightRow = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
 Quintic = tuple[float, float, float, float, float]  # Z' to Z''''' at the start, where Z'' is a cubic
 Leg = FlightRow | Quintic
@@ -742,28 +744,37 @@ def next_way(
 
 
 def _next_impact_rubbed(
-    way: float, v: float, phase: float, model: Array, harmonics: Array, parts: Array, still: Array, walls: Pair
-) -> tuple[float, float, float, float, float, float]:
-    """First impact of a ball with friction: wall (0: never), time, velocity, phase, evaluations, and if it is held.
+    way: float,
+    v: float,
+    phase: float,
+    model: Array,
+    harmonics: Array,
+    parts: Array,
+    still: Array,
+    walls: Pair,
+    most: int,
+) -> tuple[float, float, float, float, float, int, int]:
+    """First impact of a ball with friction: wall (0: none), time, velocity, phase, evaluations, how it ends, and stops.
 
-    Parameters are those of `next_way`.
+    Parameters are those of `next_way`, and how often it may stop. It ends RUNNING where it strikes; else HELD for ever,
+    FREE where it goes to and fro for ever, or CREEPING where it has stopped too often.
     """
     time, gone, seen, before = 0.0, 0.0, 0.0, inf
-    for _ in range(MAX_STOPS):
+    for stops in range(most):
         here = walls[0] - gone, walls[1] - gone
         t, z, v, phase, strikes, onward, steps = next_way(way, v, phase, model, harmonics, parts, still, here)
         if t == inf:
-            return 0.0, time, 0.0, phase, seen, 1.0
+            return 0.0, time, 0.0, phase, seen, HELD, stops
         time, gone, seen = time + t, gone + z, seen + steps
         if strikes != 0.0:
-            return way, time, v, phase, seen, 0.0
+            return way, time, v, phase, seen, RUNNING, stops
         if way > 0.0:
             # Where the way there and back is the same, the next one is as well.
             if abs(gone - before) <= EPS * (walls[1] - walls[0]):
-                break
+                return 0.0, time, 0.0, phase, seen, FREE, stops
             before = gone
         way = onward
-    return 0.0, time, 0.0, phase, seen, 0.0
+    return 0.0, time, 0.0, phase, seen, CREEPING, most
 
 
 def _settle_rubbed(
@@ -803,6 +814,7 @@ def _follow_rubbed(
     wall, z, v, phase = float(start[0]), float(start[1]), float(start[2]), float(start[3])
     walls, flight, parts = (-0.5 * d - z, 0.5 * d - z), 0.0, np.empty((len(harmonics), 3))
     evaluations, status, row, count = 1.0, RUNNING, 0, 0
+    left = MAX_STOPS + STOPS_EACH * impacts
     while True:
         out = rows[row]
         row = row + 1 if row + 1 < len(rows) else 0
@@ -824,10 +836,12 @@ def _follow_rubbed(
             way = begins(v, phase, model, harmonics)
         if count == impacts:
             break
-        wall, flight, v, phase, steps, held = _next_impact_rubbed(way, v, phase, model, harmonics, parts, still, walls)
+        wall, flight, v, phase, steps, status, stops = _next_impact_rubbed(
+            way, v, phase, model, harmonics, parts, still, walls, left
+        )
         evaluations += steps + 1.0
-        if wall == 0.0:
-            status = HELD if held else FREE
+        left -= stops
+        if status != RUNNING:
             break
         count += 1
     summary[IMPACTS], summary[EVALUATIONS], summary[STATUS] = count, evaluations, status

@@ -421,6 +421,7 @@ def disturbances_data(
         "outcome": None if end is None else end.destination,
         "word": None if end is None else end.word or None,
         "periods": None if end is None else end.periods or None,
+        "reason": None if end is None or end.decided else end.name,
         "settles_after_periods": None if end is None else end.settles_after,
         "proved": proved and proved.arrival.proved,
         "ramp_periods": found.ramp_periods,
