@@ -53,7 +53,7 @@ pictures: setup ## draw all pictures of the documentation anew, and measure what
 	$(BIN)/python tools/make_docs.py
 
 schema: setup ## write the JSON Schema that the examples name
-	$(BIN)/vireport schema > examples/scenario.schema.json
+	$(BIN)/vireport init --schema > examples/scenario.schema.json
 
 ci: ## all that a change must pass, from a clean environment
 	.ci/run

@@ -1,4 +1,4 @@
-"""What `vireport accuracy` measures on the inclined example: error against run time, and compliant membranes.
+"""What `vireport verify` measures on the inclined example: error against run time, and compliant membranes.
 
     python benchmarks/accuracy.py [--every]
 

@@ -140,14 +140,15 @@ def test_json_imports_nothing_heavy(example) -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments", first(1, [["run", "--help"], ["schema"], ["--help"], ["--version"], ["explain"], ["init", "-"]])
+    "arguments",
+    first(1, [["run", "--help"], ["init", "--schema"], ["--help"], ["--version"], ["explain"], ["init", "-"]]),
 )
 def test_help_imports_no_physics(arguments: list[str]) -> None:
     assert not imported_by(*arguments) & (HEAVY | {"numpy"})
 
 
-def test_validate_imports_nothing_heavy(example) -> None:
-    assert not imported_by("validate", str(example("inclined"))) & HEAVY
+def test_a_check_imports_nothing_heavy(example) -> None:
+    assert not imported_by("check", str(example("inclined"))) & HEAVY
 
 
 @pytest.mark.slow

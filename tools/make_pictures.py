@@ -32,8 +32,8 @@ COMMANDS = {
     "hysteresis": ("run", "hysteresis.yaml"),
     "design-point": ("run", "design-point.yaml"),
     "compare": ("compare", "horizontal.yaml", "inclined.yaml", "inclined-forcing.yaml"),
-    "chart": ("chart", "inclined.yaml", "--over", "restitution=0.2..0.8,length_m=0.3..1"),
-    "map": ("sweep", "maps/map.yaml"),
+    "chart": ("map", "inclined.yaml", "--over", "restitution=0.2..0.8,length_m=0.3..1"),
+    "map": ("map", "maps/map.yaml"),
 }
 
 SHOWN = {

@@ -45,7 +45,11 @@ def page_of_keys() -> str:
             blocks[path] = []
         elif path and not path.endswith(".*"):
             blocks.setdefault(path.rpartition(".")[0], []).append(path)
-    lines = ["# Keys of a scenario", "", "Every key as it is declared: `vireport schema` prints the same for editors."]
+    lines = [
+        "# Keys of a scenario",
+        "",
+        "Every key as it is declared: `vireport init --schema` prints the same for editors.",
+    ]
     for block, paths in blocks.items():
         if paths:
             lines += ["", f"## {block or 'At the top'}", ""]

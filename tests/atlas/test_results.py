@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from vireport import analyse, load, loads
+from vireport import analyse, loads
 from vireport.atlas import portrait_of
 from vireport.base import ScenarioError, UsageError
 from vireport.motions import Limits, families, generation, ladder
 from vireport.physics import generated_voltage
 from vireport.report import Report, render_html
 from vireport.report.motions import families_table
-from vireport.study import Study, branches_csv, families_of, provenance_of
+from vireport.study import Study, branches_csv, provenance_of
 
 TEXT = """\
 schema_version: 1
@@ -192,27 +192,6 @@ def test_motions_at_a_value_are_found_with_their_families(study):
     for family, motion in study.atlas.at(0.3):
         assert family.word == motion.word
         assert study.solution.sweep.value(motion.coordinate) == pytest.approx(0.3)
-
-
-def test_motions_are_found_again_from_results(study):
-    sweep = study.atlas.sweep
-    families = families_of(json.loads(json.dumps(study.to_dict())), sweep)
-    coordinate = float(sweep.coordinate_of(0.3))
-    again = [motion for family in families for motion in family.at(coordinate)]
-    for (_, motion), other in zip(study.atlas.at(0.3), again, strict=True):
-        assert motion.apart(other) < 1e-12
-
-
-@pytest.mark.parametrize(("periods", "low", "high"), [(1, 0.60, 0.75), (2, 1.6, 1.7)])
-def test_results_without_families_have_the_1_1_motions(periods: int, low: float, high: float, example):
-    swept = {"period_ratio": periods, "sweep.from": low, "sweep.to": high, "device.length_m": high}
-    study = analyse(load(example("inclined"), swept), ("json",))
-    families = families_of(study.to_dict(), study.solution.sweep)
-    assert families
-    for family in families:
-        middle = family.x[len(family.x) // 2]
-        assert np.abs(family.curve.linearised(middle)[0]).max() < 1e-12
-        assert family.curve.admits(middle)
 
 
 def test_a_name_stands_for_a_vertex_or_the_middle_of_a_words_widest_stable_range(study):

@@ -14,7 +14,7 @@ from vireport.study import analyse
 
 
 def test_a_map_is_refused_with_the_command_for_it() -> None:
-    with pytest.raises(UsageError, match=r"has a map block.*vireport sweep"):
+    with pytest.raises(UsageError, match=r"has a map block.*vireport map"):
         opened(EXAMPLES / "maps" / "map.yaml")
 
 

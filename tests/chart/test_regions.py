@@ -316,7 +316,7 @@ def test_a_curve_in_chart_json_is_reproduced_by_the_printed_maps(make: Callable[
 
 @cache
 def data_of(drawn: Chart, *formats: Task) -> dict[str, bytes]:
-    return outputs.files(drawn, scenario("inclined"), formats or (Task.JSON,), "vireport chart")
+    return outputs.files(drawn, scenario("inclined"), formats or (Task.JSON,), "vireport map --over")
 
 
 def test_the_report_of_a_chart_tells_the_verdict_the_margins_and_what_is_left_out() -> None:
@@ -340,4 +340,4 @@ def test_a_wrong_name_in_a_template_is_told_with_its_place(file: str, source: st
     (tmp_path / file).parent.mkdir(exist_ok=True)
     (tmp_path / file).write_text(source, encoding="utf-8")
     with pytest.raises(RenderError, match=place):
-        outputs.files(charted("inclined", SMALL), scenario("inclined"), (Task.HTML,), "vireport chart", tmp_path)
+        outputs.files(charted("inclined", SMALL), scenario("inclined"), (Task.HTML,), "vireport map --over", tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,8 @@ from vireport.cli import main
 from vireport.text import visible
 
 MAP = Path(__file__).resolve().parents[2] / "examples" / "maps" / "map.yaml"
+SLOW = pytest.mark.slow
+CELLS = "4,800 cells over inclination_deg x device.length_m"
 
 
 @pytest.fixture
@@ -28,7 +31,7 @@ def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path,
     text = "".join(row for row in example("inclined").read_text().splitlines(True) if "ball_mass" not in row)
     (tmp_path / "massless.yaml").write_text(text)
     folder = tmp_path / "out"
-    assert main(["accuracy", str(tmp_path / "massless.yaml"), "-o", str(folder), "--figure-width", "86mm"]) == 0
+    assert main(["verify", str(tmp_path / "massless.yaml"), "-o", str(folder), "--figure-width", "86mm"]) == 0
     out = capsys.readouterr().out
     assert "closed form" in out
     assert "device.ball_mass_kg is not given" in out
@@ -45,9 +48,9 @@ def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path,
 
 def test_a_width_of_figures_needs_a_folder_and_is_that_of_a_paper(example, tmp_path: Path, capsys) -> None:
     scenario = str(example("inclined"))
-    assert main(["accuracy", scenario, "--figure-width", "86mm"]) == 2
+    assert main(["verify", scenario, "--figure-width", "86mm"]) == 2
     assert "give --output" in capsys.readouterr().err
-    assert main(["accuracy", scenario, "-o", str(tmp_path / "out"), "--figure-width", "20mm"]) == 2
+    assert main(["verify", scenario, "-o", str(tmp_path / "out"), "--figure-width", "20mm"]) == 2
     assert "60 to 250 mm" in capsys.readouterr().err
 
 
@@ -66,45 +69,9 @@ def test_a_report_has_the_section_where_the_scenario_asks_for_it(quick, example,
     assert results["compliant"] is None
 
 
-@pytest.mark.slow
-def test_portrait_finds_the_motions_behind_a_point(example, tmp_path: Path, capsys) -> None:
-    assert main(["run", str(example("inclined")), "--json"]) == 0
-    results = tmp_path / "results.json"
-    results.write_text(capsys.readouterr().out)
-    design = json.loads(results.read_text())["design_point"]
-    assert main(["portrait", str(results), "--at", "0.6934", "--json"]) == 0
-    motions = json.loads(capsys.readouterr().out)["motions"]
-    assert [x["stability"] for x in motions] == ["stable node", "unstable node"]
-    for x in motions:
-        k = design["stability"].index(x["stability"])
-        assert x["velocity"] == pytest.approx([design[f"velocity_{at}"][k] for at in ("bottom", "top")], abs=1e-13)
-        assert x["u_ave_v"] == pytest.approx(design["u_ave_v"][k])
-    assert main(["portrait", str(results), "--at", "0.6934,0.5", "--json"]) == 0
-    (nearest,) = json.loads(capsys.readouterr().out)["motions"]
-    assert nearest["stability"] == "unstable node"
-    for at in ("0.58", "0.7,1,1", "nan", "0.7,", "x"):
-        assert main(["portrait", str(results), "--at", at, "--json"]) == 2
-        assert "allowed: length_m from 0.59 to 0.75" in capsys.readouterr().err
-    results.write_text(results.read_text().replace('"q"', '"p"'))
-    assert main(["portrait", str(results), "--at", "0.6934", "--json"]) == 2
-
-
-@pytest.mark.slow
-def test_portrait_draws_what_families_have(example, tmp_path: Path, monkeypatch, capsys) -> None:
-    asked = ["--set", "motions.impacts=4", "--set", "motions.periods=2", "--format", "json"]
-    assert main(["run", str(example("inclined")), *asked, "-o", str(tmp_path), "-q"]) == 0
-    (tmp_path / "out").mkdir()
-    monkeypatch.chdir(tmp_path / "out")
-    assert main(["portrait", str(tmp_path / "results.json"), "--at", "0.61"]) == 0
-    printed = capsys.readouterr()
-    assert "BTBT" in printed.out
-    assert "stable node" in printed.out
-    assert Path(f"{tmp_path.name}-portrait", "figure-portraits.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_certify_prints_enclosures_and_keeps_them(example, tmp_path: Path, capsys) -> None:
     pytest.importorskip("flint")
-    code = main(["run", str(example("inclined")), "--certify", "-o", str(tmp_path), "--format", "json", "-q"])
+    code = main(["run", str(example("inclined")), "--certify", "-o", str(tmp_path), "--format", "json"])
     assert code == 0
     assert "0.6294571410117573492782814" in capsys.readouterr().out
     (certificate,) = json.loads((tmp_path / "results.json").read_text())["certificates"]
@@ -114,18 +81,62 @@ def test_certify_prints_enclosures_and_keeps_them(example, tmp_path: Path, capsy
 
 def test_certify_without_a_sweep_says_that_there_is_nothing(example, tmp_path: Path, capsys) -> None:
     pytest.importorskip("flint")
-    main(["run", str(example("design-point")), "--certify", "-o", str(tmp_path), "--format", "json", "-q"])
+    main(["run", str(example("design-point")), "--certify", "-o", str(tmp_path), "--format", "json"])
     assert "no sweep" in capsys.readouterr().out
 
 
-def test_diff_by_its_exit_code(example, tmp_path: Path, capsys) -> None:
-    scenario = str(example("inclined"))
-    assert main(["run", scenario, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
-    old = str(tmp_path / "results.json")
-    assert main(["diff", old, scenario]) == 0
-    assert main(["diff", old, scenario, "--set", "device.restitution=0.51", "--markdown"]) == 1
+@pytest.fixture
+def earlier(example, tmp_path: Path, capsys) -> Callable[[str], str]:
+    """The file of a name that a run of the inclined example writes."""
+
+    def written(name: str) -> str:
+        form = Path(name).suffix[1:]
+        assert main(["run", str(example("inclined")), "-o", str(tmp_path), "--format", form, "-q"]) == 0
+        return str(tmp_path / name)
+
+    return written
+
+
+@pytest.mark.parametrize("name", ["results.json", *(pytest.param(f"report.{x}", marks=SLOW) for x in ("html", "pdf"))])
+def test_what_has_changed_since_an_earlier_run_by_the_exit_code(name: str, earlier, example, tmp_path, capsys) -> None:
+    scenario, old = str(example("inclined")), earlier(name)
+    longer = [scenario, "--set", "device.restitution=0.51"]
+    assert main(["compare", old, scenario, "--exit-code"]) == 0
+    assert main(["compare", old, *longer, "--exit-code", "--markdown"]) == 1
     assert "B1" in capsys.readouterr().out
-    assert main(["diff", str(tmp_path / "absent.json"), scenario]) == 2
+    assert main(["compare", old, *longer, "--exit-code", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["changed"]
+    assert main(["run", *longer, "--baseline", old, "-o", str(tmp_path / "out"), "--format", "csv"]) == 0
+    assert "device.restitution: 0.5 to 0.51 (+2 %)" in capsys.readouterr().out
+    assert main(["compare", str(tmp_path / "absent.json"), scenario, "--exit-code"]) == 2
+
+
+def test_two_earlier_runs_are_compared_by_the_results_that_they_wrote(
+    earlier, tmp_path: Path, monkeypatch, capsys
+) -> None:
+    monkeypatch.setattr("vireport.study.analyse", lambda *_: pytest.fail("it was solved"))
+    data = json.loads(Path(earlier("results.json")).read_text())
+    (tmp_path / "old.json").write_text(json.dumps(data))
+    data["critical_points"][0]["sweep_value"] *= 1.01
+    (tmp_path / "new.json").write_text(json.dumps(data))
+    files = [str(tmp_path / name) for name in ("old.json", "new.json")]
+    assert main(["compare", files[0], files[0], "--exit-code"]) == 0
+    assert main(["compare", *files, "--exit-code"]) == 1
+    assert "B1" in capsys.readouterr().out
+
+
+def test_a_comparison_solves_an_earlier_run_again_and_says_what_is_not_the_same(earlier, tmp_path, capsys) -> None:
+    old = Path(earlier("results.json"))
+    data = json.loads(old.read_text())
+    data["critical_points"][0]["sweep_value"] *= 1.01
+    (tmp_path / "other.json").write_text(json.dumps(data))
+    assert main(["compare", str(old), str(tmp_path / "other.json"), "--json"]) == 0
+    out, err = capsys.readouterr()
+    first, second = json.loads(out)["scenarios"]
+    assert first["scenario"] == second["scenario"] == data["scenario"]
+    same, different, *_ = err.splitlines()
+    assert same == f"identical to the results in {old}"
+    assert different.startswith(f"not identical to the results in {tmp_path / 'other.json'}")
 
 
 def test_compare_writes_its_files(example, tmp_path: Path) -> None:
@@ -148,9 +159,9 @@ def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
         "test", "made up", "refused", refused, lambda answer: CaseFinding(""), refusal="reason" if alone else "other"
     )
     monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (case,))
-    assert main(["extremes"]) == (0 if alone else 1)
+    assert main(["verify", "--extremes"]) == (0 if alone else 1)
     assert "made up" in capsys.readouterr().out
-    assert main(["extremes", "--set", "inclination_deg=1"]) == 2
+    assert main(["verify", "--extremes", "--set", "inclination_deg=1"]) == 2
 
 
 def test_extremes_that_could_not_be_run_are_no_pass(monkeypatch, capsys) -> None:
@@ -170,7 +181,7 @@ def test_extremes_that_could_not_be_run_are_no_pass(monkeypatch, capsys) -> None
         ([case(), case(needs="no_such_package")], 3),
     ):
         monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None, cases=cases: cases)
-        assert main(["extremes"]) == code
+        assert main(["verify", "--extremes"]) == code
         assert ("case" in capsys.readouterr().err) == (code != 0)
 
 
@@ -185,7 +196,7 @@ def test_sweep_writes_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     text = MAP.read_text().replace("count: 60", "count: 5").replace("count: 80", "count: 4")
     (tmp_path / "map.yaml").write_text(text)
-    arguments = ["sweep", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "m"), "-q"]
+    arguments = ["map", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "m"), "-q"]
     assert main([*arguments, "--no-figures", "--workers", "1"]) == 0
     first = (tmp_path / "m" / "map.parquet").read_bytes()
     assert main([*arguments, "--no-figures"]) == 0
@@ -196,7 +207,7 @@ def test_sweep_writes_a_map(tmp_path: Path) -> None:
     ("over", "message"),
     [
         ("length_m", "does not name two inputs"),
-        ("length_m,lenght_m", "unknown input 'lenght_m' (allowed: length_m, amplitude_n"),
+        ("length_m,lenght_m", "unknown input 'lenght_m'; did you mean 'length_m'? (allowed: length_m, amplitude_n"),
         ("length_m,length_m", "length_m is named twice"),
         ("length_m=1..0.3,restitution", "length_m: 1..0.3 is no range of it (allowed: ascending, from"),
         ("length_m=a..b,restitution", "'a..b' is no range (such as"),
@@ -205,7 +216,7 @@ def test_sweep_writes_a_map(tmp_path: Path) -> None:
     ],
 )
 def test_a_chart_says_what_is_wrong_with_its_inputs(over: str, message: str, example, capsys) -> None:
-    assert main(["chart", str(example("inclined")), "--over", over, "--set", "device.restitution=1"]) == 2
+    assert main(["map", str(example("inclined")), "--over", over, "--set", "device.restitution=1"]) == 2
     assert message in capsys.readouterr().err
 
 
@@ -217,7 +228,7 @@ def test_a_chart_says_what_is_wrong_with_its_inputs(over: str, message: str, exa
     ],
 )
 def test_a_chart_needs_an_input_that_can_be_swept(over: str, pair: str, example, capsys) -> None:
-    assert main(["chart", str(example("inclined")), "--over", over, "--set", "device.capsule=free"]) == 2
+    assert main(["map", str(example("inclined")), "--over", over, "--set", "device.capsule=free"]) == 2
     assert pair in capsys.readouterr().err
 
 
@@ -225,18 +236,18 @@ def test_a_chart_needs_an_input_that_can_be_swept(over: str, pair: str, example,
 def test_mistakes_as_data_are_those_that_are_told(bad, tmp_path: Path, capfd) -> None:
     path = tmp_path / "broken.yaml"
     path.write_bytes(bad.text if isinstance(bad.text, bytes) else bad.text.encode("utf-8", "surrogatepass"))
-    assert main(["validate", str(path), "--json"]) == 2
+    assert main(["check", str(path), "--json"]) == 2
     out, err = capfd.readouterr()
     assert err == ""
     told = json.loads(out)
     assert (told["valid"], told["kind"]) == (False, None)
-    assert main(["validate", str(path)]) == 2
+    assert main(["check", str(path)]) == 2
     parts = [(f"{of['file']}:{of['line']}", of["path"], of["message"]) for of in told["mistakes"]]
     assert capfd.readouterr().err.splitlines() == [visible(": ".join(filter(None, part))) for part in parts]
 
 
 def test_a_mistake_on_the_command_line_is_in_no_file(example, capsys) -> None:
-    assert main(["validate", str(example("inclined")), "--json", "--set", "inclination_deg=100"]) == 2
+    assert main(["check", str(example("inclined")), "--json", "--set", "inclination_deg=100"]) == 2
     ((mistake,),) = [json.loads(capsys.readouterr().out)["mistakes"]]
     assert (mistake["file"], mistake["line"], mistake["path"]) == (None, None, "inclination_deg")
     assert "a number from 0 to 90" in mistake["message"]
@@ -244,18 +255,21 @@ def test_a_mistake_on_the_command_line_is_in_no_file(example, capsys) -> None:
 
 @pytest.mark.parametrize(("file", "kind"), [(MAP, "map"), (MAP.parents[1] / "inclined.yaml", "scenario")])
 def test_a_valid_file_as_data(file: Path, kind: str, capsys) -> None:
-    assert main(["validate", str(file), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"valid": True, "kind": kind, "mistakes": [], "alerts": []}
+    assert main(["check", str(file), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["valid"], told["kind"], told["mistakes"], told["alerts"]) == (True, kind, [], [])
+    cells = {"step": "cells", "runs": True, "what": CELLS, "why": "the file has a map block"}
+    assert (told["steps"] == [cells]) == (kind == "map")
 
 
 def test_a_file_that_is_not_there_is_no_mistake_in_it(capsys) -> None:
-    assert main(["validate", "nowhere.yaml", "--json"]) == 2
+    assert main(["check", "nowhere.yaml", "--json"]) == 2
     out, err = capsys.readouterr()
     assert (out, err) == ("", "vireport: error: nowhere.yaml: no such file\n")
 
 
 def test_a_plan_as_data_has_what_results_say_of_it(example, study_of, capsys) -> None:
-    assert main(["plan", str(example("inclined")), "--json"]) == 0
+    assert main(["check", str(example("inclined")), "--json"]) == 0
     steps = json.loads(capsys.readouterr().out)["steps"]
     assert {step["step"]: step["runs"] for step in steps}["branches"] is True
     left_out = [{key: step[key] for key in ("step", "what", "why")} for step in steps if not step["runs"]]

@@ -3,28 +3,82 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
 from conftest import first
 
+from vireport import load
 from vireport.cli import main
+from vireport.optimise import problem_of
 
+MAP = str(Path(__file__).parents[2] / "examples" / "maps" / "map.yaml")
 INCLINED = str(Path(__file__).parents[2] / "examples" / "inclined.yaml")
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["validate", INCLINED, "--set", "restitution=0.5"], "did you mean 'device.restitution'?"),
-        (["validate", INCLINED, "--set", "device.restitution=60"], "if it is 60 %, write 0.60"),
-        (["map", "x.yaml"], "did you mean 'sweep'?"),
+        (["check", INCLINED, "--set", "restitution=0.5"], "did you mean 'device.restitution'?"),
+        (["check", INCLINED, "--set", "device.restitution=60"], "if it is 60 %, write 0.60"),
+        (["maps", "x.yaml"], "did you mean 'map'?"),
         (["explain", "nothing"], "period doubling"),
+        (["explain", "VR10"], "did you mean 'VR010'?"),
+        (["explain", "pitch-fork"], "did you mean 'pitchfork'?"),
+        ([INCLINED, "run"], f"the command comes first: vireport run {INCLINED}"),
+        ([INCLINED, "plan", "--json"], f"the command comes first: vireport plan {INCLINED} --json"),
+        (["run", INCLINED, "--set", "device.length_m", "0.7"], "with '=': --set device.length_m=0.7"),
+        (["run", INCLINED, "spare"], "what has spaces needs quotes"),
+        (["map", INCLINED, "--over", "length,restitution"], "unknown input 'length'; did you mean 'length_m'?"),
+        (["map", INCLINED, "--over", "angle,restitution"], "did you mean 'inclination_deg'?"),
+        (["map", INCLINED], "has no map block"),
+        (["map", MAP, "--json"], "(--over draws curves): leave out --json"),
+        (["map", MAP, "--set", "inclination_deg=1"], "(--over draws curves): leave out --set"),
+        (
+            ["map", INCLINED, "--over", "length_m,restitution", "--no-figures"],
+            "computes no cells: leave out --no-figures",
+        ),
+        (["compare", INCLINED, "--vary", "inclination_deg=1,2", "--exit-code"], "leave out --vary"),
+        (["compare", INCLINED, "--vary", "inclination_deg=1,2", "--markdown"], "leave out --markdown"),
+        (["compare", INCLINED, "--exit-code"], "--exit-code takes two files, got 1"),
+        (["verify"], "Missing argument 'SCENARIO'"),
+        (["verify", "--extremes", "-o", "x"], "--extremes prints the cases: leave out --output"),
+        (["init", "x.yaml", "--schema"], "leave out x.yaml"),
     ],
 )
 def test_what_was_probably_meant_is_suggested(arguments: list[str], said: str, capsys) -> None:
     assert main(arguments) == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words", [["my file.yaml"], ["run", "my file.yaml", "--json"], ["compare", INCLINED, "my file.yaml"]]
+)
+def test_a_name_with_spaces_is_quoted(words: list[str], tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("my file.yaml").write_text("")
+    assert main(" ".join(words).split(" ")) == 2
+    quoted = shlex.join(["vireport", *words])
+    assert capsys.readouterr().err.startswith(f"vireport: error: a name with spaces needs quotes: {quoted}\n")
+
+
+def test_what_was_swapped_is_said(tmp_path: Path, capsys) -> None:
+    results = str(tmp_path / "results.json")
+    assert main(["run", INCLINED, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
+    assert main(["compare", INCLINED, results, "--exit-code"]) == 2
+    assert f"were they swapped? (vireport compare {results} {INCLINED} --exit-code)" in capsys.readouterr().err
+
+
+def test_a_search_without_its_block_is_shown_one_that_will_do(tmp_path: Path, capsys) -> None:
+    assert main(["optimise", INCLINED]) == 2
+    said, *block = capsys.readouterr().err.splitlines()
+    assert "has no design block" in said
+    (tmp_path / "x.yaml").write_text("\n".join([Path(INCLINED).read_text(), *block]))
+    scenario = load(tmp_path / "x.yaml").scenario
+    (varied,) = scenario.design.vary
+    assert varied.from_ < scenario.device.length_m < varied.to
+    problem_of(load(tmp_path / "x.yaml"))
 
 
 def test_a_term_is_explained(capsys) -> None:
@@ -116,16 +170,17 @@ WRONG_UNITS = (
 
 
 @pytest.mark.parametrize("swept", [True, False], ids=["swept", "design point"])
-def test_validate_asks_of_values_in_another_unit_what_a_run_asks(swept, capsys) -> None:
+def test_a_check_asks_of_values_in_another_unit_what_a_run_asks(swept, capsys) -> None:
     over = [word for setting in WRONG_UNITS for word in ("--set", setting)]
     over += ["--set", "sweep.from=600", "--set", "sweep.to=700"] if swept else ["--set", "sweep="]
     assert main(["run", INCLINED, "--json", *over]) == 0
     raised = [alert for alert in json.loads(capsys.readouterr().out)["alerts"] if alert["code"] == "VR015"]
-    assert main(["validate", INCLINED, "--json", *over]) == 0
+    assert main(["check", INCLINED, "--json", *over]) == 0
     assert json.loads(capsys.readouterr().out)["alerts"] == raised
-    assert main(["validate", INCLINED, *over]) == 0
-    valid, told = capsys.readouterr().out.splitlines()
+    assert main(["check", INCLINED, *over]) == 0
+    valid, told, *steps = capsys.readouterr().out.splitlines()
     assert valid.endswith(": valid scenario")
+    assert len(steps) > 20
     assert told == f"VR015: {raised[0]['cause']} {raised[0]['remedy']}"
     meant = ("which is 0.65 m?", "is it 5.2 g?", "which is 1.5 Hz?", "which is 30 degrees?")
     assert all(what in told for what in (*meant, *(["which is 0.6 m?", "which is 0.7 m?"] if swept else [])))

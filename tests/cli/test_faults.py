@@ -35,19 +35,19 @@ COMMANDS = {
     "run": ([*ENTRY, "run", INCLINED, "-o", "out", "--format", "json"], True),
     "run --json": ([*ENTRY, INCLINED, "--json"], True),
     "requirement": ([*ENTRY, str(ROOT / "examples/ci/failing.yaml"), "--json"], True),
-    "validate": ([*ENTRY, "validate", INCLINED], True),
-    "plan": ([*ENTRY, "plan", INCLINED], True),
-    "schema": ([*ENTRY, "schema"], True),
+    "validate": ([*ENTRY, "check", INCLINED], True),
+    "plan": ([*ENTRY, "check", "--json", INCLINED], True),
+    "schema": ([*ENTRY, "init", "--schema"], True),
     "init": ([*ENTRY, "init", "-"], True),
     "explain": ([*ENTRY, "explain"], True),
     "help": ([*ENTRY, "--help"], True),
     "version": ([*ENTRY, "--version"], True),
     "wrong": ([*ENTRY, "run", "--nope"], False),
-    "diff": ([*ENTRY, "diff", "old.json", INCLINED, "--set", "device.restitution=0.51"], True),
+    "diff": ([*ENTRY, "compare", "--exit-code", "old.json", INCLINED, "--set", "device.restitution=0.51"], True),
     "compare": ([*ENTRY, "compare", INCLINED, "--vary", "inclination_deg=30,45", "--json"], True),
-    "accuracy": ([*SHORT, "accuracy", INCLINED, "--set", "accuracy.compliant_membrane=false"], True),
-    "extremes": ([*SHORT, "extremes"], True),
-    "sweep": ([*ENTRY, "sweep", "map.yaml", "-o", "map", "--no-figures", "--workers", "1"], True),
+    "accuracy": ([*SHORT, "verify", INCLINED, "--set", "accuracy.compliant_membrane=false"], True),
+    "extremes": ([*SHORT, "verify", "--extremes"], True),
+    "sweep": ([*ENTRY, "map", "map.yaml", "-o", "map", "--no-figures", "--workers", "1"], True),
 }
 CODES = {"requirement": 1, "diff": 1, "wrong": 2}
 
@@ -270,7 +270,7 @@ def test_the_exit_code_names_the_signal_wherever_it_comes(name: str, code: int, 
 @pytest.mark.slow
 def test_an_interrupted_map_says_how_it_goes_on(tmp_path: Path) -> None:
     code = "import vireport.maps as s\ns.run_map = interrupt"
-    run = interrupted(code, "sweep", "map.yaml", cwd=tmp_path)
+    run = interrupted(code, "map", "map.yaml", cwd=tmp_path)
     assert run.returncode == 130
     assert b"run the same command again" in run.stderr
 
@@ -285,7 +285,7 @@ def test_a_fault_that_is_no_exception_of_python_is_no_unmet_requirement(monkeypa
         raise Panic("at the disco")
 
     monkeypatch.setattr(vireport.study, "plan", panic)
-    assert main(["plan", INCLINED]) == 3
+    assert main(["check", INCLINED]) == 3
     assert "fault of ours" in capsys.readouterr().err
 
 
@@ -340,10 +340,10 @@ def test_a_report_needs_no_temporary_folder(tmp_path: Path, monkeypatch) -> None
         ([DESIGN, "-o", "OUT", "--format", "html,json,github"], 0, b""),
         ([DESIGN], 2, b"design-point cannot be written: the current folder has been deleted"),
         (["compare", DESIGN, "--vary", "inclination_deg=30,45"], 2, b"the current folder has been deleted"),
-        (["portrait", "results.json", "--at", "1"], 2, b"results.json: cannot be read"),
+        (["compare", "results.json", DESIGN, "--exit-code"], 2, b"results.json: cannot be read"),
         (["init"], 2, b"scenario.yaml cannot be written"),
     ],
-    ids=["elsewhere", "run", "compare", "portrait", "init"],
+    ids=["elsewhere", "run", "compare", "exit code", "init"],
 )
 def test_the_current_folder_may_have_been_deleted(arguments: list[str], code: int, told: bytes, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
@@ -371,7 +371,7 @@ def test_a_folder_may_have_a_name_that_is_not_utf_8(tmp_path: Path, monkeypatch)
     map_text = (ROOT / "examples/maps/map.yaml").read_text().replace("count: 60", "count: 3")
     Path("map.yaml").write_text(map_text.replace("count: 80", "count: 3"))
     for _ in range(2):
-        assert main(["sweep", "map.yaml", "-o", folder, "--workers", "1", "-q"]) == 0
+        assert main(["map", "map.yaml", "-o", folder, "--workers", "1", "-q"]) == 0
     assert {"report.pdf", "map.parquet", "map-stability.png"} <= names(Path(folder))
 
 
@@ -381,10 +381,10 @@ def test_a_page_or_baseline_beyond_reason_is_refused_before_it_is_parsed(name: s
     path.write_bytes(b"%PDF-" if name.endswith("pdf") else b"[")
     os.truncate(path, 240 << 20)
     assert main(["run", str(path)]) == 2
-    assert "is larger than 32 MiB, and no report" in capsys.readouterr().err
-    for command in (["diff", str(path), INCLINED], ["run", INCLINED, "--baseline", str(path)]):
+    assert "is larger than 64 MiB, and neither" in capsys.readouterr().err
+    for command in (["compare", "--exit-code", str(path), INCLINED], ["run", INCLINED, "--baseline", str(path)]):
         assert main(command) == 2
-        assert "is larger than 64 MiB, and no results.json" in capsys.readouterr().err
+        assert "is larger than 64 MiB, and neither" in capsys.readouterr().err
 
 
 def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path, monkeypatch, capsys) -> None:
@@ -392,7 +392,7 @@ def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path, monkeypa
 
     monkeypatch.setattr(study, "solution_of", lambda *arguments: pytest.fail("it worked in vain"))
     (tmp_path / "file").write_text("")
-    for command in (["run", INCLINED], ["compare", INCLINED, "--vary", "inclination_deg=1,2"], ["accuracy", INCLINED]):
+    for command in (["run", INCLINED], ["compare", INCLINED, "--vary", "inclination_deg=1,2"], ["verify", INCLINED]):
         assert main([*command, "-o", str(tmp_path / "file")]) == 2
         assert "cannot be written" in capsys.readouterr().err
 
@@ -459,7 +459,7 @@ def test_names_are_text_everywhere(formats: str, tmp_path: Path, capsys) -> None
     files = [str(tmp_path / f"{name}.yaml") for name in traps]
     assert main(["compare", *files, "-o", str(tmp_path / "out"), "--format", formats]) == 0
     assert main(["run", files[2], "-o", str(tmp_path / "a\n::error::b"), "--format", "markdown,junit,github"]) == 0
-    assert main(["validate", files[2], "--set", "\x1b[2J::error::=1"]) == 2
+    assert main(["check", files[2], "--set", "\x1b[2J::error::=1"]) == 2
     out, err = capsys.readouterr()
     assert "\x1b" not in out + err
     assert not any(line.startswith("::error") for line in (out + err).splitlines())
@@ -481,33 +481,32 @@ def test_arguments_that_are_refused_are_text(arguments: list[str], capsys) -> No
 
 
 def test_checks_say_nothing_where_that_is_asked_for(tmp_path: Path, capsys) -> None:
-    assert main(["validate", INCLINED, "-q"]) == 0
-    assert main(["plan", INCLINED, "-q"]) == 0
+    assert main(["check", INCLINED, "-q"]) == 0
     assert main(["run", INCLINED, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
     results = str(tmp_path / "results.json")
-    assert main(["diff", results, INCLINED, "-q"]) == 0
-    assert main(["diff", results, INCLINED, "-q", "--set", "device.restitution=0.51"]) == 1
+    assert main(["compare", "--exit-code", results, INCLINED, "-q"]) == 0
+    assert main(["compare", "--exit-code", results, INCLINED, "-q", "--set", "device.restitution=0.51"]) == 1
     assert capsys.readouterr() == ("", "")
 
 
 def test_a_map_is_known_by_every_command(capsys) -> None:
     path = str(ROOT / "examples/maps/map.yaml")
-    assert main(["validate", path]) == 0
-    assert main(["validate", path, "--set", "inclination_deg=1"]) == 2
+    assert main(["check", path]) == 0
+    assert main(["check", path, "--set", "inclination_deg=1"]) == 2
     assert "nothing can be set over a map" in capsys.readouterr().err
-    for command in ([], ["plan"], ["run"], ["accuracy"]):
+    for command in ([], ["run"], ["verify"], ["compare", INCLINED]):
         assert main([*command, path]) == 2
         (line,) = capsys.readouterr().err.splitlines()
-        assert "is computed by 'vireport sweep'" in line
+        assert "is computed by 'vireport map FILE'" in line
 
 
 def test_a_plan_promises_nothing_that_will_not_appear(monkeypatch, capsys) -> None:
-    assert main(["plan", INCLINED, "--set", "accuracy.compliant_membrane=false"]) == 0
-    lines = {line.split()[1]: line for line in capsys.readouterr().out.splitlines()}
+    assert main(["check", INCLINED, "--set", "accuracy.compliant_membrane=false"]) == 0
+    lines = {line.split()[1]: line for line in capsys.readouterr().out.splitlines()[1:]}
     assert lines["figure-stiffness"].startswith("skip")
     monkeypatch.setitem(sys.modules, "numba", None)
-    assert main(["plan", INCLINED, "--set", "accuracy={}", "--set", "simulation={}"]) == 0
-    lines = {line.split()[1]: line for line in capsys.readouterr().out.splitlines()}
+    assert main(["check", INCLINED, "--set", "accuracy={}", "--set", "simulation={}"]) == 0
+    lines = {line.split()[1]: line for line in capsys.readouterr().out.splitlines()[1:]}
     for step in ("accuracy", "simulation"):
         assert lines[step].startswith("run")
         assert "numba" in lines[step]
@@ -515,16 +514,16 @@ def test_a_plan_promises_nothing_that_will_not_appear(monkeypatch, capsys) -> No
 
 def test_a_plan_says_how_long_what_is_long_takes(capsys) -> None:
     best = str(ROOT / "examples" / "best-design.yaml")
-    assert main(["plan", best, "--set", "accuracy={}"]) == 0
-    lines = {line.split()[1]: line for line in capsys.readouterr().out.splitlines()}
+    assert main(["check", best, "--set", "accuracy={}"]) == 0
+    lines = {line.split()[1]: line for line in capsys.readouterr().out.splitlines()[1:]}
     assert lines["optimise"].startswith("skip")
     assert "by vireport optimise: about 20 s" in lines["optimise"]
     for step in ("accuracy", "compliant"):
         assert "about a minute" in lines[step]
-    assert main(["plan", best, "--set", "tolerances.length_percent=1"]) == 0
+    assert main(["check", best, "--set", "tolerances.length_percent=1"]) == 0
     assert "by vireport optimise: minutes" in capsys.readouterr().out
 
 
 def test_the_limits_in_messages_are_those_that_hold(capsys) -> None:
-    assert main(["validate", INCLINED, "--set", "accuracy.ladder=[1]"]) == 2
+    assert main(["check", INCLINED, "--set", "accuracy.ladder=[1]"]) == 2
     assert "a list of 1 value (a list of 2 to 8 numbers)" in capsys.readouterr().err

@@ -19,16 +19,16 @@ from vireport.study import FORMATS as OF_RUNS
 FILES = {
     "run": outputs.NAMES,
     "compare": COMPARISON_FILES,
-    "chart": charts.CHART_FILES,
-    "sweep": MAP_FILES,
+    "map --over": charts.CHART_FILES,
+    "map": MAP_FILES,
     "optimise": searches.OPTIMISE_FILES,
 }
 LINES = {
     "run": ["design-point.yaml"],
-    "plan": ["design-point.yaml"],
+    "check": ["design-point.yaml"],
     "compare": ["design-point.yaml", "--vary", "inclination_deg=30,40"],
-    "chart": ["inclined.yaml", "--over", "length_m,inclination_deg"],
-    "sweep": ["maps/map.yaml"],
+    "map --over": ["inclined.yaml", "--over", "length_m,inclination_deg"],
+    "map": ["maps/map.yaml"],
     "optimise": ["best-design.yaml"],
 }
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -47,8 +47,8 @@ def test_every_format_that_a_command_lacks_is_refused_with_those_that_it_has(com
     file, *others = LINES[command]
     lacking = set(ALL_FORMATS) - set(FORMATS[command].allowed)
     for word in sorted(lacking):
-        line = [command, str(EXAMPLES / file), *others, "--format", f"html,{word}"]
-        out = [] if command == "plan" else ["-o", str(tmp_path / "out")]
+        line = [command.split()[0], str(EXAMPLES / file), *others, "--format", f"html,{word}"]
+        out = [] if command == "check" else ["-o", str(tmp_path / "out")]
         assert main([*line, *out]) == 2
         said = capsys.readouterr().err
         assert f"vireport {command} has no {word}" in said
@@ -59,11 +59,11 @@ def test_every_format_that_a_command_lacks_is_refused_with_those_that_it_has(com
 
 def test_a_word_that_is_no_format_and_no_word_at_all_are_refused() -> None:
     with pytest.raises(UsageError, match=r"unknown 'docx' \(allowed: html, pdf, png, svg, figure-pdf, json, markdown"):
-        formats_of("chart", ["html,docx"])
+        formats_of("map --over", ["html,docx"])
     with pytest.raises(UsageError, match="no format is named"):
         formats_of("run", [","])
 
 
 def test_formats_come_in_the_order_of_the_table_and_once() -> None:
     assert formats_of("run", ["json , html", "html"]) == ("html", "json")
-    assert formats_of("sweep", None) == ("html", "pdf", "png")
+    assert formats_of("map", None) == ("html", "pdf", "png")

@@ -14,18 +14,20 @@ from vireport.cli.outcome import CommandOutcome, deliver
 
 
 def test_everything_goes_where_it_belongs(tmp_path: Path, capsys) -> None:
-    outcome = CommandOutcome("β\n", {"a.txt": b"1", "b.txt": b"2"}, "done", "not met")
+    outcome = CommandOutcome("β\n", "γ\n", {"a.txt": b"1", "b.txt": b"2"}, "done", "not met")
     deliver(outcome, tmp_path / "new" / "folder")
     out, err = capsys.readouterr()
     folder = tmp_path / "new" / "folder"
-    assert out == "β\n"
+    assert out == "β\nγ\n"
     assert err == f"done\nwrote {folder}/a.txt, {folder}/b.txt\n"
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == outcome.files
 
 
 def test_without_files_there_is_no_folder(tmp_path: Path, capsys) -> None:
-    deliver(CommandOutcome(b"text"), tmp_path / "folder")
-    assert capsys.readouterr() == ("text", "")
+    deliver(CommandOutcome(b"data", "text"), tmp_path / "folder")
+    assert capsys.readouterr() == ("datatext", "")
+    deliver(CommandOutcome(b"data", "text"), tmp_path / "folder", quiet=True)
+    assert capsys.readouterr() == ("data", "")
     assert not (tmp_path / "folder").exists()
 
 

@@ -226,5 +226,5 @@ def test_a_map_tells_its_share(tmp_path: Path, capsys) -> None:
         (EXAMPLES / "maps" / "map.yaml").read_text().replace("count: 60", "count: 5").replace("count: 80", "count: 4")
     )
     (tmp_path / "map.yaml").write_text(text)
-    assert main(["sweep", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "m"), "-v", "--no-figures"]) == 0
+    assert main(["map", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "m"), "-v", "--no-figures"]) == 0
     assert re.match(r" +\d+\.\d\d s  computing cells\n", capsys.readouterr().err)

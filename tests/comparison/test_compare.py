@@ -680,7 +680,7 @@ def test_data_are_compared_without_drawing(tmp_path: Path) -> None:
     baseline.write_text(json.dumps(study("inclined").to_dict()))
     code = (
         "import sys; from vireport.cli import main; two, one, baseline = sys.argv[1:]\n"
-        "main(['compare', two, one, '--json']); main(['diff', baseline, one, '--json'])\n"
+        "main(['compare', two, one, '--json']); main(['compare', '--exit-code', baseline, one, '--json'])\n"
         "print(*sys.modules, file=sys.stderr)"
     )
     files = [str(path) for path in (EXAMPLES / "design-point.yaml", EXAMPLES / "inclined.yaml", baseline)]

@@ -232,7 +232,7 @@ def test_a_baseline_of_numbers_that_are_none_is_refused(value, tmp_path: Path, c
     path, data = tmp_path / "results.json", results()
     data["branches"][0]["velocity_bottom"][3] = value
     path.write_text(json.dumps(data))
-    assert main(["diff", str(path), str(EXAMPLES / "inclined.yaml")]) == 2
+    assert main(["compare", "--exit-code", str(path), str(EXAMPLES / "inclined.yaml")]) == 2
     err = capsys.readouterr().err
     assert "branches[0].velocity_bottom[3]" in err
     assert "finite" in err
@@ -242,7 +242,7 @@ def test_a_baseline_of_numbers_that_are_none_is_refused(value, tmp_path: Path, c
 def test_a_tolerance_that_hides_changes_is_refused(tolerance: str, tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     path.write_text(json.dumps(results()))
-    assert main(["diff", str(path), str(EXAMPLES / "inclined.yaml"), "--tolerance", tolerance]) == 2
+    assert main(["compare", "--exit-code", str(path), str(EXAMPLES / "inclined.yaml"), "--tolerance", tolerance]) == 2
 
 
 @pytest.mark.slow
@@ -254,16 +254,16 @@ def test_standard_input_is_the_baseline_or_the_scenario(tmp_path: Path, monkeypa
         (scenario.read_bytes(), [str(tmp_path / "results.json"), "-"]),
     ):
         monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(given)))
-        assert main(["diff", *arguments]) == 0
+        assert main(["compare", "--exit-code", *arguments]) == 0
         assert "No change" in capsys.readouterr().out
-    assert main(["diff", "-", "-"]) == 2
+    assert main(["compare", "--exit-code", "-", "-"]) == 2
 
 
 def test_text_of_a_baseline_is_text(tmp_path: Path, capsys) -> None:
     data = results()
     data["alerts"].append({"code": "\x1b[2J\n::error::", "title": "x" * 9000, "severity": "note\n::warning::"})
     (tmp_path / "results.json").write_text(json.dumps(data))
-    assert main(["diff", str(tmp_path / "results.json"), str(EXAMPLES / "inclined.yaml")]) == 1
+    assert main(["compare", "--exit-code", str(tmp_path / "results.json"), str(EXAMPLES / "inclined.yaml")]) == 1
     out = capsys.readouterr().out
     assert "\x1b" not in out
     assert "::" not in out
@@ -340,5 +340,5 @@ def test_a_run_refuses_a_bad_baseline_before_it_computes(tmp_path: Path, monkeyp
     path.write_text(json.dumps(results()))
     assert main(["run", "-", "--baseline", "-"]) == 2
     assert main(["run", scenario, "--baseline", str(path), "--json"]) == 2
-    assert "vireport diff" in capsys.readouterr().err
+    assert "vireport compare OLD NEW --exit-code" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -187,7 +187,7 @@ def test_its_files_are_the_same_in_every_run_and_whole(tmp_path: Path, capsys) -
     file.write_text(MAP.replace("count: 20", "count: 6").replace("count: 25", "count: 5"), encoding="utf-8")
     runs = []
     for k in range(2):
-        assert main(["sweep", str(file), "-o", str(tmp_path / f"out{k}"), "--workers", "1", "-q"]) == 0
+        assert main(["map", str(file), "-o", str(tmp_path / f"out{k}"), "--workers", "1", "-q"]) == 0
         runs.append({path.name: path.read_bytes() for path in (tmp_path / f"out{k}").iterdir()})
     assert runs[0] == runs[1]
     heat = {f"map-{name}.png" for name in ("stability", "margin", "voltage")}
@@ -208,7 +208,7 @@ def test_what_is_wrong_with_the_design_point_is_told_before_the_cells_are_comput
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--format", "png,junit"), "vireport sweep has no junit"),
+        (("--format", "png,junit"), "vireport map has no junit"),
         (("--no-figures", "--format", "html"), "writes the cells alone"),
         (("--no-figures", "--figure-width", "86mm"), "writes the cells alone"),
         (("--figure-width", "86mm"), "figures of a report are as wide as its page"),
@@ -218,7 +218,7 @@ def test_what_is_wrong_with_the_design_point_is_told_before_the_cells_are_comput
 def test_options_that_do_not_go_together_are_refused_before_any_work(options, message, tmp_path, capsys) -> None:
     file = tmp_path / "map.yaml"
     file.write_text(MAP, encoding="utf-8")
-    assert main(["sweep", str(file), "-o", str(tmp_path / "out"), *options]) == 2
+    assert main(["map", str(file), "-o", str(tmp_path / "out"), *options]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 

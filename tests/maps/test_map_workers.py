@@ -225,7 +225,7 @@ def test_a_scheduler_that_speaks_nonsense_is_told_in_one_line(said: bytes, file:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         place = f"tcp://127.0.0.1:{server.server_address[1]}"
         run = subprocess.run(
-            [sys.executable, "-m", "vireport", "sweep", file.name, "--scheduler", place],
+            [sys.executable, "-m", "vireport", "map", file.name, "--scheduler", place],
             cwd=file.parent,
             capture_output=True,
             text=True,

@@ -39,7 +39,7 @@ def test_formats_for_jobs_are_written_only_when_asked_for(tmp_path: Path, capfd:
     assert not folder.exists()
     assert out.count("::error ") == 4
     assert "::" not in err
-    assert main(["plan", str(CI / "failing.yaml"), "--format", "junit"]) == 0
+    assert main(["check", str(CI / "failing.yaml"), "--format", "junit"]) == 0
     out = capfd.readouterr().out
     assert re.search(r"run +junit", out)
     assert not re.search(r"(markdown|github)", out)

@@ -40,12 +40,12 @@ def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
         command = ["compare", str(EXAMPLES / "inclined.yaml"), "--vary", "inclination_deg=0,45"]
     if name == "chart":
         over = "restitution=0.4..0.6,length_m=0.5..0.8"
-        command = ["chart", str(EXAMPLES / "inclined.yaml"), "--over", over, "--set", "motions.impacts=3"]
+        command = ["map", str(EXAMPLES / "inclined.yaml"), "--over", over, "--set", "motions.impacts=3"]
     if name == "map":
         text = (EXAMPLES / "maps" / "map.yaml").read_text(encoding="utf-8")
         text = text.replace("count: 60", "count: 12").replace("count: 80", "count: 16")
         (folder / "map.yaml").write_text(f"{text}  from_rest: true\n  shock: true\n", encoding="utf-8")
-        command = ["sweep", str(folder / "map.yaml")]
+        command = ["map", str(folder / "map.yaml")]
     assert main([*command, "-o", str(folder), "--format", "html", "-q"]) == (name == "ci/failing")
     return folder
 

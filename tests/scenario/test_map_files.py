@@ -130,7 +130,6 @@ def test_every_parameter_of_a_scenario_can_be_varied():
         ("map:\n", "map:\n  samples: 60\n", (5, "map.samples", "a grid has as many cells as its axes say")),
         ("map:\n", "map:\n  chunks: 60\n", (5, "map.chunks", "unknown key")),
         ("map:\n", "map:\n  simulate: {starts: 0}\n", (5, "map.simulate.starts", "got 0")),
-        (BLOCK, "inclination_deg: 1\n", (1, "map", "without it, the file is for 'vireport run')")),
     ],
 )
 def test_a_mistake_is_named_by_line_and_key(old: str, new: str, expected: tuple[int, str, str]):
@@ -178,7 +177,6 @@ def test_a_mistake_that_follows_from_another_one_is_left_out():
 def test_all_mistakes_of_scenario_and_map_are_told_at_once():
     text = TEXT.replace("0.5}", "x}").replace("to: 90", "to: 95").replace("excitation", "excitaton")
     assert [(line, path) for line, path, _ in mistakes(text)] == [
-        (1, "excitation"),
         (2, "device.restitution"),
         (3, "excitaton"),
         (6, "map.axes.0.to"),
@@ -192,8 +190,13 @@ def test_restitution_stays_below_one_where_it_varies():
     assert message == "got 1, which is too large (a number from 0 to 0.999999 where it is varied)"
 
 
+def test_a_scenario_given_as_a_map_is_said_to_be_none():
+    with pytest.raises(UsageError, match=r"x.yaml: has no map block, .*vireport map x.yaml --over INPUT,INPUT"):
+        loads_map(HELD + "sweep: {parameter: length_m, from: 1, to: 2}\n", "x.yaml")
+
+
 def test_a_map_given_as_a_scenario_is_said_to_be_one():
-    with pytest.raises(ScenarioError, match="a file with a map is computed by 'vireport sweep'"):
+    with pytest.raises(ScenarioError, match="a file with a map is computed by 'vireport map FILE'"):
         loads(TEXT)
 
 

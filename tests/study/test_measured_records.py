@@ -129,7 +129,7 @@ def test_all_mistakes_in_all_records_are_told_at_once(tmp_path: Path, capsys):
         assert message in mistake.message
         assert "allowed" in mistake.message or "leave them out" in mistake.message or k == 0
         assert path.read_text().splitlines()[mistake.line - 1] == rows[k].rstrip()
-    assert main(["validate", str(path)]) == 2
+    assert main(["check", str(path)]) == 2
     assert "nowhere.csv" in capsys.readouterr().err
 
 
@@ -179,11 +179,11 @@ def outside(tmp_path: Path, monkeypatch) -> Path:
 
 
 def test_a_record_outside_of_the_folder_is_read_where_that_is_allowed(outside: Path, capsys) -> None:
-    assert main(["validate", "x.yaml"]) == 2
+    assert main(["check", "x.yaml"]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
     assert re.match(r"x\.yaml:\d+: measured\.0\.impacts: \.\./impacts\.csv: leads out of the folder", lines[0])
-    assert main(["validate", "x.yaml", "--allow-outside"]) == 0
+    assert main(["check", "x.yaml", "--allow-outside"]) == 0
     assert measured_of(load(outside, allow_outside=True))[0].impacts > 100
     with pytest.raises(ScenarioError, match="leads out of the folder"):
         measured_of(load(outside))
@@ -195,7 +195,7 @@ def test_of_a_file_that_is_no_record_nothing_is_shown(outside: Path, capsys, nam
     text = outside.read_text().replace("../impacts.csv", name)
     outside.write_text(text)
     for option in ([], ["--allow-outside"]):
-        assert main(["validate", "x.yaml", *option]) == 2
+        assert main(["check", "x.yaml", *option]) == 2
         said = capsys.readouterr().err
         assert len(said.splitlines()) == 1
         assert not any(word in said for word in ("root", "example", Path("/etc/hostname").read_text().strip()))
@@ -204,10 +204,10 @@ def test_of_a_file_that_is_no_record_nothing_is_shown(outside: Path, capsys, nam
 def test_mistakes_of_a_thousand_rows_are_counted(outside: Path, capsys) -> None:
     (outside.parent / "bad.csv").write_text("time_s,membrane\n" + "0.1,up\n" * 5000)
     outside.write_text(outside.read_text().replace("../impacts.csv", "bad.csv"))
-    assert main(["validate", "x.yaml", "--json"]) == 2
+    assert main(["check", "x.yaml", "--json"]) == 2
     told = json.loads(capsys.readouterr().out)
     assert (len(told["mistakes"]), told["more"]) == (20, 4980)
-    assert main(["validate", "x.yaml"]) == 2
+    assert main(["check", "x.yaml"]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 21
     assert "bad.csv:21: membrane: 'up' is no membrane" in lines[19]

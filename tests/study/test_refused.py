@@ -58,9 +58,9 @@ def test_a_map_and_a_search_are_refused_with_the_key(given: Refused, example, tm
 @pytest.mark.parametrize(
     "command",
     [
-        ["chart", "--over", "length_m,inclination_deg"],
-        ["accuracy"],
-        ["extremes"],
+        ["map", "--over", "length_m,inclination_deg"],
+        ["verify"],
+        ["verify", "--extremes"],
         ["run", "--certify", "--json"],
         ["optimise"],
     ],

@@ -40,9 +40,25 @@ class VireportError(Exception):
 
 
 class UsageError(VireportError):
-    """The command line asks for something that does not exist or does not fit together."""
+    """The command line asks for something that does not exist or does not fit together.
+
+    Parameters
+    ----------
+    message : str
+    *example : str
+        Lines that would do.
+    """
 
     exit_code = 2
+
+    def __init__(self, message: str = "", *example: str) -> None:
+        self.example = example
+        super().__init__(message)
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The message, and the lines that would do."""
+        return (str(self), *self.example)
 
 
 class Mistake(Struct, frozen=True):

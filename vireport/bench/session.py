@@ -28,7 +28,7 @@ from vireport.scenario import (
 )
 
 NOT_HERE = {
-    "accuracy": "vireport accuracy measures error against run time",
+    "accuracy": "vireport verify measures error against run time",
     "design": "vireport optimise looks for the best design",
 }
 """Blocks of a scenario that the bench leaves out, and the command that does what they ask for."""
@@ -100,9 +100,7 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = ()) -> Open
     """
     loaded = source if isinstance(source, Loaded) else load_any(source, overrides)
     if isinstance(loaded, LoadedMap):
-        raise UsageError(
-            f"{loaded.name}: has a map block: the bench shows one design (vireport sweep computes the map)"
-        )
+        raise UsageError(f"{loaded.name}: has a map block: the bench shows one design (vireport map computes the map)")
     given = [block for block in NOT_HERE if getattr(loaded.scenario, block) is not None]
     over = (*loaded.overrides, *(f"{block}=" for block in given))
     notes = tuple(f"The block {block} has no part here: {NOT_HERE[block]}." for block in given)

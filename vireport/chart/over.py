@@ -15,7 +15,7 @@ from vireport.chart.plane import Plane, is_swept
 from vireport.design import HIGHEST_RESTITUTION, reach
 from vireport.motions import Limits
 from vireport.physics import RESTITUTIONS, Device, Word
-from vireport.scenario import DesignInput, Loaded, Scenario
+from vireport.scenario import DesignInput, Loaded, Scenario, for_key
 
 LIMITS = Limits(4, 2)
 """Limits of the motions in a chart, where the scenario has no `motions` block."""
@@ -114,7 +114,8 @@ def _axis(scenario: Scenario, part: str) -> tuple[DesignInput, tuple[float, floa
     name, given, text = (word.strip() for word in part.partition("="))
     varied = next((known for known in DesignInput if name in (known.value, known.path)), None)
     if varied is None:
-        raise UsageError(f"--over: unknown input {name!r} (allowed: {', '.join(DesignInput)})")
+        meant = for_key("", name, None, {x.value: x.unit.replace("°", "deg") for x in DesignInput})
+        raise UsageError(f"--over: unknown input {name!r}{meant} (allowed: {', '.join(DesignInput)})")
     # Both restitutions together are their mean, and keep their difference.
     least, most = reach(Device.of(scenario), varied) if varied is DesignInput.RESTITUTION else varied.limits
     most = max(most, varied.limits[1]) if scenario.device.alike else most

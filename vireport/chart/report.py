@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class ChartReport(Struct, frozen=True, eq=False, dict=True):
-    """The object `report` of the templates of `vireport chart`.
+    """The object `report` of the templates of `vireport map --over`.
 
     Attributes
     ----------

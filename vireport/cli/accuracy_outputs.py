@@ -1,4 +1,4 @@
-"""What `vireport accuracy` prints and writes: the text, the figures and the data of what was measured."""
+"""What `vireport verify` prints and writes: the text, the figures and the data of what was measured."""
 
 from __future__ import annotations
 

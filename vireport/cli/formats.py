@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import typer
-
 from vireport.base import UsageError
+from vireport.cli.options import output_option
 
 if TYPE_CHECKING:
     from vireport.study import Task
@@ -44,10 +43,10 @@ RUN = CommandFormats(
 
 FORMATS: Mapping[str, CommandFormats] = {
     "run": RUN,
-    "plan": RUN,
+    "check": RUN,
     "compare": CommandFormats((*PAGES, *FIGURES, "json", "csv", "markdown"), (*PAGES, "png", "json", "csv")),
-    "chart": CommandFormats((*PAGES, *FIGURES, "json", "markdown"), (*PAGES, "png", "svg", "json", "markdown")),
-    "sweep": CommandFormats((*PAGES, *FIGURES), (*PAGES, "png"), "the cells"),
+    "map --over": CommandFormats((*PAGES, *FIGURES, "json", "markdown"), (*PAGES, "png", "svg", "json", "markdown")),
+    "map": CommandFormats((*PAGES, *FIGURES), (*PAGES, "png"), "the cells"),
     "optimise": CommandFormats((*PAGES, *FIGURES), (*PAGES, "png"), "best.yaml and optimise.json"),
 }
 """The formats of each command that has `--format`."""
@@ -55,12 +54,13 @@ FORMATS: Mapping[str, CommandFormats] = {
 
 def format_option(command: str) -> Any:
     """The option `--format` of a command."""
-    own = FORMATS[command]
+    own, over = FORMATS[command], FORMATS.get(f"{command} --over")
     beside = f" beside {own.always}" if own.always else ""
-    return typer.Option(
+    curves = "" if over is None else f"; with --over {', '.join(over.allowed)}"
+    return output_option(
         "--format",
         metavar="FORMAT",
-        help=f"Writes only these formats{beside}, separated by commas: {', '.join(own.allowed)}.",
+        help=f"Writes only these formats{beside}, separated by commas: {', '.join(own.allowed)}{curves}.",
     )
 
 
@@ -86,7 +86,7 @@ def formats_of(command: str, requested: list[str] | None) -> tuple[Task, ...]:
         raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} ({allowed})")
     for word in words:
         if word not in own.allowed:
-            others = [name for name in FORMATS if word in FORMATS[name].allowed and name != "plan"]
+            others = [name for name in FORMATS if word in FORMATS[name].allowed and name != "check"]
             raise UsageError(
                 f"--format: vireport {command} has no {word} ({allowed}; {word} is written by vireport "
                 f"{', '.join(others)})"

@@ -125,8 +125,8 @@ def outcome(
         if signals is None or json:
             raise NumericalError(failure) from refused
         # What was picked may be why: it is shown all the same.
-        printed = plain_text([*_signals_parts(signals), f"Nothing is identified: {failure}."]) + "\n"
-        return CommandOutcome(printed, files, failure=failure, exit_code=NumericalError.exit_code, stale=stale)
+        text = plain_text([*_signals_parts(signals), f"Nothing is identified: {failure}."]) + "\n"
+        return CommandOutcome("", text, files, failure=failure, exit_code=NumericalError.exit_code, stale=stale)
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
     rest(WorkStep("trying devices as the errors allow", ANSWERED_SHARE))
@@ -147,8 +147,10 @@ def outcome(
     parts = [*(() if signals is None else _signals_parts(signals)), *_parts(answer, record.unused)]
     parts += [WORDS("devices", share)] if share is not None else []
     parts += [WORDS("held", held)] if held is not None else []
-    result: str | bytes = written if json else plain_text(parts) + "\n"
-    return CommandOutcome(result, files, failure=failure, exit_code=bool(failure), stale=stale)
+    if json:
+        return CommandOutcome(written, failure=failure, exit_code=bool(failure))
+    text = plain_text(parts) + "\n"
+    return CommandOutcome("", text, files, failure=failure, exit_code=bool(failure), stale=stale)
 
 
 def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced: bool) -> str:

@@ -40,11 +40,13 @@ class CommandOutcome(Struct, frozen=True, eq=False):
     Attributes
     ----------
     printed : str or bytes
-        For standard output.
+        For standard output, whatever is asked for: data, and texts that a command is for.
+    text : str
+        For a reader, on standard output, unless nothing but errors is to be said.
     files : mapping of str to bytes
         Contents of the files to write, by their names.
     summary : str
-        For standard output, unless nothing but errors is to be said; for standard error where results are printed.
+        As `text`; for standard error where anything else is printed.
     failure : str
         Why the exit code is not 0, said where the summary is not.
     exit_code : int
@@ -55,6 +57,7 @@ class CommandOutcome(Struct, frozen=True, eq=False):
     """
 
     printed: str | bytes = b""
+    text: str = ""
     files: Mapping[str, bytes] = field(default_factory=dict)
     summary: str = ""
     failure: str = ""
@@ -106,6 +109,8 @@ def _written(outcome: CommandOutcome, folder: Path) -> Iterator[str]:
 def _say(outcome: CommandOutcome, written: Sequence[str], quiet: bool) -> None:
     """Print the results or the summary on standard output, and what was written on standard error."""
     emit(outcome.printed)
+    if not quiet:
+        emit(outcome.text)
     summary = outcome.summary.splitlines()
     if quiet or not (summary or written):
         if outcome.failure:
@@ -113,7 +118,7 @@ def _say(outcome: CommandOutcome, written: Sequence[str], quiet: bool) -> None:
         return
     color = RED if outcome.failure else BOLD
     # Where results are printed they stay alone there, as a script reads them.
-    if summary and outcome.printed:
+    if summary and (outcome.printed or outcome.text):
         tell(summary, color)
     elif summary:
         emit("\n".join(_colored(summary, color, sys.stdout)) + "\n")

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from vireport.base import Progress
     from vireport.comparison import Comparison
     from vireport.figures import Picture
-    from vireport.report import Carried
+    from vireport.study import Earlier
     from vireport.text import Table
 
 
@@ -63,13 +63,13 @@ def file_names(formats: Iterable[Task], names: Mapping[Task, tuple[str, ...]] = 
 
 
 def results_outcome(
-    loaded: Loaded, command: str, certify: bool, carried: Carried | None = None, say: Progress | None = None
+    loaded: Loaded, command: str, certify: bool, earlier: Earlier | None = None, say: Progress | None = None
 ) -> CommandOutcome:
     """The results of a scenario, on standard output."""
     study = analyse(loaded, (Task.JSON,), say)
     if certify:
         study = with_certificates(study)
-    return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, carried)
+    return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, earlier)
 
 
 def run_outcome(
@@ -80,7 +80,7 @@ def run_outcome(
     say: Progress,
     certify: bool,
     baseline: Mapping[str, Any] | None,
-    carried: Carried | None,
+    earlier: Earlier | None,
     paper: str,
     width_mm: float | None = None,
 ) -> CommandOutcome:
@@ -101,8 +101,8 @@ def run_outcome(
         Whether to prove the critical points.
     baseline : mapping or None
         results.json of an earlier run, as data. What has changed since is told, and has no part in the exit code.
-    carried : Carried or None
-        The report that the scenario comes from: what differs from the results in it is told.
+    earlier : Earlier or None
+        The run that the scenario comes from: what differs from its results is told.
     paper : str
         Of the PDF: a4 or letter.
     width_mm : float, optional
@@ -112,22 +112,21 @@ def run_outcome(
     if certify:
         say("proving the critical points")
         study = with_certificates(study)
-    printed = _certificates(study)
+    printed = ""
     if study.plan.runs(Task.GITHUB):
         from vireport.report import github
 
-        printed += github(study)
+        printed = github(study)
     summary, changes = "\n".join([study.verdict.worded(templates).headline, *_what_to_do(study)]), None
     if baseline is not None:
         from vireport.comparison import changes_table, diff, diff_text
 
         changed = diff(baseline, study)
         summary, changes = f"{summary}\n{diff_text(changed)}", changes_table(changed)
-    outcome = _judged(
-        study, printed, run_files(study, command, templates, say, changes, paper, width_mm=width_mm), summary
-    )
+    files = run_files(study, command, templates, say, changes, paper, width_mm=width_mm)
+    outcome = _judged(study, printed, _certificates(study), files, summary)
     others = [task for task in NAMES if task not in formats]
-    return replace(_again(outcome, study, carried), stale=file_names(formats), beside=file_names(others))
+    return replace(_again(outcome, study, earlier), stale=file_names(formats), beside=file_names(others))
 
 
 TOLD = (
@@ -223,20 +222,20 @@ def compare_outcome(
 
 
 def _judged(
-    study: Study, printed: str | bytes, files: dict[str, bytes] | None = None, summary: str = ""
+    study: Study, printed: str | bytes, text: str = "", files: dict[str, bytes] | None = None, summary: str = ""
 ) -> CommandOutcome:
     """The outcome of a study, with the exit code that what its scenario requires makes it."""
     failure = unmet(study.criteria)
-    return CommandOutcome(printed, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
+    return CommandOutcome(printed, text, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
 
 
-def _again(outcome: CommandOutcome, study: Study, carried: Carried | None) -> CommandOutcome:
-    """The outcome with what differs from the results of the report that the scenario comes from, if it does."""
-    if carried is None:
+def _again(outcome: CommandOutcome, study: Study, earlier: Earlier | None) -> CommandOutcome:
+    """The outcome with what differs from the results of the earlier run that the scenario comes from, if it does."""
+    if earlier is None:
         return outcome
     from vireport.comparison import rerun_text
 
-    lines = (outcome.summary or outcome.failure, rerun_text(carried.results, study, carried.report))
+    lines = (outcome.summary or outcome.failure, rerun_text(earlier.results, study, earlier.file))
     return replace(outcome, summary="\n".join(filter(None, lines)))
 
 

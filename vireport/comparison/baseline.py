@@ -6,8 +6,6 @@ has another label, because there is one more before it, is the same point.
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping, Sequence
 from math import inf
 from pathlib import Path
@@ -21,14 +19,11 @@ from vireport.base import UsageError
 from vireport.comparison.messages import Message, since_baseline
 from vireport.comparison.quantities import QuantityGroup, bound_in_d, compared_scenarios
 from vireport.comparison.table import Axes, ComparisonRow, axes_of, comparison_rows
-from vireport.study import SCHEMA_VERSION, Study, require_study
+from vireport.study import SCHEMA_VERSION, Study, read_earlier, require_study
 from vireport.text import visible
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
-
-LARGEST_BASELINE = 1 << 26
-"""Bytes of a baseline beyond which it is no results.json: of over a thousand families it has half as many."""
 
 LONGEST_TEXT = 200
 """Characters of a text of a baseline that are shown."""
@@ -43,31 +38,18 @@ PointData = Mapping[str, Any]
 
 
 def read_baseline(path: str | Path) -> dict[str, Any]:
-    """Read results.json of an earlier run from a file, or from standard input where the path is "-".
+    """Read the results of an earlier run from its results.json or its report, or from standard input ("-").
 
-    It is compared with itself, so that what it lacks is found before a scenario is solved.
+    They are compared with themselves, so that what they lack is found before a scenario is solved.
 
     Raises
     ------
     UsageError
         Where the file is not there, or is none.
     """
-    name = "standard input" if str(path) == "-" else str(path)
-    try:
-        if str(path) == "-":
-            data = sys.stdin.buffer.read(LARGEST_BASELINE + 1)
-        else:
-            with open(path, "rb") as file:
-                data = file.read(LARGEST_BASELINE + 1)
-        if len(data) > LARGEST_BASELINE:
-            raise UsageError(f"{name}: is larger than {LARGEST_BASELINE >> 20} MiB, and no results.json")
-        baseline = json.loads(data)
-    except OSError as error:
-        raise UsageError(f"{name}: cannot be read ({error.strerror})") from error
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{name}: is no JSON ({error}); the results.json of a run is meant") from error
-    require_comparable(baseline, name)
-    return dict(baseline)
+    earlier = read_earlier(str(path))
+    require_comparable(earlier.results, earlier.file)
+    return dict(earlier.results)
 
 
 def require_comparable(baseline: Any, name: str) -> None:
@@ -103,15 +85,17 @@ def _require_finite(baseline: Any, name: str) -> None:
             raise UsageError(f"{name}: {visible(path, LONGEST_TEXT)} is {shown} (results have finite numbers only)")
 
 
-def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) -> tuple[ComparisonRow, ...]:
+def diff(
+    baseline: Mapping[str, Any], study: Study | Mapping[str, Any], relative: float = RELATIVE
+) -> tuple[ComparisonRow, ...]:
     """What changed beyond tolerance since a baseline: rows with the value before and the value now.
 
     Parameters
     ----------
     baseline : mapping
         results.json of an earlier run, as data.
-    study : Study
-        Of the scenario as it is now.
+    study : Study or mapping
+        Of the scenario as it is now; or results.json of another run, as data.
     relative : float
         Relative difference up to which two numbers are the same; error bounds are added to it.
 
@@ -123,9 +107,10 @@ def diff(baseline: Mapping[str, Any], study: Study, relative: float = RELATIVE) 
     """
     if not 0 <= relative < inf:
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
-    require_study(study)
+    if not isinstance(study, Mapping):
+        require_study(study)
     _require_results(baseline)
-    return _changed_rows(baseline, study.to_dict(), relative)
+    return _changed_rows(baseline, study if isinstance(study, Mapping) else study.to_dict(), relative)
 
 
 def _changed_rows(

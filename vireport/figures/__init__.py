@@ -10,7 +10,6 @@ from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, r
 from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.pictures import measured_pictures, pictures
 from vireport.figures.planes import DESIGN, mark_design
-from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import (
     FILLS,
     HALO,
@@ -73,7 +72,6 @@ __all__ = [
     "overlay",
     "pictures",
     "png_of",
-    "portraits_picture",
     "prefix",
     "record_picture",
     "round_ticks",

@@ -5,7 +5,6 @@ A plan is all that a process needs to compute any part of a map; no cell is stor
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -130,7 +129,7 @@ class MapPlan(Struct, frozen=True):
     @property
     def shape(self) -> tuple[int, ...]:
         """Numbers of values along the axes of a grid, the last one varying fastest."""
-        return tuple(_count(axis) for axis in self.axes)
+        return tuple(axis.size for axis in self.axes)
 
     @property
     def ends(self) -> tuple[tuple[float, float], ...]:
@@ -168,28 +167,18 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
             f"device.restitution: {largest!r} means impacts with hardly any loss, for which the "
             f"criteria of stability do not apply (allowed in a map: at most 1 - {SMALLEST_LOSS:g})"
         )
-    if block.sampling is Sampling.GRID:
-        cells = math.prod(_count(axis) for axis in block.axes)
-    elif block.sampling is Sampling.LIST:
-        cells = len(block.axes[0].values or ())
-    else:
-        cells = block.samples or 0
     return MapPlan(
         device=device,
         membrane=Membrane.of(scenario),
         axes=block.axes,
         sampling=block.sampling,
         seed=block.seed,
-        cells=cells,
+        cells=block.cells,
         chunk_cells=block.chunk_cells or _chunk_cells(block),
         simulate=block.simulate,
         from_rest=block.from_rest,
         shock=block.shock,
     )
-
-
-def _count(axis: AxisBlock) -> int:
-    return len(axis.values) if axis.values else (axis.count or 0)
 
 
 def _chunk_cells(block: MapBlock) -> int:

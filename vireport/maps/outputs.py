@@ -49,7 +49,7 @@ class MapOutput(Struct, frozen=True):
     """
 
     formats: tuple[Task, ...] = FORMATS
-    command: str = "vireport sweep"
+    command: str = "vireport map"
     templates: Path | None = None
     paper: str = "a4"
     width_mm: float | None = None

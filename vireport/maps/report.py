@@ -33,7 +33,7 @@ class MapColumn(Struct, frozen=True):
 
 
 class MapReport(Struct, frozen=True, eq=False, dict=True):
-    """The object `report` of the templates of `vireport sweep`.
+    """The object `report` of the templates of `vireport map`.
 
     Attributes
     ----------

@@ -68,6 +68,9 @@ least one: there the formulae go on rising, and no device does."""
 AT_LIMIT = 1e-6
 """Share of a range within which a design is at its end."""
 
+ASIDE, USUAL_LENGTH_M = 0.5, 0.7
+"""Of the range of the length in an example of a design block: to either side of the design's, or of a usual one."""
+
 
 class Problem(Struct, frozen=True):
     """A search for the best design.
@@ -257,8 +260,14 @@ def problem_of(loaded: Loaded) -> Problem:
     scenario = loaded.scenario
     design = scenario.design
     if design is None:
-        name = loaded.document.name
-        raise UsageError(f"{name}: has no design block (give one: what may vary, and what to maximise)")
+        name, length = loaded.document.name, scenario.device.length_m or USUAL_LENGTH_M
+        raise UsageError(
+            f"{name}: has no design block, which says what may vary and what to maximise (these lines, for example):",
+            "design:",
+            f"  maximise: {Objective.MARGIN if scenario.device.ball_mass_kg is None else Objective.U_AVE}",
+            "  vary:",
+            f"    - {{path: {DesignPath.LENGTH}, from: {length * (1 - ASIDE):.3g}, to: {length * (1 + ASIDE):.3g}}}",
+        )
     allowed = () if scenario.requirements is None else scenario.requirements.allowed
     if allowed and not {"BT", "TB"} & set(allowed):
         raise UsageError(

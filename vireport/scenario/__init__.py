@@ -47,9 +47,10 @@ from vireport.scenario.rules import SPECIAL, Special
 from vireport.scenario.writing import as_yaml
 
 if TYPE_CHECKING:
+    from vireport.scenario.hints import for_key
     from vireport.scenario.json_schema import init_text, schema
 else:
-    __getattr__ = deferred(__name__, "json_schema")
+    __getattr__ = deferred(__name__, "hints", "json_schema")
 
 __all__ = [
     "DEMANDS",
@@ -95,6 +96,7 @@ __all__ = [
     "TolerancesBlock",
     "as_texts",
     "as_yaml",
+    "for_key",
     "init_text",
     "inputs",
     "join",

@@ -7,6 +7,7 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 
 from collections.abc import Iterator
 from enum import Enum, StrEnum
+from math import prod
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
 
 from msgspec import Struct
@@ -1249,6 +1250,11 @@ class AxisBlock(Block):
         strict=False,
     )
 
+    @property
+    def size(self) -> int:
+        """Number of values on a grid."""
+        return len(self.values) if self.values else (self.count or 0)
+
 
 class MapSimulationBlock(Block):
     """The simulation at each cell: where its motion ends from a number of starting states."""
@@ -1288,6 +1294,13 @@ class MapBlock(Block):
     chunk_cells: int | None = _key(
         None, "Chunk", "1", "Cells that are computed and stored at once.", example=32768, ge=1, le=LARGEST_CHUNK
     )
+
+    @property
+    def cells(self) -> int:
+        """Cells of the map."""
+        if self.sampling is Sampling.GRID:
+            return prod(axis.size for axis in self.axes)
+        return len(self.axes[0].values or ()) if self.sampling is Sampling.LIST else self.samples or 0
 
 
 class MapFile(Scenario):

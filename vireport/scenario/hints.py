@@ -47,6 +47,7 @@ _WORDS = {
     "coefficient_of_restitution": "restitution",
     "voltage": "bias_voltage_v",
     "version": "schema_version",
+    "schema": "schema_version",
     "start": "from",
     "begin": "from",
     "min": "from",
@@ -98,9 +99,21 @@ def for_key(block: str, key: str, value: object, units: dict[str, str]) -> str:
     if key.strip("'") in units and "." in key:
         return " with a dot in it; a key within a block is written indented below the block's name"
     if (block, key) == ("", "map"):
-        return "; a file with a map is computed by 'vireport sweep'"
+        return "; a file with a map is computed by 'vireport map FILE'"
     odd = next((letter for letter in key if ord(letter) > 127 and letter.isprintable()), None)
     strange = f"; it contains '{odd}' ({unicodedata.name(odd, 'no name')})" if odd else ""
+    target, advice = key_meant(block, key, value, units)
+    if not target:
+        return strange
+    at, name = _split(target)
+    return f"{strange}; did you mean '{name if at == block else target}'?{advice}"
+
+
+def key_meant(block: str, key: str, value: object, units: dict[str, str]) -> tuple[str, str]:
+    """Find the path of the key that was probably meant by an unknown one, and advice on its unit; "" for neither.
+
+    Parameters are those of `for_key`.
+    """
     plain = key.strip("'").replace("-", "_").replace(" ", "_")
     target, advice = _by_unit(plain, value, block, units)
     # A key of ours in another block is meant before one that begins like it.
@@ -114,10 +127,7 @@ def for_key(block: str, key: str, value: object, units: dict[str, str]) -> str:
             or other_word
             or _nearest(closest(plain, {_split(path)[1] for path in units}), block, units)
         )
-    if not target:
-        return strange
-    at, name = _split(target)
-    return f"{strange}; did you mean '{name if at == block else target}'?{advice}"
+    return target, advice
 
 
 def _by_unit(key: str, value: object, block: str, units: dict[str, str]) -> tuple[str, str]:

@@ -224,6 +224,12 @@ def load_map(source: str | Path) -> LoadedMap:
 def loads_map(text: str | bytes, name: str = "<text>") -> LoadedMap:
     """Read a map from text or UTF-8 bytes; `name` stands for the file in messages (see `load_map`)."""
     document = _block_of_keys(text, name)
+    keys: Any = document.data
+    if "map" not in keys:
+        raise UsageError(
+            f"{name}: has no map block, which says what varies (give one; or vireport map {name} --over INPUT,INPUT "
+            "for the exact boundaries of a scenario)"
+        )
     filled, axes = _with_a_value_of_each_axis(document.data)
     file = _validated(replace(document, data=filled), MapFile, axes)
     return LoadedMap(file, file.map, document)

@@ -36,16 +36,19 @@ def worded(findings: Iterable[Finding], document: Document, model: type[Scenario
     """Turn findings into mistakes with their lines, the first ones of the file, and count the others.
 
     The first finding on a path stands for all. What is wrong below a path that could not be read is left out, as it
-    follows from that mistake.
+    follows from that mistake; so is a key that is missing where an unknown one stands for it.
     """
     wording, first = _Wording(document, keys(model)), dict[str, Finding]()
     for finding in findings:
         if not is_within_any(finding.path, document.unread):
             first.setdefault(finding.path, finding)
-    lines = {path: document.line_of(path) for path in first}
-    told = sorted(first.values(), key=lambda own: lines[own.path])[:MOST_MISTAKES]
+    unknown = [own for own in first.values() if own.kind is Kind.UNKNOWN][:MOST_MISTAKES]
+    misspelt = {wording.meant(own.path, own.value) for own in unknown}
+    found = [own for own in first.values() if own.kind is not Kind.MISSING or own.path not in misspelt]
+    lines = {own.path: document.line_of(own.path) for own in found}
+    told = sorted(found, key=lambda own: lines[own.path])[:MOST_MISTAKES]
     mistakes = [Mistake(lines[own.path], own.path, wording.message(own)) for own in told]
-    return mistakes, len(first) - len(told)
+    return mistakes, len(found) - len(told)
 
 
 class _Wording:
@@ -53,6 +56,7 @@ class _Wording:
 
     def __init__(self, document: Document, keys: dict[str, Schema]) -> None:
         self.document, self.keys = document, keys
+        self.units = {name: str(node.get("unit", "")) for name, node in keys.items() if name and name[-1] != "*"}
 
     def message(self, finding: Finding) -> str:
         path, value = finding.path, finding.value
@@ -66,24 +70,32 @@ class _Wording:
         limits = allowed(ruling)
         if finding.kind is Kind.MISSING:
             unless = " unless it is swept" if path in {parameter.path for parameter in DRIVING} else ""
-            instead = "; without it, the file is for 'vireport run'" if path == "map" else ""
             gone = "empty" if path in self.document.written else "missing"
-            return f"required{unless}, but {gone} ({limits}{instead})"
+            return f"required{unless}, but {gone} ({limits})"
         if value is None:
             return f"is empty ({limits})"
         written = self.document.written.get(path)
         return f"got {_shown(value, written)}{_wrong(path, value, written or '', ruling)} ({limits})"
 
     def unknown(self, path: str, value: object) -> str:
+        block, key = self.place(path)
+        nodes = self.keys[_pattern(block)]["properties"]
+        names = _names(name for name, node in nodes.items() if node.get("type") != "null")
+        meant = hints.for_key(_pattern(block), key, value, self.units)
+        return f"unknown key{meant} (allowed{f' in {block}' if block else ''}: {names})"
+
+    def meant(self, path: str, value: object) -> str:
+        """Path of the key that an unknown one probably stands for; "" where there is no telling."""
+        block, key = self.place(path)
+        target, _ = hints.key_meant(_pattern(block), key, value, self.units)
+        return target
+
+    def place(self, path: str) -> tuple[str, str]:
+        """Block that an unknown key stands in, and the key."""
         block = path
         while block and (block == path or _pattern(block) not in self.keys):
             block = block.rpartition(".")[0]
-        key = path.removeprefix(f"{block}.") if block else path
-        units = {name: str(node.get("unit", "")) for name, node in self.keys.items() if name and name[-1] != "*"}
-        nodes = self.keys[_pattern(block)]["properties"]
-        names = _names(name for name, node in nodes.items() if node.get("type") != "null")
-        meant = hints.for_key(_pattern(block), key, value, units)
-        return f"unknown key{meant} (allowed{f' in {block}' if block else ''}: {names})"
+        return block, path.removeprefix(f"{block}.") if block else path
 
     def ruling(self, path: str) -> Schema:
         """Schema that a value must meet: that of its key, or of the parameter that it is a value of."""

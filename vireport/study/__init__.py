@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from vireport.base import deferred
-from vireport.study.families import families_of, motion_data
 from vireport.study.plan import (
     ALL_FORMATS,
     FIGURE_FORMATS,
@@ -38,9 +37,10 @@ from vireport.study.study import (
 )
 
 if TYPE_CHECKING:
+    from vireport.study.earlier import Earlier, earlier_run, read_earlier
     from vireport.study.measured import MeasuredAt, ShownImpacts, measured_data, measured_of, require_records
 else:
-    __getattr__ = deferred(__name__, "measured")
+    __getattr__ = deferred(__name__, "earlier", "measured")
 
 __all__ = [
     "ALL_FORMATS",
@@ -49,6 +49,7 @@ __all__ = [
     "FORMATS",
     "SCHEMA_VERSION",
     "SWEEP_END",
+    "Earlier",
     "MeasuredAt",
     "Provenance",
     "ShownImpacts",
@@ -57,15 +58,15 @@ __all__ = [
     "analyse",
     "branches_csv",
     "csv_bytes",
-    "families_of",
+    "earlier_run",
     "json_bytes",
     "margin_data",
     "measured_data",
     "measured_of",
     "motion_columns",
-    "motion_data",
     "plan",
     "provenance_of",
+    "read_earlier",
     "recheck",
     "recheck_disturbances",
     "refuse_special",

@@ -1,32 +1,27 @@
-"""The families of motions as plain data, for results.json and branches.csv, and from results.json again."""
+"""The families of motions as plain data, for results.json and branches.csv."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from math import isfinite
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions import (
     NO_BOUND,
     Atlas,
     Claim,
-    Curve,
     Event,
     Family,
     Mark,
-    Motion,
     Point,
-    Sweep,
     generation,
     impact_rate,
-    model_of,
     rounded_up,
 )
-from vireport.physics import FLOATS, Membrane, Word
+from vireport.physics import Membrane
 
 Floats = NDArray[np.float64]
 
@@ -184,66 +179,3 @@ def _generation(family: Family, membrane: Membrane) -> list[dict[str, Any]]:
         }
         for row in rows
     ]
-
-
-def families_of(results: Mapping[str, Any], sweep: Sweep) -> list[Family]:
-    """The families in results.json, to find motions on; where it has none, the admissible 1:1 motions.
-
-    Parameters
-    ----------
-    results : mapping
-        Content of a results.json.
-    sweep : Sweep
-        Of its scenario.
-
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        If something that is needed is not there.
-    """
-    if results.get("families") is not None:
-        return [
-            _known(sweep, x["number"], Word.of(x["word"], x["periods"]), *(x[name] for name in KNOWN))
-            for x in results["families"]
-        ]
-    periods, families = sweep.device.period_ratio, []
-    for branch in results["branches"]:
-        q, phase = np.array(branch["q"]), np.unwrap(branch["phi_bottom_rad"]) / np.pi
-        time = np.stack([phase, phase + 2 * periods * q], axis=1)
-        velocity = np.stack([branch["velocity_bottom"], branch["velocity_top"]], axis=1)
-        columns = velocity, time, np.array(branch["trace"], dtype=float), np.array(branch["sweep_value"])
-        breaks = np.flatnonzero(np.diff(branch["admissible"], prepend=False, append=False))
-        for first, last in breaks.reshape(-1, 2):
-            of_rows = (column[first:last] for column in columns)
-            families.append(_known(sweep, branch["number"], Word.of("BT", periods), *of_rows))
-    return families
-
-
-KNOWN = "velocity", "time", "trace", "sweep_value"
-"""What a family is made of again."""
-
-
-def _known(sweep: Sweep, number: int, word: Word, velocity: Any, time: Any, trace: Any, value: Any) -> Family:
-    values = np.array(value, dtype=float)
-    x = np.column_stack([velocity, time, sweep.coordinate_of(values)])
-    low, high = sweep.coordinate_range
-    curve = Curve.along_sweep(word, model_of(sweep, FLOATS), low, high)
-    return Family(number, sweep, curve, x, np.array(trace, dtype=float), values, np.ones(len(x), dtype=bool), ())
-
-
-def motion_data(family: Family, motion: Motion, value: float, membrane: Membrane | None) -> dict[str, Any]:
-    """One motion of a family at a value of the swept parameter, by the names of the families."""
-    x = family.curve.vector(motion)[None]
-    trace, admissible = np.array([family.curve.trace(x[0])]), np.array([True])
-    alone = replace(family, x=x, trace=trace, sweep_value=np.array([value]), admissible_mask=admissible, marks=())
-    data = _along(alone, membrane)
-    bounds = data.pop("error_bounds")
-    return {
-        "family": family.number,
-        "word": family.word.letters,
-        "ratio": family.word.ratio,
-        "periods": family.word.periods,
-        "stability": family.stability(float(alone.trace[0]), motion.coordinate),
-        **{name: values[0] for name, values in data.items()},
-        "error_bounds": {name: values[0] for name, values in bounds.items() if name != "null_means"},
-    }

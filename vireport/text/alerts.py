@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from enum import StrEnum
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -274,7 +276,7 @@ CATALOGUE = (
         "The contact is long for the rigid model",
         "The ball is in contact with a membrane for more than 1 % of the forcing period, while the model takes impacts "
         "as instantaneous. Velocities and phases then shift by about as much, and critical points by more.",
-        "Act on the compliant ends and margins beside the rigid ones; vireport accuracy, or an accuracy block in the "
+        "Act on the compliant ends and margins beside the rigid ones; vireport verify, or an accuracy block in the "
         "scenario, computes that motion in detail. Or use a stiffer membrane or a lighter ball.",
         {
             "share": "A contact takes some {percent:.2g} % of the forcing period with the membrane's own stiffness, "
@@ -446,6 +448,10 @@ def explanation(code: str | None = None) -> str:
     asked = " ".join(code.lower().replace("-", " ").replace("_", " ").split())
     term = next((term for term in TERMS if term.lower().replace("_", " ") == asked), None)
     if term is None:
+        number = re.fullmatch(r"(?:vr)?0*(\d{1,3})", asked.replace(" ", ""))
+        close = [f"VR{int(number[1]):03}"] if number else get_close_matches(asked, TERMS, 1)
+        if close and close[0] in (*AlertCode, *TERMS):
+            raise UsageError(f"there is no alert and no term {code!r}; did you mean '{close[0]}'?")
         allowed = ", ".join([*AlertCode, *TERMS])
         raise UsageError(f"there is no alert and no term {code!r} (allowed: {allowed})")
     return f"{term}\n{fill(TERMS[term], EXPLANATION_WIDTH, initial_indent='  ', subsequent_indent='  ')}\n"

@@ -1,4 +1,4 @@
-"""What a report carries: run again, it gives the same; tampered with or of something else, it is refused."""
+"""An earlier run, from its results.json or its report: it gives the same again; tampered with, it is refused."""
 
 from __future__ import annotations
 
@@ -14,14 +14,9 @@ from pypdf import PdfReader, PdfWriter
 from vireport import analyse, load
 from vireport.base import UsageError
 from vireport.cli import main
-from vireport.report import (
-    Report,
-    carried,
-    read_carried,
-    render_html,
-    render_pdf,
-)
-from vireport.study import provenance_of
+from vireport.report import Report, render_html, render_pdf
+from vireport.scenario import to_dict
+from vireport.study import earlier_run, provenance_of, read_earlier
 
 SET = ("device.restitution=0.55", "title=</script><script>alert(1)</script>")
 
@@ -78,10 +73,27 @@ def test_a_report_run_again_gives_identical_results(name: str, given: bool, file
     assert results["own_stiffness"]["ends"], "contacts are long here, so that a report has the compliant motion"
 
 
+def test_results_are_run_again_as_a_report_is(files, again, tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_bytes(files["report.html", True])
+    results = read_earlier(str(tmp_path / "report.html")).results
+    code, out, err = again("results.json", json.dumps(results).encode())
+    assert (code, err.startswith("identical to the results in ")) == (0, True), err
+    assert json.loads(out)["scenario"]["device"]["restitution"] == 0.55
+    assert json.loads(out)["provenance"]["scenario_name"] == "design-point.yaml"
+
+
+def test_a_scenario_in_json_is_no_results(example, again, tmp_path: Path) -> None:
+    scenario = to_dict(load(example("design-point")).scenario)
+    code, out, err = again("scenario.json", json.dumps(scenario).encode())
+    assert (code, err) == (0, "")
+    assert json.loads(out)["design_point"]["stability"]
+    assert earlier_run(str(tmp_path / "scenario.json")) is None
+
+
 def test_both_carry_the_file_and_the_results(files, example, tmp_path: Path) -> None:
     for name in ("report.html", "report.pdf"):
         (tmp_path / name).write_bytes(files[name, True])
-    page, pdf = (read_carried(str(tmp_path / name)) for name in ("report.html", "report.pdf"))
+    page, pdf = (read_earlier(str(tmp_path / name)) for name in ("report.html", "report.pdf"))
     assert page.scenario == pdf.scenario == example("design-point").read_text(encoding="utf-8")
     assert page.results == pdf.results
     assert page.overrides == pdf.overrides == SET
@@ -145,8 +157,8 @@ def test_what_is_no_report_is_refused(files, again) -> None:
             attaching({}),
             attaching({"scenario.yaml": texts["scenario.yaml"]}),
             b"<!DOCTYPE html><p>Hello</p>",
-            b"",
         ],
+        "is no JSON": [b"", b"Hello"],
         "is encrypted": [attaching(texts, "secret")],
         "is no PDF that can be read": [files["report.pdf", False][:5000], b"%PDF-1.7\n"],
         "what it carries is damaged": [
@@ -165,10 +177,10 @@ def test_what_is_no_report_is_refused(files, again) -> None:
 
 
 def test_a_file_larger_than_any_report_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carried, "LARGEST", 1 << 20)
+    monkeypatch.setattr("vireport.study.earlier.LARGEST", 1 << 20)
     (tmp_path / "report.pdf").write_bytes(b"%PDF-" + bytes(1 << 20))
     with pytest.raises(UsageError, match="is larger than 1 MiB"):
-        read_carried(str(tmp_path / "report.pdf"))
+        read_earlier(str(tmp_path / "report.pdf"))
 
 
 @pytest.mark.slow

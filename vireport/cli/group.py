@@ -1,0 +1,95 @@
+"""The group of commands: what its first word may be, and how its help is set."""
+
+from difflib import get_close_matches
+from enum import StrEnum
+from pathlib import Path
+from shlex import join
+from typing import Any
+
+from typer.core import TyperCommand, TyperGroup
+
+from vireport.base import UsageError
+from vireport.cli.options import OptionPanel
+
+PROGRAM = "vireport"
+
+LONGEST_HELP = 200
+"""Characters of what the list of commands tells of each: none is cut."""
+
+OLD_NAMES = {
+    "sweep": ["map"],
+    "chart": ["map"],
+    "diff": ["compare", "--exit-code"],
+    "accuracy": ["verify"],
+    "extremes": ["verify", "--extremes"],
+    "validate": ["check"],
+    "plan": ["check"],
+    "schema": ["init", "--schema"],
+}
+"""Names that commands had: they go on working."""
+
+MEANT = {"maps": "map", "optimize": "optimise", "report": "run", "help": "--help"}
+"""What other words for commands mean."""
+
+NO_PORTRAIT = (
+    "vireport portrait is no more (vireport run FILE --set 'motions.portraits=[BT]' draws motions by their words, "
+    "vireport explore FILE the motion at any value)"
+)
+
+
+class CommandPanel(StrEnum):
+    """What a command is for: the headings of the list of commands, in their order."""
+
+    ONE = "One device"
+    SEVERAL = "Several devices"
+    MEASURED = "Measurement and accuracy"
+    HELP = "Scenarios and terms"
+
+
+class Command(TyperCommand):
+    """A command whose help groups its options; Typer itself would need Rich for it."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """List the options: those of the command, of what is written, and of what is said."""
+        rows = [(getattr(x, "rich_help_panel", None), x.get_help_record(ctx)) for x in self.get_params(ctx)]
+        for panel in (None, *OptionPanel):
+            if listed := [row for own, row in rows if row is not None and own is panel]:
+                with formatter.section(panel or "Options"):
+                    formatter.write_dl(listed)
+
+
+class Program(TyperGroup):
+    """Commands, with `run` understood where the first word is none of them."""
+
+    group_only = frozenset({"--help", "-h", "--version", "-V", "--install-completion", "--show-completion"})
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put the new name of a command in place of an old one, and `run` before anything that is none."""
+        first, *others = args or [""]
+        if first in OLD_NAMES:
+            args = [*OLD_NAMES[first], *others]
+        elif args and first not in self.commands and first not in self.group_only:
+            if not ctx.resilient_parsing:  # as it is while a shell completes a line
+                self._refuse_misspelt_command(first, others)
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """List the commands by what they are for; Typer itself would need Rich for it."""
+        for panel in CommandPanel:
+            with formatter.section(panel):
+                commands: list[tuple[str, Any]] = list(self.commands.items())
+                of_panel = [(name, own) for name, own in commands if own.rich_help_panel is panel]
+                formatter.write_dl([(name, own.get_short_help_str(LONGEST_HELP)) for name, own in of_panel])
+
+    def _refuse_misspelt_command(self, word: str, others: list[str]) -> None:
+        if word == "portrait":
+            raise UsageError(NO_PORTRAIT)
+        if others and others[0] in (*self.commands, *OLD_NAMES) and not Path(others[0]).exists():
+            raise UsageError(f"the command comes first: {join([PROGRAM, others[0], word, *others[1:]])}")
+        if word.startswith("-") or Path(word).exists():
+            return
+        if word in MEANT:
+            raise UsageError(f"there is no command '{word}'; did you mean '{MEANT[word]}'?")
+        if close := get_close_matches(word, [*self.commands, *OLD_NAMES], 1):
+            raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
