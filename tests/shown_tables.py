@@ -13,7 +13,7 @@ from math import ceil, floor, hypot, inf, log, log10, pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SWEPT, SYMBOLS, Device, contact_time, device_of, mean
-from shown import ANYTHING, Amount, Below, Bound, Rounded, Row, Said
+from shown import ANYTHING, Amount, Below, Bound, Row, Said
 
 WORDS_OF = {
     "period_doubling": "period doubling", "fold": "fold", "pitchfork": "pitchfork", "grazing": "grazing",
@@ -230,6 +230,10 @@ REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
         lambda x: 100
         * _worst(x, lambda *s: x.device.deflection(max(s)) / x.device.membrane["active_radius_m"], False),
     ),
+    "area_ratio_at_most": (
+        "Area of a membrane over that when it is flat", "times", "at most",
+        lambda x: _worst(x, lambda *s: sqrt(x.device.gain(max(s)) / x.device.membrane["bias_voltage_v"] + 1), False),
+    ),
     "field_at_most_percent": (
         "Electric field over breakdown field", "%", "at most",
         lambda x: 100 * _worst(x, lambda *speeds: breakdown(x, *speeds), False),
@@ -267,7 +271,7 @@ REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
 }  # fmt: skip
 
 
-VOLTAGE_LIMITS = tuple(REQUIRED)[:7]
+VOLTAGE_LIMITS = tuple(REQUIRED)[:8]
 """Requirements on voltage and energy."""
 
 
@@ -1370,12 +1374,31 @@ def _speeds_along(x: Results) -> list[tuple[float, float]]:
     ]
 
 
-def _admissible_speeds(x: Results) -> Iterator[tuple[float, float]]:
-    """Impact speeds of all motions along the sweep, and of every solution at the design point."""
-    for of in x.data["branches"] + ([x.design] if x.design else []):
-        for k, value in enumerate(of["sweep_value"]):
-            if of["admissible"][k] or of is x.design:
-                yield x.speeds((of["velocity_bottom"][k], of["velocity_top"][k]), value)
+def _of_stretch(x: Results) -> Iterator[Said]:
+    """How deep the stable motions press a membrane in, and what is open there."""
+    radius = x.device.membrane["active_radius_m"]
+    fastest = max(max(speeds) for speeds in _stable_speeds(x))
+    deepest, peak = x.device.deflection(fastest), x.device.gain(fastest) + x.device.membrane["bias_voltage_v"]
+    area = sqrt(peak / x.device.membrane["bias_voltage_v"])
+    if deepest > radius:
+        far = ", more than the 5.9 times demonstrated for a dielectric elastomer" if area > 5.9 else ""
+        yield Said(
+            f"press the membrane in up to {{}} mm, {{}} times its active radius of {{}} mm, and its area grows {{}} "
+            f"times{far}.",
+            number(1e3 * deepest, 3), number(deepest / radius, 2), number(1e3 * radius, 2), number(area, 3),
+        )  # fmt: skip
+        if x.device.membrane["thickness_m"] is None:
+            yield Said(
+                "At a breakdown field of 100 MV/m its {} kV need a thickness of {} mm;",
+                number(peak / 1e3, 3), number(peak / 1e5, 2),
+            )  # fmt: skip
+    own = [mean([x.device.gain(speed) for speed in speeds]) for speeds in _stable_speeds(x)]
+    if min(own) == max(own):
+        met = all(met for key, _, met in _asked(x) if key in VOLTAGE_LIMITS)
+        film = x.stable and x.device.membrane["thickness_m"] is not None
+        met &= not film or all(max(breakdown(x, *s), efficiency(x, *s)) <= 1 for s in x.design_speeds)
+        mark = "✗" if not met else "✓" if deepest <= radius else "!" if area > 5.9 else ""
+        yield Said(f"What voltage? {mark}Uave = {{}}", Amount(own[0], "V", 4))
 
 
 def _of_membrane(x: Results) -> Iterator[Said]:
@@ -1394,26 +1417,8 @@ def _of_membrane(x: Results) -> Iterator[Said]:
             "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
             number(exponent, 4), number(2**exponent, 3),
         )  # fmt: skip
-    everywhere = list(_admissible_speeds(x))
-    deepest = max(device.deflection(max(speeds)) for speeds in everywhere)
-    if deepest > radius:
-        yield Said(
-            "press the membrane up to {} mm deep, {} times its active radius of {} mm. The formulae can still",
-            number(1e3 * deepest, 3), number(deepest / radius, 2), number(1e3 * radius, 2),
-        )  # fmt: skip
-        ratio = (deepest / radius) ** (h + 1)
-        lighter = 1 / (ratio / device.reduced_kg - (1 / device.capsule_mass_kg if device.free else 0.0))
-        yield Said("a ball of at most {};", Rounded(1e3 * lighter, "g"))
-        yield Said("a stiffness of at least {};", Rounded(of["stiffness"] * ratio, "N/mʰ", up=True))
-    else:
-        own = [mean([device.gain(speed) for speed in speeds]) for speeds in _stable_speeds(x)]
-        if min(own) == max(own):
-            mark = "✓" if all(met for key, _, met in _asked(x) if key in VOLTAGE_LIMITS) else "✗"
-            yield Said(f"What voltage? {mark}Uave = {{}}", Amount(own[0], "V", 4))
-        yield Said(
-            "; deflection up to {}, inside the membrane model",
-            Amount(max(device.deflection(max(speeds)) for speeds in _stable_speeds(x)), "m"),
-        )
+    if _stable_speeds(x):
+        yield from _of_stretch(x)
     if x.stable and of["thickness_m"] is not None:
         highest = max(field(x, *speeds) for speeds in x.design_speeds)
         if highest > of["breakdown_field_v_m"]:
@@ -1505,15 +1510,6 @@ def _of_simulation(x: Results) -> Iterator[Said]:
     )
     if (basin := of["basin"]) is not None:
         yield Said(f"Of {basin['trials']} random starts, {{}} reach it", percentage(basin["share"]))
-
-
-NO_VOLTAGE = Said("eflection outside the membrane model: no voltage")
-
-
-def _within(x: Results) -> bool:
-    """Whether no impact of the stable motions presses a membrane deeper than its radius."""
-    deepest = max(x.device.deflection(max(speeds)) for speeds in _stable_speeds(x))
-    return deepest <= x.device.membrane["active_radius_m"]
 
 
 def _compliant(x: Results) -> Iterator[Said]:
@@ -1627,16 +1623,16 @@ def answers(x: Results) -> Iterator[tuple[str, Said]]:
     if x.device.ball_mass_kg is None or not speeds:
         return
     volts, radius = [mean([x.device.gain(v) for v in pair]) for pair in speeds], x.device.membrane["active_radius_m"]
-    deepest = Amount(max(x.device.deflection(max(pair)) for pair in speeds), "m", 3)
+    fastest = max(max(pair) for pair in speeds)
+    deepest, bias = Amount(x.device.deflection(fastest), "m", 3), x.device.membrane["bias_voltage_v"]
+    ends = [Amount(of(volts), "V", 4) for of in (min, max)]
+    said = "U_ave = {} to {}. " if max(volts) > min(volts) * (1 + 1e-6) else "U_ave = {}. "
+    amounts = [*ends[: said.count("{}")], deepest]
+    where = "at the design point" if x.design is not None else "over the stable range"
+    said += f"By the paper's formulae, {where}; deflection up to {{}}"
     if deepest.value > radius:
-        said = "Outside the membrane model. Deflection {}, {} times the active radius: no volts"
-        amounts = [deepest, number(deepest.value / radius, 2)]
-    else:
-        ends = [Amount(of(volts), "V", 4) for of in (min, max)]
-        said = "U_ave = {} to {}. " if max(volts) > min(volts) * (1 + 1e-6) else "U_ave = {}. "
-        amounts = [*ends[: said.count("{}")], deepest]
-        said += "At the design point" if x.design is not None else "Over the stable range"
-        said += "; deflection up to {}, inside the membrane model"
+        said += ", {} times the active radius, where the area is {} times as large"
+        amounts += [number(deepest.value / radius, 2), number(sqrt((x.device.gain(fastest) + bias) / bias), 3)]
     yield "What voltage?", Said(said, *amounts)
 
 
@@ -1654,11 +1650,11 @@ def headline(x: Results) -> Iterator[Said]:
             )  # fmt: skip
         if x.device.ball_mass_kg is not None:
             volts = [mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds]
-            yield Said("U_ave = {}", Amount(min(volts), "V", 4)) if _within(x) else NO_VOLTAGE
+            yield Said("U_ave = {} by the paper's formulae", Amount(min(volts), "V", 4))
     elif x.design is None and x.device.ball_mass_kg is not None:
         volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]
         ends = Amount(min(volts), "V", 4), Amount(max(volts), "V", 4)
-        yield Said("U_ave = {} to {}", *ends) if _within(x) else NO_VOLTAGE
+        yield Said("U_ave = {} to {} by the paper's formulae", *ends)
     yield from _compliant(x)
     if x.data["requirements"] is not None:
         missed = [(key, title) for key, title, met in _asked(x) if not met]

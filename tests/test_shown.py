@@ -92,7 +92,8 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
             **required(
                 stable_from=0.5, stable_to=0.7, margin_any_percent=40, u_ave_at_least_v=30000,
                 u_bottom_top_difference_at_most_v=100, deflection_at_most_m=0.0185, power_at_least_mw=1.0,
-                field_at_most_percent=150, yield_at_least_percent=90, acceleration_at_most_g=2.5,
+                area_ratio_at_most=4.5, field_at_most_percent=150,
+                yield_at_least_percent=90, acceleration_at_most_g=2.5,
                 stroke_at_most_m=0.4, force_at_most_n=3.5,
             ),
         },

@@ -78,7 +78,7 @@ def page_of_alerts() -> str:
     """The alerts with their causes and remedies."""
     lines = ["# Alerts", "", "`vireport explain CODE` prints each on the terminal.", ""]
     for known in CATALOGUE:
-        lines += [f"## {known.code}: {cell(known.title)}", "", f"Severity: {known.severity}.", ""]
+        lines += [f"## {known.code}: {cell(known.title)}", "", f"Severity: {known.severities}.", ""]
         lines += [cell(known.meaning), "", cell(known.remedy), ""]
     return "\n".join(lines)
 

@@ -503,7 +503,7 @@ export function mount(root, start, backend) {
         : [
             [
               "Average voltage U_ave",
-              `${show(motion.u_ave_v, 4)} V${motion.outside_membrane ? " (outside the membrane's geometry: a ranking, no volts)" : ""}`,
+              `${show(motion.u_ave_v, 4)} V by the paper's formulae`,
             ],
           ]),
     ];

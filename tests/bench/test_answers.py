@@ -181,12 +181,6 @@ def test_curves_are_drawn_of_motions_alone() -> None:
     assert hidden > 10
 
 
-@pytest.mark.parametrize(("name", "outside"), [("inclined", True), ("stiff-membrane", False)])
-def test_voltages_outside_the_membrane_are_marked(name: str, outside: bool) -> None:
-    told = first_of(opened(EXAMPLES / f"{name}.yaml"), {})
-    assert told["motions"]["outside_membrane"][told["shown"]] is outside
-
-
 def test_a_slider_goes_from_the_lower_to_the_upper_end() -> None:
     over = ("sweep={parameter: length_m, from: 0.75, to: 0.7}", "device.membrane.exponent=15")
     scenario = loaded_of(opened(EXAMPLES / "inclined.yaml", over), {}).scenario

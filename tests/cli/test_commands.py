@@ -187,7 +187,7 @@ def test_extremes_that_could_not_be_run_are_no_pass(monkeypatch, capsys) -> None
 
 def test_explain(capsys) -> None:
     assert main(["explain", "vr010"]) == 0
-    assert capsys.readouterr().out.startswith("VR010 (warning)")
+    assert capsys.readouterr().out.startswith("VR010 (note or warning)")
     assert main(["explain", "VR999"]) == 2
 
 

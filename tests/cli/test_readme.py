@@ -108,6 +108,18 @@ def test_impacts_of_the_examples_are_as_deep_as_the_docs_say(study_of) -> None:
         assert solution.deepest_m / solution.membrane.active_radius_m == pytest.approx(float(radii), rel=0.25)
 
 
+@pytest.mark.slow
+def test_stretch_and_thickness_of_the_examples_are_as_the_docs_say(study_of) -> None:
+    text = text_of(ROOT / "docs" / "model.md")
+    (areas,) = re.findall(r"grows ([\d.]+), ([\d.]+) and ([\d.]+) times at the design points", text)
+    (needed,) = re.findall(
+        r"at 100 MV/m the voltages of these design points need ([\d.]+), ([\d.]+) and ([\d.]+)", text
+    )
+    for name, area, thickness in zip(("horizontal", "inclined", "inclined-forcing"), areas, needed, strict=True):
+        stretch = study_of(name).solution.stretch
+        assert (f"{stretch.area_ratio:.1f}", f"{1e3 * stretch.thickness_at(1e8):.2f}") == (area, thickness)
+
+
 def test_measured_figures_are_those_that_the_benchmarks_wrote() -> None:
     run = subprocess.run([sys.executable, ROOT / "tools" / "make_docs.py", "--check"], capture_output=True, text=True)
     assert run.returncode == 0, run.stdout

@@ -166,13 +166,27 @@ def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
     assert headline.startswith(
         "The best is first: there is stable 1:1 motion at the design point, and of those with a "
     )
-    assert "margin that is not known the mean voltage is the highest (43.14 kV, for ranking only; next " in headline
+    assert (
+        "margin that is not known the mean voltage by the paper's formulae is the highest (43.14 kV; next " in headline
+    )
 
 
 def test_voltage_that_costs_margin_is_told() -> None:
     assert [scenario.name for scenario in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
-    told = "The highest mean voltage is that of inclined-forcing: 60.67 kV, for ranking only (+66 %), with a margin"
+    told = (
+        "By the paper's formulae the highest mean voltage is that of inclined-forcing: 60.67 kV (+66 %), with a margin"
+    )
     assert told in three().headline
+
+
+def test_deep_deflections_are_named_with_their_alert_and_voltages_stand_as_such() -> None:
+    told = " where voltages rest on an extrapolated force (VR010): "
+    assert f"{told}all." in " ".join(three().remarks)
+    light = compare([study("inclined"), study("inclined", "device.ball_mass_kg=1e-7")], names=("deep", "light"))
+    assert f"{told}deep." in light.headline
+    assert (
+        "U_ave of the stable motion at the design point, by the paper's formulae" in ranking_table(light.ranking).note
+    )
 
 
 def test_a_comparison_opens_with_two_sentences_and_what_else_is_to_be_known_follows() -> None:
@@ -602,7 +616,7 @@ def test_captions_have_the_conditions_of_the_papers_captions() -> None:
         assert "inclined: F = 3 N, β = 45°, s from 0.59 m to 0.75 m" in caption
         assert "inclined-forcing: s = 0.75 m, β = 45°, F from 3 N to 6 N" in caption
         assert "B1" in picture.alt
-    assert "ranking only (VR010)" in seven.caption
+    assert "U_ave, the mean over both, by the paper's formulae, on axes" in seven.caption
 
 
 # Files
@@ -644,7 +658,7 @@ def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
     assert files == again
     page = files["report.html"].decode()
     assert "The best is horizontal: there is stable 1:1 motion at the design point" in page
-    assert "outside the membrane" in page
+    assert "By the paper's formulae the highest mean voltage is that of inclined-forcing" in page
     assert files["report.pdf"].startswith(b"%PDF-")
 
 
@@ -718,7 +732,7 @@ def test_studies_and_comparisons_show_themselves() -> None:
     assert "<script>" not in text
     assert "<td>B1</td><td>period doubling</td>" in text
     assert "Stable" in text
-    word = "Stable, but outside the membrane model"
+    word = "Stable"
     assert f"<td>inclined</td><td>2</td><td>{word}</td><td>4.7 % in frequency</td>" in three()._repr_html_()
 
 

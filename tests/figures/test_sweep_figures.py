@@ -444,15 +444,6 @@ def light_ball() -> Study:
     return analyse(load(ROOT / "examples" / "inclined.yaml", ("device.ball_mass_kg=1e-7",)))
 
 
-def test_voltages_outside_the_geometry_are_said_to_be() -> None:
-    study = study_of("inclined")
-    assert any(alert.code == "VR010" for alert in study.alerts)
-    note = "Outside the membrane's geometry: ranking only"
-    assert note in texts_of(figure_of("inclined", "figure-7"))
-    assert not any(alert.code == "VR010" for alert in light_ball().alerts)
-    assert note not in texts_of(figure_7(light_ball()))
-
-
 def test_voltages_have_a_fitting_prefix() -> None:
     (heavy,) = figure_of("inclined", "figure-7").axes
     (light,) = figure_7(light_ball()).axes

@@ -12,7 +12,7 @@ from conftest import solved, toleranced
 from msgspec.structs import replace
 
 from vireport.design import Solution
-from vireport.gate import Evidence, Question, Verdict, alerts, cause_of, verdict_of
+from vireport.gate import Evidence, Question, Status, Verdict, alerts, cause_of, verdict_of
 from vireport.membranes import Grade
 from vireport.physics import contacts
 from vireport.text import CATALOGUE
@@ -108,16 +108,16 @@ def test_voltages_are_of_stable_motions_alone(tilted) -> None:
     for solution in (tilted, solved("design-point")):  # which has an unstable motion besides
         volts = solution.design.voltages_by_motion.average_v[solution.design.motions.stable_mask] / 1e3
         ends = dict.fromkeys(f"{volt:.2f}" for volt in (volts.min(), volts.max()))
-        assert fact(said(solution), Question.VOLTAGE).answer == "Outside the membrane model"
-        wide = replace(solution, membrane=replace(solution.membrane, active_radius_m=1.0))
-        assert re.findall(r"[\d.]+", fact(said(wide), Question.VOLTAGE).answer) == list(ends)
+        assert re.findall(r"[\d.]+", fact(said(solution), Question.VOLTAGE).answer) == list(ends)
         deep = solution.design.voltages_by_motion.deflection_m[solution.design.motions.stable_mask].max()
-        assert f"{deep / solution.membrane.active_radius_m:.1f} times" in fact(said(solution), Question.VOLTAGE).detail
+        assert (
+            f", {deep / solution.membrane.active_radius_m:.2g} times the active radius, where the area is"
+            in fact(said(solution), Question.VOLTAGE).detail
+        )
     light = solved("design-point", device__ball_mass_kg=1e-7)
-    assert fact(said(light), Question.VOLTAGE).detail.endswith("inside the membrane model")
+    assert fact(said(light), Question.VOLTAGE).detail.endswith("at the design point; deflection up to 1.01 mm")
     swept = replace(tilted, design=None)
     volts = np.concatenate([b.voltages_by_motion.average_v[b.motions.stable_mask] for b in swept.branches]) / 1e3
-    swept = replace(swept, membrane=replace(swept.membrane, active_radius_m=1.0))
     numbers = [float(x) for x in re.findall(r"[\d.]+", fact(said(swept), Question.VOLTAGE).answer)]
     assert numbers == pytest.approx([volts.min(), volts.max()], rel=1e-3)
 
@@ -161,9 +161,11 @@ def test_the_deepest_of_all_stable_motions_is_held_against_the_membrane() -> Non
 
     solution = solved("inclined", device__length_m=None)
     depths = deflections(solution)
-    assert depths.min() < depths.max() == said(solution).voltage.data.deepest_m
+    assert depths.min() < depths.max() == said(solution).voltage.data.stretch.depth_m
     between = replace(solution.membrane, active_radius_m=float(depths.mean()))
-    assert not said(replace(solution, membrane=between)).voltage.data.within
+    assert said(replace(solution, membrane=between)).voltage.status is Status.NEUTRAL
+    wide = replace(solution.membrane, active_radius_m=float(depths.max()))
+    assert said(replace(solution, membrane=wide)).voltage.status is Status.GOOD
 
 
 def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:

@@ -131,7 +131,7 @@ def test_the_margins_of_its_design_point_are_where_stable_motion_ends(plain) -> 
 def test_its_verdict_is_that_of_a_run_of_the_design_point(plain) -> None:
     page, _ = plain
     verdict = analyse(loads(DESIGN), (Task.JSON,)).verdict.worded()
-    assert f"{verdict.word}. {verdict.headline}" in page.text
+    assert f"{verdict.word}. {verdict.headline}".replace("U_ave", "Uave") in page.text
     assert "The design point is β = 45°, s = 0.7 m; the answer is" in page.text
     assert page.text.count("Cross: the design point, with its margins.") == 3
 
@@ -194,7 +194,7 @@ def test_its_files_are_the_same_in_every_run_and_whole(tmp_path: Path, capsys) -
     assert set(runs[0]) == {".lock", "map.parquet", "map.parquet.sha256", "report.html", "report.pdf", *heat}
     pdf = PdfReader(BytesIO(runs[0]["report.pdf"]))
     assert pdf.attachments["scenario.yaml"] == [file.read_bytes()]
-    assert "Stable, but outside the membrane model" in pdf.pages[0].extract_text()
+    assert "by the paper’s formulae" in pdf.pages[0].extract_text().replace("'", "’")
 
 
 def test_what_is_wrong_with_the_design_point_is_told_before_the_cells_are_computed(tmp_path: Path) -> None:
@@ -268,7 +268,6 @@ def test_a_map_that_is_read_in_pieces_is_counted_as_a_whole(tmp_path: Path) -> N
         kind: int((words["stability"] == code).sum()) for code, kind in [*enumerate(STABILITIES), (-1, None)]
     }
     assert found.missed == int((stable & (words["from_rest"] != 0)).sum())
-    assert found.outside == int((numbers["deflection_m"] > plan.membrane.active_radius_m).sum())
     best = found.largest[MapQuantity.VOLTAGE]
     assert (best.value, best.inputs) == (2.0, (numbers["inclination_deg"][69_000], numbers["length_m"][69_000]))
     assert found.largest[MapQuantity.MARGIN].value == numbers["multiplier_margin"][stable].max() / (1 + R4)

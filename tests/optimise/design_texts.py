@@ -14,7 +14,6 @@ inclination_deg: 45
 
 UNLIMITED = {
     "reached_from_rest": "false",
-    "deflection_at_most_m": 1e9,
     "efficiency_at_most_percent": 1e9,
     "field_at_most_percent": 1e9,
 }

@@ -1,4 +1,4 @@
-"""What no device can do is accepted by no run and found by no search: energy from nothing, breakdown, torn films."""
+"""What no device can do is accepted by no run and found by no search: energy from nothing, breakdown."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ device:
 excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
 inclination_deg: 45
 """
-"""Within field and geometry, with an efficiency of 327 %."""
+"""Below breakdown, with an efficiency of 327 %."""
 
 POWER = "requirements.power_at_least_mw=0.001"
 BIAS = "{path: device.membrane.bias_voltage_v, from: 100, to: 3000}"
@@ -49,7 +49,7 @@ def searched(objective: str, *vary: str, text: str = IMPOSSIBLE, cells: int = CE
 
 
 def random_device(seed: int) -> str:
-    """A device with a thin film and a light ball, within field and geometry."""
+    """A device with a thin film and a light ball, below breakdown."""
     draw = np.random.default_rng(seed)
     ball, thickness = 10 ** draw.uniform(-5, -4.2), 10 ** draw.uniform(-4.8, -3.7)
     permittivity, bias = draw.uniform(2, 10), 10 ** draw.uniform(3.0, 3.45)
@@ -100,7 +100,7 @@ def test_what_is_impossible_is_no_good_verdict_even_where_it_is_allowed(over: li
         ),
         (
             ["device.ball_mass_kg=0.0041", "device.membrane={}"],
-            *(Status.CAUTION, "Stable, but outside the membrane model"),
+            *(Status.GOOD, "Stable"),
         ),
     ],
 )
@@ -267,7 +267,6 @@ def test_no_search_among_random_electrical_devices_ends_above_what_impacts_lose(
     assert designs
     for point in designs:
         assert efficiency_of(point.study) <= 1
-        assert point.study.solution.within_membrane
         assert not {"VR016", "VR017"} & {alert.code for alert in point.study.alerts}
 
 
@@ -278,14 +277,13 @@ def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tm
     assert main(["optimise", str(scenario), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["limits_by_default"] == {
-        "deflection_at_most_percent": 100,
         "efficiency_at_most_percent": 100,
         "field_at_most_percent": 100,
         "reached_from_rest": True,
     }
     assert {line["key"] for line in data["best"]["requirements"]} == set(data["limits_by_default"])
     assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 0
-    said = "Required because the scenario does not say otherwise: Reached from rest (reached_from_rest); Deflection"
+    said = "Required because the scenario does not say otherwise: Reached from rest (reached_from_rest); Electrical"
     assert said in " ".join(capsys.readouterr().out.split())
     assert main(["run", str(tmp_path / "out/best.yaml"), "--json"]) == 0
 
@@ -294,8 +292,9 @@ def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tm
     ("required", "usual"),
     [
         ("deflection_at_most_m: 0.02", {"efficiency_at_most_percent", "field_at_most_percent"}),
-        ("field_at_most_percent: 300", {"efficiency_at_most_percent", "deflection_at_most_percent"}),
-        ("efficiency_at_most_percent: 40", {"field_at_most_percent", "deflection_at_most_percent"}),
+        ("area_ratio_at_most: 4.0", {"efficiency_at_most_percent", "field_at_most_percent"}),
+        ("field_at_most_percent: 300", {"efficiency_at_most_percent"}),
+        ("efficiency_at_most_percent: 40", {"field_at_most_percent"}),
     ],
 )
 def test_limits_that_are_given_hold_instead(required: str, usual: set[str]) -> None:
@@ -314,6 +313,45 @@ def test_a_best_design_must_start_by_itself_unless_the_scenario_says_otherwise(r
 
 
 SWEEP = "{parameter: length_m, from: 0.6, to: 0.9}"
+
+THE_PAPERS = """\
+schema_version: 1
+device:
+  capsule_mass_kg: 0.1245
+  ball_mass_kg: 0.0041
+  restitution: 0.5
+  length_m: 0.7
+  membrane: {thickness_m: 1.0e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1.0e+8}
+excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
+inclination_deg: 45
+"""
+"""The device of the paper with a membrane of 1 mm."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("required", "found"),
+    [("margin_any_percent: 5", True), ("deflection_at_most_percent: 100", False), ("area_ratio_at_most: 5.3", True)],
+)
+def test_the_device_of_the_paper_has_a_best_design(required: str, found: bool) -> None:
+    """At 2.5 to 4 radii deep, below breakdown; within one radius, if that is asked for, none of its motions is."""
+    vary = "{path: device.length_m, from: 0.5, to: 0.9}", "{path: excitation.frequency_hz, from: 1.5, to: 2.5}"
+    result = optimise(
+        problem_of(loads(searched("voltage_rate_v_s", *vary, text=THE_PAPERS, cells=900, required=required)))
+    )
+    assert (result.best is not None) == found
+    if result.best is None:
+        return
+    stretch = result.best.study.solution.stretch
+    assert stretch.depth_ratio > 2
+    assert stretch.thickness_at(1e8) < 1e-3
+    assert all(criterion.passed for criterion in result.best.study.criteria)
+    if "area" in required:
+        assert stretch.area_ratio == pytest.approx(5.3, rel=1e-3)
+        assert stretch.area_ratio <= 5.3
+    else:
+        assert result.best.value > 250_000
+
 
 SOFT = "device.membrane.stiffness"
 

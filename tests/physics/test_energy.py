@@ -12,12 +12,15 @@ from msgspec.structs import replace
 from vireport.physics import (
     Dielectric,
     Membrane,
+    area_growth,
     contact_cosine,
     conversion,
     cycle_of,
     deflection,
     fitting,
     generated_voltage,
+    impact_speed,
+    stretch_of,
     voltages,
 )
 
@@ -62,19 +65,72 @@ def test_deflection_takes_up_the_kinetic_energy() -> None:
     assert work == pytest.approx(0.0041 * 0.7**2 / 2, rel=1e-13)
 
 
-def test_membrane_leaves_the_ball_along_a_tangent_from_its_rim() -> None:
-    """The distance of the ball's centre from the straight flank is its radius, whatever the deflection."""
-    for delta in (1e-4, 3e-3, 5e-3, 8e-3, 20e-3):
-        cosine, versine = contact_cosine(np.array(delta), PAPER)
-        sine = np.sqrt(1 - cosine**2)
-        rc, rb = PAPER.active_radius_m, PAPER.ball_radius_m
-        # Rim at (Rc, 0), centre at depth delta - rb on the axis, flank descending inward at angle alpha.
-        distance = abs(rc * sine - (delta - rb) * cosine)
-        assert distance == pytest.approx(rb, rel=1e-9)
-        assert 1 - cosine == pytest.approx(versine, rel=1e-9, abs=1e-12)
+def tangent_cone(depth: float, rim: float, ball: float) -> tuple[mpf, mpf]:
+    """Angle of the flank and area of a membrane, by the point in which a line from its rim touches the ball.
+
+    Nothing of (5.3) or (5.4): the foot on the circle of Thales over rim and centre, frustum and cap by their radii and
+    heights.
+    """
+    depth, rim, ball = mpf(depth), mpf(rim), mpf(ball)
+    centre = (mpf(0), ball - depth)  # upwards; the ball's lowest point is at the depth
+    away = mp.sqrt(rim**2 + centre[1] ** 2)
+    along, across = ball**2 / away, ball * mp.sqrt(away**2 - ball**2) / away
+    to_rim = (rim / away, -centre[1] / away)
+    feet = [
+        (along * to_rim[0] + sign * across * to_rim[1], centre[1] + along * to_rim[1] - sign * across * to_rim[0])
+        for sign in (1, -1)
+    ]
+    foot = min(feet, key=lambda point: point[1])  # the ball rests on the membrane
+    flank = mp.sqrt((rim - foot[0]) ** 2 + foot[1] ** 2)
+    assert abs((foot[0] - centre[0]) * (rim - foot[0]) + (foot[1] - centre[1]) * -foot[1]) < mpf(10) ** -25
+    cap = foot[1] + depth
+    area = mp.pi * (rim + foot[0]) * flank + 2 * mp.pi * ball * cap
+    return mp.atan2(-foot[1], rim - foot[0]), area
 
 
-def test_deflection_of_the_paper_is_outside_the_membrane() -> None:
+DEPTHS = (0.16, 0.5, 0.79, 0.8, 1.0, 1.5, 2.5, 3.5, 6.0, 9.5)
+"""Deflections over the active radius: the ball's centre is in the rim's plane at 0.794."""
+
+
+@pytest.mark.parametrize("ball", [5.0e-3, 1.0e-3, 6.2e-3])
+@pytest.mark.parametrize("times", DEPTHS)
+def test_the_geometry_is_that_of_a_tangent_cone_at_every_depth(times: float, ball: float) -> None:
+    membrane, depth = replace(PAPER, ball_radius_m=ball), times * PAPER.active_radius_m
+    with mp.workdps(40):
+        angle, area = tangent_cone(depth, membrane.active_radius_m, ball)
+        cosine, versine = contact_cosine(np.array(depth), membrane)
+        assert float(cosine) == pytest.approx(float(mp.cos(angle)), rel=1e-10)
+        assert float(versine) == pytest.approx(float(1 - mp.cos(angle)), rel=1e-10)
+        ratio = float(area / (mp.pi * mpf(membrane.active_radius_m) ** 2))
+    assert 1 + float(area_growth(np.array(depth), membrane)) == pytest.approx(ratio, rel=1e-10)
+    stretch = stretch_of(depth, membrane)
+    assert (stretch.depth_ratio, stretch.area_ratio) == pytest.approx((times, ratio), rel=1e-10)
+    assert stretch.peak_v == pytest.approx(2000.0 * ratio**2, rel=1e-10)
+    gain = float(generated_voltage(impact_speed(depth, membrane), membrane))
+    assert stretch.peak_v - 2000.0 == pytest.approx(gain, rel=1e-10)
+
+
+def test_nothing_happens_where_the_deflection_reaches_the_radius() -> None:
+    below, at, above = (float(area_growth(np.array(x * 6.3e-3), PAPER)) for x in (1 - 1e-6, 1.0, 1 + 1e-6))
+    assert 1 + at == pytest.approx(1.777, abs=5e-4)
+    assert above - at == pytest.approx(at - below, rel=1e-5)
+    assert np.degrees(np.arccos(float(contact_cosine(np.array(6.3e-3), PAPER)[0]))) == pytest.approx(62.7, abs=0.05)
+
+
+def test_the_speed_of_an_impact_is_known_from_its_depth() -> None:
+    depths = np.geomspace(1e-6, 0.06, 9)
+    assert deflection(impact_speed(depths, PAPER), PAPER) == pytest.approx(depths, rel=1e-13)
+
+
+def test_the_thickness_at_a_field_holds_the_peak_voltage() -> None:
+    thickness = stretch_of(0.0159056823, PAPER).thickness_at(1e8)
+    assert thickness == pytest.approx(0.386e-3, abs=1e-6)
+    film = Dielectric(thickness, 4.7, 1e8)
+    speed = float(impact_speed(0.0159056823, PAPER))
+    assert float(converted(speed, PAPER, film).field_v_m) == pytest.approx(1e8, rel=1e-12)
+
+
+def test_deflection_of_the_paper_is_deeper_than_the_radius() -> None:
     """A 4.1 g ball at F = 3 N, beta = 0 and s = 0.5554 m: some 16 mm and 37 kV over 2 kV."""
     speed = 0.71526 * 3.0 / (2 * 0.1245 * 2.0)
     result = voltages(np.array([speed]), np.array([-speed]), PAPER)
@@ -160,7 +216,7 @@ def test_a_gentle_generator_at_two_kilovolts_converts_millijoules_per_gram() -> 
 
 
 @given(st.floats(1e-6, 1e-1), st.floats(0.5, 8), st.floats(1.01, 5))
-def test_what_fits_lies_on_the_border_of_the_geometry(mass: float, exponent: float, times: float) -> None:
+def test_what_fits_deflects_the_membrane_by_its_radius(mass: float, exponent: float, times: float) -> None:
     membrane = replace(PAPER, ball_mass_kg=mass, exponent=exponent)
     unit = float(deflection(np.array(1.0), membrane))
     speed = np.array((times * membrane.active_radius_m / unit) ** ((exponent + 1) / 2))

@@ -56,7 +56,7 @@ def test_a_summary_has_the_sections_of_the_report(tmp_path: Path) -> None:
     assert page.count("<table>") == 3
     assert "\n|" not in page
     assert "| Margin to period doubling | ✗ NOT MET | at least 5 % | 1.21222 % | −3.79 % | failing.yaml:30 |" in text
-    assert "<p><strong>Warning VR010: The membrane model is outside its geometry.</strong>" in page
+    assert "<p><strong>Note VR010: A membrane is pressed in deeper than its radius.</strong>" in page
 
 
 @pytest.mark.slow
@@ -78,4 +78,4 @@ def test_templates_of_a_user_reword_it(tmp_path: Path) -> None:
     (tmp_path / "summary.md.j2").write_text("## Ours\n\n**{{ report.verdict.word }}**\n")
     run = ["run", str(EXAMPLES / "design-point.yaml"), "--templates", str(tmp_path), "--format", "markdown", "-q"]
     assert main([*run, "-o", str(tmp_path / "out")]) == 0
-    assert (tmp_path / "out/summary.md").read_bytes() == b"## Ours\n\n**Stable, but outside the membrane model**\n"
+    assert (tmp_path / "out/summary.md").read_bytes() == b"## Ours\n\n**Stable**\n"

@@ -213,8 +213,6 @@ def _at_design(solution: Solution) -> dict[str, Any]:
         return {"motions": None, "shown": None, "path": None}
     motions = design.motions
     told = {"family": list(design.families), **motion_columns(motions, design.voltages_by_motion)}
-    if design.voltages_by_motion is not None and solution.membrane is not None:
-        told["outside_membrane"] = (design.voltages_by_motion.deflection_m > solution.membrane.active_radius_m).tolist()
     shown = motions.shown_row
     if shown is None:
         return {"motions": told, "shown": None, "path": None}

@@ -20,7 +20,6 @@ from vireport.comparison.comparison import (
 from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import Merit
 from vireport.figures import (
-    OUTSIDE,
     SCENARIO_COLORS,
     Color,
     Drawing,
@@ -45,7 +44,7 @@ from vireport.figures import (
 from vireport.motions import Symmetry
 from vireport.scenario import Parameter
 from vireport.study import Task
-from vireport.text import AlertCode, capital
+from vireport.text import capital
 
 PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
@@ -87,8 +86,6 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     unstable = [name for name, drawing in shown.items() if not has_stable(drawing)]
     if 0 < len(unstable) < len(shown):
         remarks.append(Message.NO_STABLE_VOLTAGE.format(names=listed(unstable)))
-    if any(not drawing.study.solution.within_membrane for drawing in shown.values()):
-        remarks.append(Message.VOLTAGES.format(outside=OUTSIDE, code=AlertCode.OUTSIDE_MEMBRANE_GEOMETRY))
     caption = f"{axis}: {Message.OVERLAID}."
     if remarks:
         caption = f"{caption} {capital('; '.join(remarks))}."
@@ -190,8 +187,6 @@ def _figure(figure: Task, shown: Columns) -> Figure:
     """Draw scenarios beside one another, with what all of them hold above them, and what each holds at its head."""
     common, own = _conditions(list(shown.values()))
     lines = [(common, Color.BLACK)] if common else []
-    if figure == Task.FIGURE_7 and (note := _outside(shown)):
-        lines.append((literal(note), Color.WARNING))
     return sweep_figure(figure, list(shown.values()), [literal(name) for name in shown], own, lines)
 
 
@@ -200,14 +195,6 @@ def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
     each = [held(drawing.study) for drawing in drawings]
     common = [text for text in each[0] if all(text in texts for texts in each)]
     return ", ".join(common), [", ".join(text for text in texts if text not in common) for texts in each]
-
-
-def _outside(shown: Columns) -> str:
-    """Tell whose voltages are outside the membrane model; "" where none are."""
-    names = [name for name, drawing in shown.items() if not drawing.study.solution.within_membrane]
-    if not names:
-        return ""
-    return capital(OUTSIDE) if len(names) == len(shown) else f"{listed(names)}: {OUTSIDE}"
 
 
 def _caption(figure: Task, shown: Columns) -> str:
@@ -219,8 +206,6 @@ def _caption(figure: Task, shown: Columns) -> str:
         letters = f"({first})" if first == last else f"({first})–({last})"
         known = [text for text in (own[column], swept_range(drawing.study)) if text]
         columns.append(f"{letters} {scenario}: {', '.join(known)}")
-    if figure == Task.FIGURE_7 and (note := _outside(shown)):
-        columns.append(f"{note} ({AlertCode.OUTSIDE_MEMBRANE_GEOMETRY})")
     return f"{about(figure)}{Message.SHARED_AXES if len(shown) > 1 else ''}. {'; '.join(columns)}."
 
 

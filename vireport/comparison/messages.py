@@ -74,7 +74,9 @@ class Message(StrEnum):
     MORE_THAN = "more than {size}"
     LARGEST_MARGIN = "the margin is the largest ({mine}; next {next}, {theirs})"
     WIDEST_RANGE = "the stable range is the widest ({mine}; next {next}, {theirs})"
-    HIGHEST_VOLTAGE = "of those with {margin} the mean voltage is the highest ({mine}; next {next}, {theirs})"
+    HIGHEST_VOLTAGE = (
+        "of those with {margin} the mean voltage by the paper's formulae is the highest ({mine}; next {next}, {theirs})"
+    )
     MOST_FREQUENT = "of those with {margin} the impacts are the most frequent ({mine}; next {next}, {theirs})"
     OF_THEM = "{part} of {count}"
     MARGIN_IN = "{share} in {varied}"
@@ -82,12 +84,11 @@ class Message(StrEnum):
     WITH_OTHER_MARGIN = "a margin that is {margin}"
     NOT_LIMITED = "not limited"
     NOT_KNOWN = "not known"
-    TRADED = "The highest {merit} is that of {name}: {voltage} ({more}), with {margin}."
-    RANKING_ONLY = "{voltage}, for ranking only"
+    TRADED = "By the paper's formulae the highest {merit} is that of {name}: {voltage} ({more}), with {margin}."
     NOT_STABLE = "Not stable: {names}."
     NO_DESIGN_POINT = "No design point, and so no margin to compare: {names}."
     NO_BALL_MASS = "No device.ball_mass_kg, and so no voltage to compare: {names}."
-    OUTSIDE_MEMBRANE = "Voltages outside the membrane's geometry, for ranking only ({code}): {names}."
+    DEEP = "Deflections beyond the membrane's radius, where voltages rest on an extrapolated force ({code}): {names}."
     ALL = "all"
 
     # Figures.
@@ -95,12 +96,11 @@ class Message(StrEnum):
     OVER = "Over the {parameter}"
     OVER_D = "Over d, as the sweeps are of different parameters"
     OVERLAID = (
-        "impact velocity on the bottom membrane and U_ave of the branches with stable 1:1 motion, or of all where none "
-        "is stable, numbered as they are ranked"
+        "impact velocity on the bottom membrane, and U_ave by the paper's formulae, of the branches with stable 1:1 "
+        "motion, or of all where none is stable, numbered as they are ranked"
     )
     NOT_DRAWN = "not drawn: {names}"
     NO_STABLE_VOLTAGE = "no voltages where there is no stable motion: {names}"
-    VOLTAGES = "voltages {outside} ({code})"
     LINE_CHARTS = "Line charts of {count} scenarios. {axis}: {overlaid}. Stable ranges: {ranges}."
     HAS_NO_SWEEP = "it has no sweep"
     SHARED_AXES = ", on axes that the panels of a row share"
@@ -115,8 +115,8 @@ class Message(StrEnum):
     RANKING = "Ranking, the best first"
     RANKED_BY = (
         "Ranked by requirements missed, stable 1:1 motion, {asked}margin (the smallest over all inputs) and voltage. "
-        "The mean voltage is U_ave of the stable motion at the design point; of several motions it is the least. The "
-        "voltage per second is the sum over the impacts of a second."
+        "The mean voltage is U_ave of the stable motion at the design point, by the paper's formulae; of several "
+        "motions it is the least. The voltage per second is the sum over the impacts of a second."
     )
     MARGINS = "Margins in each input"
     DISTANCES = (

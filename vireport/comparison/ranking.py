@@ -300,15 +300,7 @@ def _told(scenario: Ranked, merit: Merit) -> str:
         count = len(scenario.study.criteria)
         return Message.OF_THEM.format(part=count - scenario.passed, count=count)
     shown = scenario.show(merit)
-    if merit in VOLTAGES and shown != ABSENT:
-        return _volts(scenario, merit)
     return Message.NONE if shown == ABSENT else shown
-
-
-def _volts(scenario: Ranked, merit: Merit) -> str:
-    """Print a voltage within a sentence; one beyond the membrane's geometry never stands there as volts."""
-    shown = scenario.show(merit)
-    return shown if scenario.study.solution.within_membrane else Message.RANKING_ONLY.format(voltage=shown)
 
 
 def _with_margin(scenario: Ranked) -> str:
@@ -328,7 +320,7 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
         if mine > 0 and round(most / mine - 1, RANKED_DIGITS) > 0 and top.name not in told:
             told.add(top.name)
             more, margin = percent(most / mine - 1, signed=True), _with_margin(top)
-            voltage = _volts(top, merit)
+            voltage = top.show(merit)
             yield Message.TRADED.format(name=top.name, merit=merit, voltage=voltage, more=more, margin=margin)
 
 
@@ -341,10 +333,11 @@ def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
     ):
         if 0 < len(concerned) < len(ranked):
             yield message.format(names=listed([scenario.name for scenario in concerned]))
-    outside = [scenario.name for scenario in ranked if not scenario.study.solution.within_membrane]
-    if outside:
-        names = Message.ALL if len(outside) == len(ranked) else listed(outside)
-        yield Message.OUTSIDE_MEMBRANE.format(code=AlertCode.OUTSIDE_MEMBRANE_GEOMETRY, names=names)
+    alerts = {scenario.name: {alert.code for alert in scenario.study.alerts} for scenario in ranked}
+    deep = [name for name, codes in alerts.items() if AlertCode.DEEP_DEFLECTION in codes]
+    if deep:
+        names = Message.ALL if len(deep) == len(ranked) else listed(deep)
+        yield Message.DEEP.format(code=AlertCode.DEEP_DEFLECTION, names=names)
 
 
 def ranking_table(ranked: Sequence[Ranked]) -> Table:

@@ -37,10 +37,12 @@ from vireport.physics import (
     Device,
     Fitting,
     Membrane,
+    MembraneStretch,
     Shaker,
     Voltages,
     conversion,
     fitting,
+    stretch_of,
     voltages,
 )
 from vireport.scenario import DesignInput, Parameter, TolerancesBlock
@@ -155,13 +157,33 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def within_membrane(self) -> bool:
-        """Whether every deflection is one that the membrane's geometry has, Eqs. (5.3)-(5.5)."""
+        """Whether no deflection exceeds the membrane's active radius."""
         return self.membrane is None or self.deepest_m <= self.membrane.active_radius_m
 
     @property
     def fitting(self) -> Fitting | None:
-        """What would bring the deepest deflection within the membrane's geometry; None where it is."""
+        """What would bring the deepest deflection within the membrane's active radius; None where it is."""
         return None if self.membrane is None or self.within_membrane else fitting(self.membrane, self.deepest_m)
+
+    @cached_property
+    def stable_voltages(self) -> tuple[Floats, Floats]:
+        """U_ave and deflection of the stable motions, at the design point or, without one, over the sweep."""
+        if self.design is not None:
+            stable, found = self.design.motions.stable_mask, self.design.voltages_by_motion
+            return (np.empty(0),) * 2 if found is None else (found.average_v[stable], found.deflection_m[stable])
+        volts, depths = [np.empty(0)], [np.empty(0)]
+        for branch in self.branches:
+            for part in branch.family.segments:
+                if part.stable and branch.voltages_by_motion is not None:
+                    volts.append(branch.voltages_by_motion.average_v[part.first : part.last + 1])
+                    depths.append(branch.voltages_by_motion.deflection_m[part.first : part.last + 1])
+        return np.concatenate(volts), np.concatenate(depths)
+
+    @cached_property
+    def stretch(self) -> MembraneStretch | None:
+        """How far the deepest of these stretches a membrane; None where there is none."""
+        _, depths = self.stable_voltages
+        return stretch_of(float(depths.max()), self.membrane) if depths.size and self.membrane is not None else None
 
     def _evaluated(self) -> Iterator[Floats]:
         """Deflections of the admissible motions of the branches, and of the design point's solutions."""

@@ -39,6 +39,7 @@ from vireport.physics import (
     Voltages,
     by_wall,
     each,
+    impact_speed,
     voltages,
 )
 from vireport.scenario import DRIVING, Parameter
@@ -290,8 +291,6 @@ def _check_empty(study: Study) -> CaseFinding:
 
 def _membrane(harvester: Harvester) -> Iterator[Case]:
     group, m = "membrane", harvester.membrane
-    # The speed that deflects the membrane so far, by (5.5).
-    per_depth = (2 * m.stiffness / (m.ball_mass_kg * (m.exponent + 1))) ** 0.5
     depths = {
         "0": 0.0,
         "1e-9 of rb": 1e-9 * m.ball_radius_m,
@@ -300,13 +299,13 @@ def _membrane(harvester: Harvester) -> Iterator[Case]:
         "Rc": m.active_radius_m,
         "100 Rc": 100 * m.active_radius_m,
     }
-    speeds = {f"deflection {name}": per_depth * x ** ((m.exponent + 1) / 2) for name, x in depths.items()}
+    speeds = {f"deflection {name}": float(impact_speed(x, m)) for name, x in depths.items()}
     for name, speed in (speeds | {"impact at 1e-300 m/s": 1e-300}).items():
         at = np.array([speed])
         answer, check = partial(voltages, at, -at, m), partial(_check_volts, harvester, speed)
         yield Case(group, name, "the voltage of (5.2)-(5.5), as in 40 digits", answer, check)
     check = partial(_check_too_deep, harvester)
-    yield Case(group, "a run with deflections over Rc", "an alert with the depth", harvester.over, check)
+    yield Case(group, "a run with deflections over Rc", "an alert with depth and area", harvester.over, check)
 
 
 def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> CaseFinding:
@@ -317,8 +316,8 @@ def _check_volts(harvester: Harvester, speed: float, answer: Voltages) -> CaseFi
 
 
 def _check_too_deep(harvester: Harvester, study: Study) -> CaseFinding:
-    """The deepest admissible impact of a run, and the alert where that is deeper than the membrane is wide."""
-    deepest = study.solution.deepest_m
-    alert = next((alert for alert in study.alerts if alert.code is AlertCode.OUTSIDE_MEMBRANE_GEOMETRY), None)
+    """The deepest stable impact of a run, and the alert where that is deeper than the membrane is wide."""
+    deepest = 0.0 if study.solution.stretch is None else study.solution.stretch.depth_m
+    alert = next((alert for alert in study.alerts if alert.code is AlertCode.DEEP_DEFLECTION), None)
     text = alert.cause.split(". ")[0] if alert else f"no alert at {deepest:.3g} m"
     return CaseFinding(text, right=(alert is not None) == (deepest > harvester.membrane.active_radius_m))

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from vireport.base import deferred
-from vireport.figures.captions import OUTSIDE, about, alt_text, held, held_by, shown_along, swept_range, title_of
+from vireport.figures.captions import about, alt_text, held, held_by, shown_along, swept_range, title_of
 from vireport.figures.curves import PairedImpacts, simulated_points
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks
@@ -40,7 +40,6 @@ __all__ = [
     "HALO",
     "LOCI",
     "OUTCOMES",
-    "OUTSIDE",
     "PER_LETTER",
     "SCENARIO_COLORS",
     "Color",

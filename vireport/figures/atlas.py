@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vireport.figures.captions import OUTSIDE, conditions, held, measured_shown, pictured
+from vireport.figures.captions import conditions, held, measured_shown, pictured
 from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -41,7 +41,7 @@ from vireport.motions import (
 )
 from vireport.physics import Membrane
 from vireport.study import Study, Task
-from vireport.text import PREFIXES, capital
+from vireport.text import PREFIXES
 
 HEIGHT, RUNG_HEIGHT = 4.6, 2.0
 """Heights of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
@@ -145,7 +145,6 @@ def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:
         (f"per second [{unit}/s]", [voltage.per_second_v / scale for voltage in volts]),
         ("impacts [1/s]", [voltage.impacts_per_s for voltage in volts]),
     )
-    outside = [] if study.solution.within_membrane else [(capital(OUTSIDE), Color.WARNING)]
     with style():
         figure, panels = blank(len(rows), sharex="col")
         for (label, values), axes in zip(rows, panels[:, 0], strict=True):
@@ -157,7 +156,7 @@ def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:
         axis.dress(panels[:, 0])
         figure.align_ylabels(panels[:, 0])
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
-        head = [(conditions(study), Color.BLACK), *outside]
+        head = [(conditions(study), Color.BLACK)]
         return finished(figure, height, head, _legends(looks, families, []))
 
 

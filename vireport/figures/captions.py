@@ -26,7 +26,7 @@ from vireport.motions import eigenvalues
 from vireport.physics import RESTITUTIONS, Device
 from vireport.scenario import DRIVING, Approach, DesignInput, Parameter
 from vireport.study import Study, Task
-from vireport.text import AlertCode, exact, scaled
+from vireport.text import exact, scaled
 from vireport.wording import Words
 
 LAMBDA_LIMIT = 1.6
@@ -56,9 +56,6 @@ FILES = {
 
 INPUT_DIGITS = 8
 """Significant digits of inputs in figures: more than anyone gives, fewer than a search leaves."""
-
-OUTSIDE = "outside the membrane's geometry: ranking only"
-"""What is said of voltages where the deflections exceed the membrane, in the figure too."""
 
 
 def pictured(name: Task, shown: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
@@ -242,8 +239,6 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "largest": largest if largest > LAMBDA_LIMIT else None,
         "ball_mass_kg": membrane.ball_mass_kg if membrane is not None else None,
         "bias_v": membrane.bias_voltage_v if membrane is not None else None,
-        "outside": "" if solution.within_membrane else OUTSIDE,
-        "alert": AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
         "simulated": _circles(study, figure, simulated),
         "measured": measured_shown(study),
     }

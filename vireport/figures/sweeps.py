@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from vireport.design import DesignPoint
 from vireport.disturbances import Destination, OutcomeRange
 from vireport.figures import curves
-from vireport.figures.captions import LAMBDA_LIMIT, OUTSIDE, conditions
+from vireport.figures.captions import LAMBDA_LIMIT, conditions
 from vireport.figures.curves import (
     CUT_DISTANCE,
     TURN,
@@ -57,7 +57,7 @@ from vireport.figures.style import (
 from vireport.motions import Branch, Event, determinant_of, eigenvalues
 from vireport.physics import Voltages
 from vireport.study import Study, Task
-from vireport.text import MINUS, PREFIXES, capital
+from vireport.text import MINUS, PREFIXES
 
 if TYPE_CHECKING:
     from vireport.figures.measured import Marks
@@ -291,13 +291,8 @@ def sweep_figure(
         page.align_ylabels(panels[:, 0])
         crowded = max(len(drawing.events) for drawing in drawings) / ROOM_FOR
         height = HEIGHTS[figure] * len(rows) * max(1.0, crowded) + AXES_HEIGHT
-        head = _head(figure, drawings[0].study) if lines is None else lines
+        head = [(conditions(drawings[0].study), Color.BLACK)] if lines is None else lines
         return finished(page, height, head, [*legends, point_legend(drawings)], labels)
-
-
-def _head(figure: Task, study: Study) -> list[tuple[str, str]]:
-    note = figure == Task.FIGURE_7 and not study.solution.within_membrane
-    return [(conditions(study), Color.BLACK)] + ([(capital(OUTSIDE), Color.WARNING)] if note else [])
 
 
 class _Row(Struct, frozen=True):

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from vireport.base import deferred
 from vireport.gate.alerts import LONG_CONTACT, NEAR_CRITICAL, Alert, alerts, cause_of, input_alerts, record_alerts
 from vireport.gate.evidence import Criterion, Evidence, Limit, Question, unmet
+from vireport.gate.stretch import STATED_FIELD_V_M
 
 if TYPE_CHECKING:
     from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
@@ -30,6 +31,7 @@ __all__ = [
     "NEAR_CRITICAL",
     "REQUIREMENTS",
     "RINGS",
+    "STATED_FIELD_V_M",
     "Alert",
     "Conclusion",
     "Criterion",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from math import log10
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -20,8 +20,9 @@ from vireport.design import (
     restitution_effect,
 )
 from vireport.gate.evidence import Evidence
+from vireport.gate.stretch import DEMONSTRATED, STATED_FIELD_V_M, contact_at_radius, severity_of, stretch_at_design
 from vireport.motions import Symmetry, undecided
-from vireport.physics import Device, Fitting, Membrane, by_wall, peaks
+from vireport.physics import Device, Membrane, by_wall, peaks
 from vireport.scenario import Parameter, Scenario
 from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity, percent
 
@@ -69,9 +70,6 @@ STRONGEST_GRAVITY = 50.0
 
 MEMBRANE_LENGTHS = ("ball_radius_m", "active_radius_m")
 """Lengths of a membrane's geometry."""
-
-LAST_DIGIT = 5e-4
-"""Relative rounding of a number that is printed with four digits."""
 
 MOST_MOTIONS = 3
 """Other motions that are named."""
@@ -244,30 +242,33 @@ def _sensitive_to_restitution(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("changes", {"percent": effect.elasticity})
 
 
-def _outside_geometry(results: Evidence) -> Iterator[Sentence]:
-    solution, membrane = results.solution, results.solution.membrane
-    if membrane is None or solution.within_membrane:
+def _deep_deflection(results: Evidence) -> Iterator[Sentence]:
+    membrane, stretch = results.solution.membrane, stretch_at_design(results)
+    severity = severity_of(stretch)
+    if membrane is None or stretch is None or severity is None:
         return
-    depth, radius = solution.deepest_m, membrane.active_radius_m
     numbers = {
-        "depth_mm": 1e3 * depth,
-        "times": depth / radius,
-        "radius_mm": 1e3 * radius,
+        "depth_mm": 1e3 * stretch.depth_m,
+        "times": stretch.depth_ratio,
+        "radius_mm": 1e3 * membrane.active_radius_m,
+        "area": stretch.area_ratio,
     }
-    yield Sentence("deflection", numbers)
-    if ways := _what_fits(cast(Fitting, solution.fitting)):
-        yield Sentence("fits", {"ways": ways})
+    if severity is Severity.WARNING:
+        yield Sentence("far", numbers | {"limit": DEMONSTRATED})
+    else:
+        yield Sentence("deep", numbers)
+    if membrane.dielectric is None:
+        needed = 1e3 * stretch.thickness_at(STATED_FIELD_V_M)
+        given = {"field_mv_m": STATED_FIELD_V_M / 1e6, "peak_kv": stretch.peak_v / 1e3, "thickness_mm": needed}
+        yield Sentence("thickness", given)
+    yield from _no_amplitude(results)
 
 
-def _what_fits(fitting: Fitting) -> list[Sentence]:
-    """What would bring the deflection within the geometry, rounded to the side that does."""
-    less, more = 1 - LAST_DIGIT, 1 + LAST_DIGIT
-    mass, stiffness, radius = fitting.ball_mass_kg, fitting.stiffness, fitting.active_radius_m
-    return [
-        *([Sentence("ball", {"mass_g": 1e3 * less * mass})] if mass is not None else []),
-        *([Sentence("stiffness", {"stiffness": more * stiffness})] if stiffness is not None else []),
-        *([Sentence("radius", {"radius_mm": 1e3 * more * radius})] if radius is not None else []),
-    ]
+def _no_amplitude(results: Evidence) -> Iterator[Sentence]:
+    """Whether the membrane's contacts are long wherever its deflections are within its radius."""
+    share = contact_at_radius(results)
+    if share is not None and share > LONG_CONTACT:
+        yield Sentence("no_amplitude", {"percent": 100 * share})
 
 
 def _breakdown(results: Evidence) -> Iterator[Sentence]:
@@ -312,6 +313,8 @@ def _long_contact(results: Evidence) -> Iterator[Sentence]:
     share = results.contact_share
     if share is not None and share > LONG_CONTACT:
         yield Sentence("share", {"percent": 100 * share})
+        if severity_of(stretch_at_design(results)) is None:  # else the alert on deep deflections says so
+            yield from _no_amplitude(results)
 
 
 def _sensitive_to_ball_mass(results: Evidence) -> Iterator[Sentence]:
@@ -473,7 +476,7 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.NEAR_GRAZING: _near_grazing,
     AlertCode.ILL_CONDITIONED: _ill_conditioned,
     AlertCode.SENSITIVE_TO_RESTITUTION: _sensitive_to_restitution,
-    AlertCode.OUTSIDE_MEMBRANE_GEOMETRY: _outside_geometry,
+    AlertCode.DEEP_DEFLECTION: _deep_deflection,
     AlertCode.LONG_CONTACT: _long_contact,
     AlertCode.SENSITIVE_TO_BALL_MASS: _sensitive_to_ball_mass,
     AlertCode.NOT_RIGID: _not_rigid,
@@ -495,7 +498,8 @@ def cause_of(known: Explanation, evidence: Evidence) -> str:
 
 def alerts(evidence: Evidence) -> tuple[Alert, ...]:
     """Collect the alerts that results raise, the gravest first."""
-    raised = [_raised(known, cause) for known in CATALOGUE if (cause := cause_of(known, evidence))]
+    causes = ((known, tuple(CAUSES[known.code](evidence))) for known in CATALOGUE)
+    raised = [_raised(known, sentences) for known, sentences in causes if sentences]
     return tuple(sorted(raised, key=lambda alert: (alert.severity.rank, alert.code)))
 
 
@@ -513,10 +517,9 @@ def record_alerts(doubts: Iterable[ShakerFinding]) -> tuple[Alert, ...]:
 
 def _alone(code: AlertCode, sentences: Iterable[Sentence]) -> tuple[Alert, ...]:
     """One alert with its sentences; none where there are none."""
-    known = next(known for known in CATALOGUE if known.code is code)
-    cause = known.worded(sentences)
-    return (_raised(known, cause),) if cause else ()
+    known, said = next(known for known in CATALOGUE if known.code is code), tuple(sentences)
+    return (_raised(known, said),) if said else ()
 
 
-def _raised(known: Explanation, cause: str) -> Alert:
-    return Alert(known.code, known.severity, known.title, cause, known.remedy)
+def _raised(known: Explanation, sentences: tuple[Sentence, ...]) -> Alert:
+    return Alert(known.code, known.severity_of(sentences), known.title, known.worded(sentences), known.remedy)

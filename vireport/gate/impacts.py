@@ -50,8 +50,8 @@ class Impacts(Struct, frozen=True, eq=False):
         U_ave, their mean, Eq. (5.1) [V].
     deflection_m : array_like or None
         Largest deflection of a membrane, Eq. (5.5) [m].
-    active_radius_m : array_like or None
-        Of the membrane, at which the geometry of its model ends [m].
+    active_radius_m, bias_voltage_v : array_like or None
+        Of the membrane [m] and [V].
     power_mw : array_like or None
         Mean electrical power [mW]; like what follows, None where the membrane's dielectric is not given.
     efficiency : array_like or None
@@ -64,6 +64,7 @@ class Impacts(Struct, frozen=True, eq=False):
     average_v: Any = None
     deflection_m: Any = None
     active_radius_m: Any = None
+    bias_voltage_v: Any = None
     power_mw: Any = None
     efficiency: Any = None
     field_v_m: Any = None
@@ -100,7 +101,8 @@ def impacts_of(volts: Voltages | None, converted: Conversion | None, membrane: M
     """Impacts of 1:1 motions by what those at the bottom and at the top generate."""
     if volts is None or membrane is None:
         return Impacts()
-    gained = (volts.bottom_v, volts.top_v), volts.average_v, volts.deflection_m, membrane.active_radius_m
+    of_membrane = membrane.active_radius_m, membrane.bias_voltage_v
+    gained = (volts.bottom_v, volts.top_v), volts.average_v, volts.deflection_m, *of_membrane
     if converted is None:
         return Impacts(*gained)
     withstood = cast(Dielectric, membrane.dielectric).breakdown_field_v_m
@@ -155,7 +157,8 @@ def _followed(speeds: Floats, membrane: Membrane | None, restitution: Floats, pe
     if membrane is None:
         return Impacts()
     gains, deepest = generated_voltage(speeds, membrane), deflection(speeds, membrane).max()
-    gained = tuple(map(known, gains)), known(gains.mean()), known(deepest), membrane.active_radius_m
+    of_membrane = membrane.active_radius_m, membrane.bias_voltage_v
+    gained = tuple(map(known, gains)), known(gains.mean()), known(deepest), *of_membrane
     if (dielectric := membrane.dielectric) is None:
         return Impacts(*gained)
     converted = conversion_of_word(gains, speeds, membrane, dielectric, restitution, period_s)

@@ -26,7 +26,7 @@ from vireport.base import NumericalError, share_interval
 from vireport.design import devices_off, sample_steps
 from vireport.gate.designs import BORDER, Designs
 from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
-from vireport.gate.impacts import Impacts, at_design, followed, spread
+from vireport.gate.impacts import Impacts, at_design, followed, largest, spread
 from vireport.gate.ranges import (
     may_be_stable_over_inclinations,
     may_be_stable_over_range,
@@ -461,6 +461,10 @@ END_DIFFERENCE = OfMotions(lambda motions, ops: spread(motions.gains, ops))
 DEFLECTION = OfMotions(lambda motions, _: motions.deflection_m, grows=True)
 POWER = OfMotions(lambda motions, _: motions.power_mw, grows=True)
 DEFLECTION_SHARE = OfMotions(lambda motions, _: 100 / motions.active_radius_m * motions.deflection_m, grows=True)
+AREA_RATIO = OfMotions(
+    lambda motions, ops: (1 + largest(motions.gains, ops) / motions.bias_voltage_v) ** 0.5, grows=True
+)
+"""By (5.2) U_imp = (A/A0)^2 Uin."""
 EFFICIENCY = OfMotions(lambda motions, _: 100 * motions.efficiency)
 FIELD = OfMotions(lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True)
 
@@ -494,6 +498,7 @@ REQUIREMENTS = (
     Requirement("u_bottom_top_difference_at_most_v", "Difference of voltage between the ends", VOLTAGE, END_DIFFERENCE),
     Requirement("deflection_at_most_m", "Deflection", VOLTAGE, DEFLECTION),
     Requirement("deflection_at_most_percent", "Deflection over the membrane's radius", VOLTAGE, DEFLECTION_SHARE),
+    Requirement("area_ratio_at_most", "Area of a membrane over that when it is flat", VOLTAGE, AREA_RATIO),
     Requirement("power_at_least_mw", "Mean electrical power", VOLTAGE, POWER),
     Requirement("efficiency_at_most_percent", "Electrical efficiency", VOLTAGE, EFFICIENCY),
     Requirement("field_at_most_percent", "Electric field over breakdown field", VOLTAGE, FIELD),

@@ -21,8 +21,10 @@ from vireport.base import brief
 from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInterval
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question, unmet
+from vireport.gate.stretch import severity_of
 from vireport.motions import Point, Stability, Symmetry
 from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
+from vireport.text import Severity
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from vireport.disturbances import Disturbances
     from vireport.membranes import Grade
     from vireport.motions import Atlas
-    from vireport.physics import Shaker, Word
+    from vireport.physics import MembraneStretch, Shaker, Word
     from vireport.shocks import Withstood
 
 FEWEST_DIGITS = 3
@@ -74,7 +76,7 @@ class Conclusion(Enum):
     WINDOW_NARROW = Status.CAUTION, "Stable, reached from rest within narrow limits only"
     MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only"
     NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
-    OUTSIDE_MEMBRANE = Status.CAUTION, "Stable, but outside the membrane model"
+    STRETCHED_FAR = Status.CAUTION, "Stable, but a membrane stretches farther than demonstrated"
     END_UNKNOWN = Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"
     RECORD_DOUBTFUL = Status.CAUTION, "Stable, but the record of the shaker is doubtful"
     STABLE = Status.GOOD, "Stable"
@@ -167,17 +169,17 @@ class NearestEnd(Struct, frozen=True, eq=False):
 
 
 class StableVoltages(Struct, frozen=True, eq=False):
-    """What the stable 1:1 motions generate at the design point, or where they have no voltage there, over the sweep.
+    """What the stable 1:1 motions generate by the paper's formulae, at the design point or without one over the sweep.
 
     Attributes
     ----------
     least_v, most_v : float
         U_ave.
-    deepest_m : float
-        Largest deflection.
+    stretch : MembraneStretch
+        Of the membrane that is pressed in deepest.
     at_design : bool
-    within : bool
-        Whether no deflection exceeds the membrane's geometry.
+    severity : Severity or None
+        Of the alert on that.
     efficiency, field_share : float or None
         Most electrical energy over what the impacts lose, and highest field over the breakdown field, at the design
         point; None where the membrane's dielectric or the design point is not given.
@@ -185,9 +187,9 @@ class StableVoltages(Struct, frozen=True, eq=False):
 
     least_v: float
     most_v: float
-    deepest_m: float
+    stretch: MembraneStretch
     at_design: bool
-    within: bool
+    severity: Severity | None
     efficiency: float | None
     field_share: float | None
 
@@ -209,9 +211,11 @@ class StableVoltages(Struct, frozen=True, eq=False):
     @property
     def status(self) -> Status:
         """What it means for the design."""
-        if self.contradictory:
-            return Status.BAD
-        return Status.GOOD if self.within else Status.CAUTION
+        return Status.BAD if self.contradictory else STRETCHED[self.severity]
+
+
+STRETCHED = {None: Status.GOOD, Severity.NOTE: Status.NEUTRAL, Severity.WARNING: Status.CAUTION}
+"""What the alert on deep deflections means for the answer on voltages, by its severity."""
 
 
 class WordedFact(Struct, frozen=True, eq=False):
@@ -420,7 +424,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
         from_rest=from_rest,
         jitter=_jitter(evidence.withstood) if not motions.narrow else None,
         reached=_reached(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
-        voltage=_voltage(solution) if not motions.narrow else Fact(Question.VOLTAGE, Status.NEUTRAL, None),
+        voltage=_voltage(evidence) if not motions.narrow else Fact(Question.VOLTAGE, Status.NEUTRAL, None),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
         own_stiffness=_own_stiffness(evidence.own_stiffness) if not motions.narrow else None,
         rigid=_rigid(evidence),
@@ -477,8 +481,8 @@ def _conclusion(verdict: Verdict) -> Conclusion:
         return Conclusion.WINDOW_NARROW
     if _has(verdict.rigid, Status.BAD):
         return Conclusion.NOT_RIGID
-    if generated is not None and not generated.within:
-        return Conclusion.OUTSIDE_MEMBRANE
+    if generated is not None and generated.severity is Severity.WARNING:
+        return Conclusion.STRETCHED_FAR
     if _has(verdict.own_stiffness, Status.CAUTION):
         return Conclusion.END_UNKNOWN
     return Conclusion.RECORD_DOUBTFUL if verdict.evidence.record_doubts else Conclusion.STABLE
@@ -642,15 +646,13 @@ def _reached(check: CrossCheck | None) -> Fact[CrossCheck | None]:
     return Fact(Question.REACHED, Status.CAUTION if check.elsewhere else Status.GOOD, check)
 
 
-def _voltage(solution: Solution) -> Fact[StableVoltages | None]:
-    volts, depths, at_design = _generated(solution)
-    if solution.membrane is None or not volts.size:
+def _voltage(evidence: Evidence) -> Fact[StableVoltages | None]:
+    solution, stretch = evidence.solution, evidence.solution.stretch
+    if stretch is None:
         return Fact(Question.VOLTAGE, Status.NEUTRAL, None)
-    within = float(depths.max()) <= solution.membrane.active_radius_m
-    converted = _converted(solution)
-    generated = StableVoltages(
-        float(volts.min()), float(volts.max()), float(depths.max()), at_design, within, *converted
-    )
+    (volts, _), severity, converted = solution.stable_voltages, severity_of(stretch), _converted(solution)
+    at_design = solution.design is not None
+    generated = StableVoltages(float(volts.min()), float(volts.max()), stretch, at_design, severity, *converted)
     return Fact(Question.VOLTAGE, generated.status, generated)
 
 
@@ -662,21 +664,6 @@ def _converted(solution: Solution) -> tuple[float | None, float | None]:
     stable, converted = design.motions.stable_mask, design.conversion_by_motion
     field = converted.field_v_m[stable].max() / membrane.dielectric.breakdown_field_v_m
     return float(converted.efficiency[stable].max()), float(field)
-
-
-def _generated(solution: Solution) -> tuple[np.ndarray, np.ndarray, bool]:
-    """U_ave and deflection of the stable motions, and whether they are those at the design point or of the sweep."""
-    design = solution.design
-    if design is not None and design.voltages_by_motion is not None:
-        stable = design.motions.stable_mask
-        return design.voltages_by_motion.average_v[stable], design.voltages_by_motion.deflection_m[stable], True
-    volts, depths = [np.empty(0)], [np.empty(0)]
-    for branch in solution.branches:
-        for part in branch.family.segments:
-            if part.stable and branch.voltages_by_motion is not None:
-                volts.append(branch.voltages_by_motion.average_v[part.first : part.last + 1])
-                depths.append(branch.voltages_by_motion.deflection_m[part.first : part.last + 1])
-    return np.concatenate(volts), np.concatenate(depths), False
 
 
 def _rigid(evidence: Evidence) -> Fact[Grade] | None:

@@ -18,7 +18,6 @@ from vireport.figures import (
     HALO,
     LOCI,
     OUTCOMES,
-    OUTSIDE,
     Color,
     Entry,
     Look,
@@ -246,8 +245,7 @@ def _voltage(shown: MapFigure) -> Figure:
     volts = shown.raster.columns["u_ave_v"]
     power = prefix([volts])
     figure, axes = _of_stable(shown, volts / 10.0**power, "cividis", f"Uₐᵥₑ [{PREFIXES[power]}V]")
-    note = shown.said("outside", shown.found, OUTSIDE) if shown.found.outside else ""
-    return _finished(figure, axes, shown, "map-voltage", _types(Stability.UNSTABLE_NODE), note)
+    return _finished(figure, axes, shown, "map-voltage", _types(Stability.UNSTABLE_NODE))
 
 
 def _from_rest(shown: MapFigure) -> Figure:

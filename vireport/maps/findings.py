@@ -48,8 +48,6 @@ class MapFindings(Struct, frozen=True, eq=False):
         Cells by what they come to from rest; empty where that was not asked for.
     missed : int
         Cells with a stable 1:1 motion that is not reached from rest.
-    outside : int
-        Cells with a motion whose deflection exceeds the membrane's active radius.
     largest : dict of MapQuantity to LargestValue
         Of the margin as a share of its largest possible value; the first cell of several.
     """
@@ -58,7 +56,6 @@ class MapFindings(Struct, frozen=True, eq=False):
     stability: Counter[Stability | None]
     from_rest: Counter[Destination]
     missed: int
-    outside: int
     largest: dict[MapQuantity, LargestValue]
 
     @property
@@ -84,7 +81,7 @@ def findings_of(plan: MapPlan, result: Path) -> MapFindings:
     stability: Counter[Stability | None] = Counter()
     from_rest: Counter[Destination] = Counter()
     largest: dict[MapQuantity, LargestValue] = {}
-    missed = outside = 0
+    missed = 0
     for columns in _pieces(plan, result):
         code = columns["stability"]
         stability.update({each: int((code == each.code).sum()) for each in STABILITIES})
@@ -94,8 +91,6 @@ def findings_of(plan: MapPlan, result: Path) -> MapFindings:
             reached = columns["from_rest"]
             from_rest.update({each: int((reached == k).sum()) for k, each in enumerate(DESTINATIONS)})
             missed += int((stable & (reached != DESTINATIONS.index(Destination.ONE_TO_ONE))).sum())
-        if plan.membrane is not None:
-            outside += int((columns["deflection_m"] > plan.membrane.active_radius_m).sum())
         columns[MapQuantity.MARGIN] = columns[MapQuantity.MARGIN] / largest_margin(restitution_at(plan, columns))
         for quantity in quantities_of(plan):
             values = np.where(stable, columns[quantity], np.nan)
@@ -105,7 +100,7 @@ def findings_of(plan: MapPlan, result: Path) -> MapFindings:
             if quantity not in largest or values[row] > largest[quantity].value:
                 inputs = tuple(float(columns[name][row]) for name in plan.names)
                 largest[quantity] = LargestValue(float(values[row]), inputs)
-    return MapFindings(plan.cells, stability, from_rest, missed, outside, largest)
+    return MapFindings(plan.cells, stability, from_rest, missed, largest)
 
 
 def quantities_of(plan: MapPlan) -> list[MapQuantity]:

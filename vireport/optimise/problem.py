@@ -57,13 +57,12 @@ USUAL: dict[str, tuple[float | bool, tuple[str, ...]]] = {
     "reached_from_rest": (True, ("word", "words")),
     "efficiency_at_most_percent": (100.0, ()),
     "field_at_most_percent": (100.0, ()),
-    "deflection_at_most_percent": (100.0, ("deflection_at_most_m",)),
 }
 """What is required unless the requirements say otherwise: the values, of limits in per cent, and what else says it.
 
 A device that is switched on comes to its motion: a run calls none good that does not. No energy beyond what the impacts
-lose, no field beyond breakdown, no deflection beyond the membrane's geometry. Without these a search ends beyond at
-least one: there the formulae go on rising, and no device does."""
+lose, no field beyond breakdown. Without these a search ends beyond at least one: there the formulae go on rising, and
+no device does."""
 
 AT_LIMIT = 1e-6
 """Share of a range within which a design is at its end."""
@@ -290,10 +289,7 @@ def _with_usual(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:
     """A scenario that also requires what every design must meet, and the keys that it did not give."""
     scenario = loaded.scenario
     block, membrane = scenario.requirements or RequirementsBlock(), Membrane.of(scenario)
-    evaluated = {
-        Need.BALL_MASS: membrane is not None,
-        Need.DIELECTRIC: membrane is not None and membrane.dielectric is not None,
-    }
+    evaluated = {Need.DIELECTRIC: membrane is not None and membrane.dielectric is not None}
     lacking = {
         key: limit
         for key, (limit, others) in USUAL.items()

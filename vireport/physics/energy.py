@@ -26,7 +26,7 @@ VACUUM_PERMITTIVITY = 8.8541878188e-12
 """epsilon_0 [F/m], CODATA 2022."""
 
 INSIDE = 1e-12
-"""Share by which what just fits into a membrane's geometry is moved inside, beyond the rounding of (5.5)."""
+"""Share by which what just keeps a deflection within the radius is moved inside, beyond the rounding of (5.5)."""
 
 
 class Dielectric(Struct, frozen=True):
@@ -131,12 +131,22 @@ def deflection(speed: Floats, membrane: Membrane) -> Floats:
     return np.asarray(scale * magnitude(speed) ** (2 / power))
 
 
+def impact_speed(depth_m: Floats | float, membrane: Membrane) -> Floats:
+    """Relative speed of the impact that deflects a membrane by some depth [m/s], the inverse of `deflection`."""
+    power = membrane.exponent + 1
+    scale = (2 * membrane.stiffness / (power * membrane.reduced_mass_kg)) ** 0.5
+    return np.asarray(scale * np.asarray(depth_m) ** (power / 2))
+
+
 def contact_cosine(delta: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
     """Cosine of the angle alpha at which the membrane leaves the ball, Eq. (5.4), and 1 - cos(alpha).
 
     As printed, the cosine is a difference of nearly equal terms for small deflections. The same triangle gives
     sin(alpha) = delta (2 rb - delta)/(Rc rb + (rb - delta) t), t^2 = Rc^2 + (delta - rb)^2 - rb^2, for delta < rb,
     which keeps every digit.
+
+    The membrane is a cone from its rim, tangent to the ball, and a cap on the ball. That shape exists at every depth,
+    as the ball is smaller than the rim.
     """
     ball, active = membrane.ball_radius_m, membrane.active_radius_m
     depth = delta - ball
@@ -159,14 +169,58 @@ def generated_voltage(speed: Floats, membrane: Membrane) -> Floats:
 
     Notes
     -----
-    With c = cos(alpha), (5.3) is A/(pi Rc^2) = 1 + x, x = (1-c)[1 - (rb/Rc)^2 (1-c)]/c, and the gain Uin x (2 + x):
-    no digits are lost for gentle impacts. The formulae go on beyond a deflection of Rc, where the membrane's
-    geometry does not.
+    With x = A/(pi Rc^2) - 1 the gain is Uin x (2 + x): no digits are lost for gentle impacts.
     """
-    cosine, versine = contact_cosine(deflection(speed, membrane), membrane)
+    growth = area_growth(deflection(speed, membrane), membrane)
+    return np.asarray(membrane.bias_voltage_v * growth * (2 + growth))
+
+
+def area_growth(delta: Floats, membrane: Membrane) -> Floats:
+    """Areal strain A/(pi Rc^2) - 1 of a membrane deflected by some depth [m], Eq. (5.3).
+
+    With c = cos(alpha) it is (1-c)[1 - (rb/Rc)^2 (1-c)]/c.
+    """
+    cosine, versine = contact_cosine(delta, membrane)
     ratio = (membrane.ball_radius_m / membrane.active_radius_m) ** 2
-    stretch = versine * (1 - ratio * versine) / cosine
-    return np.asarray(membrane.bias_voltage_v * stretch * (2 + stretch))
+    return np.asarray(versine * (1 - ratio * versine) / cosine)
+
+
+class MembraneStretch(Struct, frozen=True):
+    """How far an impact stretches a membrane, by Eqs. (5.2)-(5.5).
+
+    Attributes
+    ----------
+    depth_m : float
+        Its deflection [m].
+    depth_ratio : float
+        The same over the active radius.
+    area_ratio : float
+        A/A0 of its area at that depth and flat.
+    peak_v : float
+        U_imp [V].
+    """
+
+    depth_m: float
+    depth_ratio: float
+    area_ratio: float
+    peak_v: float
+
+    def thickness_at(self, field_v_m: float) -> float:
+        """Thickness of the undeformed membrane at which U_imp gives some electric field [m]."""
+        return self.peak_v / field_v_m
+
+
+def stretch_of(depth_m: float, membrane: Membrane) -> MembraneStretch:
+    """What a deflection does to a membrane.
+
+    Parameters
+    ----------
+    depth_m : float
+        Of the impact [m].
+    membrane : Membrane
+    """
+    area = 1 + float(area_growth(np.asarray(depth_m), membrane))
+    return MembraneStretch(depth_m, depth_m / membrane.active_radius_m, area, membrane.bias_voltage_v * area * area)
 
 
 class Voltages(Struct, frozen=True, eq=False):
@@ -378,7 +432,7 @@ class Fitting(Struct, frozen=True, eq=False):
 
 
 def fitting(membrane: Membrane, deepest_m: float) -> Fitting:
-    """Solve (5.5) for what keeps a deflection within the membrane's geometry, the motion as it is.
+    """Solve (5.5) for what keeps a deflection within the membrane's active radius, the motion as it is.
 
     By (5.5) delta^(h+1) is proportional to m/K, m the reduced mass, and does not depend on Rc.
 

@@ -618,9 +618,16 @@ class RequirementsBlock(Block):
         None,
         "Deflection over radius at most",
         "%",
-        "Largest deflection of a membrane at the design point, over its active radius, beyond which the geometry of "
-        "the membrane model ends. A search for the best design takes 100 unless this or deflection_at_most_m is given.",
-        example=100.0,
+        "Largest deflection of a membrane at the design point, over its active radius.",
+        example=300.0,
+    )
+    area_ratio_at_most: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
+        None,
+        "Area ratio at most",
+        "times",
+        "Largest area of a membrane at the design point, at its deepest deflection, over that when it is flat; 5.9 is "
+        "an areal strain that has been demonstrated.",
+        example=5.9,
     )
     power_at_least_mw: Annotated[float | None, Demand(AT_LEAST, (Need.DIELECTRIC,))] = _positive(
         None,

@@ -23,6 +23,7 @@ from vireport.design import (
     Solution,
     StableInterval,
 )
+from vireport.gate import STATED_FIELD_V_M
 from vireport.motions import (
     NO_BOUND,
     Branch,
@@ -88,6 +89,7 @@ def solution_data(solution: Solution) -> dict[str, Any]:
         ],
         "shaker": _shaker(solution.shaker),
         "fits_membrane": _fitting(solution.fitting),
+        "stretch": _stretch(solution),
         "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
     }
 
@@ -210,6 +212,23 @@ def _fitting(fitting: Fitting | None) -> dict[str, float | None] | None:
         "stiffness_at_least": fitting.stiffness,
         "active_radius_at_least_m": fitting.active_radius_m,
     }
+
+
+def _stretch(solution: Solution) -> dict[str, float | None] | None:
+    """How far the deepest impact of the stable motions stretches a membrane; null beyond the range of doubles."""
+    stretch, membrane = solution.stretch, solution.membrane
+    if stretch is None or membrane is None:
+        return None
+    field = STATED_FIELD_V_M if membrane.dielectric is None else membrane.dielectric.breakdown_field_v_m
+    numbers = {
+        "deflection_m": stretch.depth_m,
+        "deflection_over_radius": stretch.depth_ratio,
+        "area_ratio": stretch.area_ratio,
+        "u_imp_v": stretch.peak_v,
+        "thickness_needed_m": stretch.thickness_at(field),
+        "at_field_v_m": field,
+    }
+    return {name: number if isfinite(number) else None for name, number in numbers.items()}
 
 
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:

@@ -33,7 +33,7 @@ class AlertCode(StrEnum):
     NEAR_GRAZING = "VR007"
     ILL_CONDITIONED = "VR008"
     SENSITIVE_TO_RESTITUTION = "VR009"
-    OUTSIDE_MEMBRANE_GEOMETRY = "VR010"
+    DEEP_DEFLECTION = "VR010"
     LONG_CONTACT = "VR011"
     SENSITIVE_TO_BALL_MASS = "VR012"
     NOT_RIGID = "VR013"
@@ -82,7 +82,10 @@ class _Phrases(tuple[str, ...]):
 
 
 class Explanation(Struct, frozen=True, eq=False):
-    """What an alert is known by, why it matters, what to do, and the patterns of the sentences on its cause."""
+    """What an alert is known by, why it matters, what to do, and the patterns of the sentences on its cause.
+
+    `severity` is that of the alert, unless one of its sentences is `milder`.
+    """
 
     code: AlertCode
     severity: Severity
@@ -90,6 +93,16 @@ class Explanation(Struct, frozen=True, eq=False):
     meaning: str
     remedy: str
     cause: Mapping[str, str]
+    milder: Mapping[str, Severity] = {}
+
+    @property
+    def severities(self) -> str:
+        """All that it may have, the mildest first."""
+        return " or ".join([*dict.fromkeys(self.milder.values()), self.severity])
+
+    def severity_of(self, sentences: Iterable[Sentence]) -> Severity:
+        """The severity of an alert with these sentences."""
+        return next((self.milder[name] for name, _ in sentences if name in self.milder), self.severity)
 
     def worded(self, sentences: Iterable[Sentence]) -> str:
         """The cause with its numbers."""
@@ -102,6 +115,12 @@ class Explanation(Struct, frozen=True, eq=False):
         }
         return self.cause[sentence.name].format(**given)
 
+
+NO_AMPLITUDE = (
+    "With this membrane no amplitude gives both short contacts and shallow dents: where an impact presses it in by its "
+    "radius, the contact lasts {percent:.2g} % of a period, and at less depth no shorter."
+)
+"""Said where contacts are long or deflections large."""
 
 CATALOGUE = (
     Explanation(
@@ -253,22 +272,29 @@ CATALOGUE = (
         },
     ),
     Explanation(
-        AlertCode.OUTSIDE_MEMBRANE_GEOMETRY,
+        AlertCode.DEEP_DEFLECTION,
         Severity.WARNING,
-        "The membrane model is outside its geometry",
-        "The deflection of (5.5) exceeds the active radius of the membrane. The cone-and-cap shape of (5.3) and (5.4) "
-        "cannot hold there, although the formulae still yield voltages, which no membrane would survive.",
-        "Use a lighter ball, a stiffer or larger membrane, or gentler forcing; or measure the membrane's force law "
-        "at such depths.",
+        "A membrane is pressed in deeper than its radius",
+        "A stable motion deflects a membrane by more than its active radius. The cone-and-cap shape of (5.3) and (5.4) "
+        "holds at every depth, and voltages are given by the paper's formulae. What is open there: the force K delta^h "
+        "of (5.5) is extrapolated, as the range in which it was fitted is not published, and the material must stand "
+        "the stretch and the field. Above an area ratio of 5.9 this is a warning: an areal strain of 488 % has been "
+        "demonstrated for a dielectric elastomer (Huang et al., Appl. Phys. Lett. 100 (2012) 041911).",
+        "Measure the membrane's force and largest stretch at such depths, and give its thickness, permittivity and "
+        "breakdown field: field and energy are judged then. A lighter ball, a stiffer or larger membrane or gentler "
+        "forcing make the deflection smaller.",
         {
-            "deflection": "The impacts press the membrane up to {depth_mm:.3g} mm deep, {times:.2g} times its active "
-            "radius of {radius_mm:.3g} mm. The formulae can still be evaluated, but the cone-and-cap shape of Eqs. "
-            "(5.3)-(5.5) cannot hold there: use the voltages for ranking only.",
-            "fits": "Any one of these would bring the deflection within the radius: {ways:; }.",
-            "ball": "a ball of at most {mass_g:.4g} g",
-            "stiffness": "a stiffness of at least {stiffness:.4g} N/m^h",
-            "radius": "an active radius of at least {radius_mm:.4g} mm",
+            "deep": "The impacts press the membrane in up to {depth_mm:.3g} mm, {times:.2g} times its active radius of "
+            "{radius_mm:.3g} mm, and its area grows {area:.3g} times. The force K delta^h is extrapolated beyond the "
+            "radius.",
+            "far": "The impacts press the membrane in up to {depth_mm:.3g} mm, {times:.2g} times its active radius of "
+            "{radius_mm:.3g} mm, and its area grows {area:.3g} times, more than the {limit:.2g} times demonstrated for "
+            "a dielectric elastomer. The force K delta^h is extrapolated beyond the radius.",
+            "thickness": "At a breakdown field of {field_mv_m:.3g} MV/m its {peak_kv:.3g} kV need a thickness of "
+            "{thickness_mm:.2g} mm; the scenario gives none.",
+            "no_amplitude": NO_AMPLITUDE,
         },
+        {"deep": Severity.NOTE},
     ),
     Explanation(
         AlertCode.LONG_CONTACT,
@@ -281,6 +307,7 @@ CATALOGUE = (
         {
             "share": "A contact takes some {percent:.2g} % of the forcing period with the membrane's own stiffness, "
             "by an estimate without gravity and forcing.",
+            "no_amplitude": NO_AMPLITUDE,
         },
     ),
     Explanation(
@@ -460,4 +487,4 @@ def explanation(code: str | None = None) -> str:
 def _explained(known: Explanation) -> str:
     paragraphs = (f"Cause: {known.meaning}", f"Remedy: {known.remedy}")
     lines = [fill(text, EXPLANATION_WIDTH, initial_indent="  ", subsequent_indent="  ") for text in paragraphs]
-    return "\n".join([f"{known.code} ({known.severity}): {known.title}", *lines, ""])
+    return "\n".join([f"{known.code} ({known.severities}): {known.title}", *lines, ""])
