@@ -264,7 +264,7 @@ def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
     assert "BT at 2" in drawn["figure-diagram"].alt
     assert "31 values" in drawn["figure-diagram"].caption
     for picture in drawn.values():
-        assert Image.open(BytesIO(picture.png)).size == (picture.width, picture.height)
+        assert Image.open(BytesIO(picture.png)).size == tuple(map(int, picture.figure.bbox.size))
         assert picture.title
         assert len(re.findall(r"\.(?= |$)", picture.caption)) <= 2
         assert picture.caption.endswith(".")

@@ -458,7 +458,7 @@ def test_voltages_have_a_fitting_prefix() -> None:
 def test_pictures_are_whole(name: str) -> None:
     for picture in pictures_of(name):
         image = Image.open(BytesIO(picture.png))
-        assert (image.format, image.size) == ("PNG", (picture.width, picture.height))
+        assert (image.format, image.size) == ("PNG", tuple(map(int, picture.figure.bbox.size)))
         assert "Software" not in image.info
         assert image.info["dpi"] == pytest.approx((150, 150), abs=0.02)
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)

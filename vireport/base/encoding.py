@@ -17,7 +17,7 @@ from msgspec import Struct
 from vireport.base.records import plain
 
 
-def json_text(value: Any, indent: int | None = None, compact: bool = False, ascii_only: bool = True) -> str:
+def json_text(value: Any, indent: int | None = None, ascii_only: bool = True) -> str:
     """Write data as JSON; floats read back exactly, and those that are not finite are null.
 
     Parameters
@@ -26,8 +26,6 @@ def json_text(value: Any, indent: int | None = None, compact: bool = False, asci
         Dicts, lists, texts, numbers, records, and numbers and arrays of NumPy.
     indent : int, optional
         Spaces for each level; everything on one line by default.
-    compact : bool
-        Whether to leave out the spaces after commas and colons.
     ascii_only : bool
         Whether letters beyond ASCII are escaped.
 
@@ -36,12 +34,9 @@ def json_text(value: Any, indent: int | None = None, compact: bool = False, asci
     >>> json_text({"bound": float("inf"), "value": 0.5})
     '{"bound": null, "value": 0.5}'
     """
-    separators = (",", ":") if compact else None
 
     def written(data: Any) -> str:
-        return json.dumps(
-            data, allow_nan=False, default=_held, ensure_ascii=ascii_only, indent=indent, separators=separators
-        )
+        return json.dumps(data, allow_nan=False, default=_held, ensure_ascii=ascii_only, indent=indent)
 
     try:
         return written(value)

@@ -362,16 +362,6 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         head = f'class="figure" data-figure="{self.name}" role="group"'
         return f"{_opened(head, box, self.alt)}{_COLOR.sub(_property, drawing)}</svg>"
 
-    @property
-    def width(self) -> int:
-        """Width of the PNG file [px]."""
-        return int(self.figure.bbox.width)
-
-    @property
-    def height(self) -> int:
-        """Height of the PNG file [px]."""
-        return int(self.figure.bbox.height)
-
 
 def _property(color: re.Match[str]) -> str:
     """The custom property of one of our colours."""
