@@ -17,7 +17,7 @@ from vireport import analyse, loads
 from vireport.design import motions_at, solution_of
 from vireport.disturbances import Destination, disturbances_of
 from vireport.disturbances.behaviour import _window
-from vireport.disturbances.from_rest import PHASES, RAMPS, Target, from_rest, started, switched_on, unpressed
+from vireport.disturbances.from_rest import PHASES, RAMPS, FromRest, Target, from_rest, started, switched_on, unpressed
 from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
 from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Restitutions
@@ -245,6 +245,24 @@ def test_a_window_ends_where_the_outcome_changes() -> None:
     assert (before.destination, before.periods) == ("rest_cycle", 3)
     assert after.kind != before.kind != around.high.beyond.kind
     assert around.nearest == pytest.approx((edge - 3.6) / 3.6)
+
+
+def test_most_windows_end_at_the_nearest_of_edges_that_accumulate() -> None:
+    """Bands of another outcome, each 2 % as wide as it is far from where they accumulate; samples miss some."""
+    here, there = FromRest(Destination.ONE_TO_ONE, "BT", 1), FromRest(Destination.REST_CYCLE, "B~", 3)
+    found = 0
+    for shift in np.linspace(0, 0.5, 20, endpoint=False):
+        far = 0.2 * 10 ** -(np.arange(6, 20) / 2 + shift)
+
+        def outcomes(values, far=far):
+            off = 1.2 - np.asarray(values)
+            other = (np.abs(off[:, None] / far - 1) < 0.01).any(axis=1) | (off <= 0)
+            return [there if changed else here for changed in other]
+
+        around = window(Parameter.LENGTH, 1.0, 0.9, 1.3, outcomes)
+        assert outcomes([around.high.value]) == [here]
+        found += abs(around.high.value - 1.2 + 1.01 * far[0]) < 2e-9
+    assert found >= 14
 
 
 def window_by_the_own_simulator(device: Device, varied: Parameter, reach: float = 0.2) -> int:

@@ -466,7 +466,7 @@ VERDICTS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
             "not reached from rest: rest every 3 forcing periods (B~)",
             "No: rest every 3 forcing periods (B~) 1:1 motion is reached from "
             "22 % of the moments at which the force may set in; a ramp over 10 periods reaches it from every moment",
-            "so it is for s from 0.6912 m to 0.75 m",
+            "so it is for s from 0.6912 m to 0.75 m (the nearest change found)",
             "Switched on from rest, "
             "the device does not reach this motion:** it comes to rest every 3 forcing periods (B~).",
         ],

@@ -42,10 +42,11 @@ FINER = 16
 DEEP = 1e-4
 """An interval this narrow, over the value, that still has several edges is one where edges accumulate."""
 
-INSIDE, NEAREST, ROUNDS = 64, 1e-8, 12
+INSIDE, NEAREST, ROUNDS, CLEAN = 64, 1e-8, 24, 4
 """Values between an edge and the design point at which it is looked for a nearer one, spread evenly, and as many ever
-closer to the edge, down to this share of the way; and how often anew. Where others accumulate at an edge they are the
-narrower the nearer they are, and the first samples pass them over: by as much as a hundred windows at s = 0.95 m."""
+closer to the edge, down to this share of the way; how often anew, and how often in a row in vain where edges
+accumulate. There they are the narrower the nearer they are, and the first samples pass them over: by as much as a
+hundred windows at s = 0.95 m. Samples cannot prove an edge to be the nearest."""
 
 ALONG = 201
 """Values along a sweep, between which edges are then located."""
@@ -180,17 +181,28 @@ def window(parameter: ScalarInput, value: float, low: float, high: float, outcom
 
 def _edge(here: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
     """The edge nearest to a value on the way to an end, as far as samples tell."""
-    edge, accumulates = _first_edge(here, value, end, COARSE, value, outcomes), False
+    edge, clean = _first_edge(here, value, end, COARSE, value, outcomes), 0
+    limit = edge.value  # the narrower edges are, the nearer they are to it
     for turn in range(ROUNDS):
+        if edge.value == value:
+            break  # none is nearer
         shares = (np.arange(INSIDE) + (turn / GOLDEN) % 1) / INSIDE
-        values = edge.value + (value - edge.value) * np.sort(np.append(shares, NEAREST**shares))[::-1]
+        values = edge.value + (value - edge.value) * np.append(shares, NEAREST**shares)
+        if clean:  # as many, too, in every decade of the distance to where edges accumulate
+            nearest = max((edge.value - limit) / (value - limit), NEAREST)
+            shares = np.append(shares, (shares + 0.5 / INSIDE) % 1)
+            values = np.append(values, limit + (value - limit) * nearest**shares)
+        values = np.sort(values)[:: 1 if value < end else -1]
         changed = [outcome.kind != here.kind for outcome in outcomes(values)]
         if True not in changed:
-            break
-        first = changed.index(True)
-        near, accumulates = float(values[first - 1]) if first else value, True
-        edge = _first_edge(here, near, float(values[first]), FINER, value, outcomes)
-    return replace(edge, accumulates=edge.accumulates or accumulates)
+            clean += 1
+            if not edge.accumulates or clean == CLEAN:
+                break
+            continue
+        first, clean = changed.index(True), 0
+        near = float(values[first - 1]) if first else value
+        edge = replace(_first_edge(here, near, float(values[first]), FINER, value, outcomes), accumulates=True)
+    return edge
 
 
 def _first_edge(here: FromRest, near: float, end: float, parts: int, value: float, outcomes: Outcomes) -> Edge:

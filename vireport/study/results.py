@@ -669,6 +669,7 @@ def _window(window: Window) -> dict[str, Any]:
         | {f"{name}_word": edge.beyond and edge.beyond.word for name, edge in ends.items()}
         | {f"{name}_periods": edge.beyond and edge.beyond.periods for name, edge in ends.items()}
         | {f"{name}_accumulates": edge.accumulates for name, edge in ends.items()}
+        | {"claim": Claim.SEARCHED}  # samples tell of no edge that it is the nearest
     )
 
 
