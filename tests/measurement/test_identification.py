@@ -15,6 +15,7 @@ from vireport import load
 from vireport.measurement import ClockedDevice, Fitted, NoFit, Unidentifiable, Unknown, answered, fit, judged
 from vireport.measurement.flights import equations, velocities
 from vireport.measurement.inquiry import inquiry_of
+from vireport.measurement.misfit import Misfit
 from vireport.measurement.records import Record
 from vireport.physics import Device, SpeedLaw
 from vireport.scenario import DesignInput
@@ -407,6 +408,25 @@ def test_a_wrong_input_is_named_with_its_value(wrong: Unknown) -> None:
     assert not said.accepted
     assert said.explanation.unknown is wrong
     assert abs(said.explanation.value - true) < 5 * said.explanation.standard_error
+
+
+@pytest.mark.slow
+def test_a_record_with_a_wrong_frequency_says_how_far_its_clock_may_be_off() -> None:
+    """Half of what is said to be accepted is, and twice as much is refused."""
+    device, own, unknowns = known("chaos")
+    times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
+
+    def said(off: float) -> Misfit:
+        true = ClockedDevice(device).value_of(Unknown.FREQUENCY)
+        model = guessed(device).with_values((Unknown.FREQUENCY,), np.array([true * (1 + off)]))
+        return judged(fit(model, times, walls, unknowns), model, times, walls, unknowns)
+
+    told = said(1e-3).explanation
+    assert told.clock_off == pytest.approx(1e-3, abs=2 * told.clock_accepted)
+    assert said(told.clock_accepted / 2).accepted
+    slow = said(-2 * told.clock_accepted)
+    assert not slow.accepted
+    assert slow.explanation.clock_off == pytest.approx(-2 * told.clock_accepted, rel=0.7)
 
 
 @pytest.mark.slow

@@ -1548,6 +1548,23 @@ SAID += [
     (
         "identify",
         "reason",
+        (
+            misfit(
+                alternative=Unknown.FREQUENCY,
+                explanation=replace(explained(Unknown.FREQUENCY), clock_off=-1e-3, clock_accepted=2e-5),
+            ),
+        ),
+        "with a timing error of 100 µs; or the record's clock is 1000 ppm slow (this record accepts up to 20 ppm)",
+    ),
+    (
+        "identify",
+        "instead",
+        (replace(explained(Unknown.FREQUENCY), clock_off=3e-5, clock_accepted=2e-5),),
+        "the record's clock is 30 ppm fast",
+    ),
+    (
+        "identify",
+        "reason",
         (misfit(alternative=Unknown.EXPONENT, explanation=explained(Unknown.EXPONENT)),),
         "is wrong, it is 0.42 ±",
     ),

@@ -73,6 +73,10 @@ class BetterFit(Struct, frozen=True):
         That were fitted with an exponent, at the speed; none with anything else.
     speed_m_s : float
         At which they are stated.
+    clock_off : float
+        By how much the record's clock runs fast, as a share of the time, if the frequency is what the scenario says.
+    clock_accepted : float
+        Up to how much, either way, this record's test of the frequency accepts. Both 0 of anything else.
     """
 
     swapped: bool
@@ -83,6 +87,8 @@ class BetterFit(Struct, frozen=True):
     others: tuple[Unknown, ...] = ()
     restitutions: tuple[tuple[Unknown, float], ...] = ()
     speed_m_s: float = 0.0
+    clock_off: float = 0.0
+    clock_accepted: float = 0.0
 
 
 class Misfit(Struct, frozen=True):
@@ -267,6 +273,8 @@ def _explanation(
         if isinstance(other, Fitted) and other.adjusted.timing_error_s < error:
             own = other.adjusted
             one = BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s)
+            if x is Unknown.FREQUENCY:
+                one = _of_clock(one, float(model.device.frequency_hz), own.freedom)
             found.append(one if x is not Unknown.EXPONENT else _stated(one, own.model, unknowns))
     if not found:
         return None
@@ -277,6 +285,15 @@ def _explanation(
         if one is not best and one.unknown and one.timing_error_s < ABOUT * best.timing_error_s
     )
     return replace(best, others=others)
+
+
+def _of_clock(one: BetterFit, given_hz: float, freedom: int) -> BetterFit:
+    """A fit of the frequency with what it says of the record's clock, if the frequency is the given one."""
+    from scipy.special import fdtri
+
+    # Of as many tests as there can be each has its share of the level.
+    limit = float(fdtri(1, freedom, 1 - LEVEL / (len(ALTERNATIVES) + 1)))
+    return replace(one, clock_off=given_hz / one.value - 1, clock_accepted=limit**0.5 * one.standard_error / one.value)
 
 
 def _stated(one: BetterFit, model: ClockedDevice, unknowns: tuple[Unknown, ...]) -> BetterFit:
