@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import EXAMPLES
+from conftest import EXAMPLES, first
 from pages import Page
+from scipy.interpolate import CubicSpline
 from scipy.io import savemat
 
 from vireport import UsageError, analyse, load
-from vireport.base import ReadingPlace
+from vireport.base import ReadingPlace, VireportError
 from vireport.cli import main
 from vireport.design import solution_of, stable_motion
 from vireport.driven import Driven, NoInterval, batched, driven_by
@@ -174,6 +175,39 @@ def test_records_that_are_not_whole_are_refused(tmp_path: Path) -> None:
     savemat(tmp_path / "y.mat", {"acceleration_m_s2": 24 * np.cos(4 * np.pi * gap), "time_s": gap})
     with pytest.raises(UsageError, match=r"lacks samples before 10\.51 s"):
         driven_by("y.mat", ReadingPlace(str(tmp_path)), device, None)
+
+
+@pytest.mark.parametrize("jitter", first(1, [0.003, 0.02]))
+def test_an_uneven_clock_is_refused_with_what_makes_it_even(tmp_path: Path, jitter: float) -> None:
+    """Within half a step it would be taken for rounding, with an acceleration that is wrong by 4 %."""
+    device = Device.of(scenario())
+    rng = np.random.default_rng(2)
+    t = np.sort(np.arange(4000) / RATE + jitter * rng.uniform(-1, 1, 4000))
+
+    def file(times: np.ndarray, values: np.ndarray) -> None:
+        lines = (f"{time:.6f},{value:.6f}\n" for time, value in zip(times, values, strict=True))
+        (tmp_path / "x.csv").write_text("time_s,acceleration_m_s2\n" + "".join(lines))
+
+    values = 3.0 / 0.1245 * np.cos(4 * np.pi * t)
+    file(t, values)
+    with pytest.raises(
+        VireportError, match=r"interpolate (it|the signals) at steps of 0\.0\d+ s first, as by cubic"
+    ) as told:
+        driven_by("x.csv", ReadingPlace(str(tmp_path)), device, None)
+    assert len(told.value.lines) == 1
+    even = np.arange(t[0], t[-1], 1 / RATE)
+    file(even, CubicSpline(t, values)(even))
+    found = driven_by("x.csv", ReadingPlace(str(tmp_path)), device, None)
+    assert found.share_of_1_1 == 1.0
+    assert found.speed_bottom_m_s.value == pytest.approx(found.predicted.speed_bottom_m_s, rel=2e-3)
+
+
+def test_times_that_were_rounded_are_driven(tmp_path: Path) -> None:
+    lines = "".join(f"{k / 96:.4f},{24 * np.cos(4 * np.pi * k / 96):.5f}\n" for k in range(4000))
+    (tmp_path / "x.csv").write_text(f"time_s,acceleration_m_s2\n{lines}")
+    found = driven_by("x.csv", ReadingPlace(str(tmp_path)), Device.of(scenario()), None)
+    assert 0 < found.recording.uneven_s < 1e-4
+    assert found.share_of_1_1 == 1.0
 
 
 def test_the_report_shows_the_numbers_of_the_results(ran: Path) -> None:

@@ -53,6 +53,10 @@ SETTLED, SETTLING_PERIODS, MOST_SETTLING = 0.1, 40.0, 0.5
 """Share of the record after which the motion counts, but after so many periods of the force if that is more, and no
 more than so much of the record."""
 
+LARGEST_PHASE = 0.01
+"""By how much times may be off an even clock, on which samples are put, in the phase of the force [rad]: by so much of
+its amplitude the acceleration is wrong then."""
+
 MOST_IMPACTS = 300
 """In a period of the force: beyond, hops are followed that cannot be told from rest."""
 
@@ -187,6 +191,12 @@ def driven_by(
     shaker = shaker_of(recording, device, say)
     if shaker is None:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")
+    if (off := TURN * shaker.frequency_hz * recording.uneven_s) > LARGEST_PHASE:
+        clock = f"its times are up to {recording.uneven_s:.2g} s off an even clock"
+        wrong = f"which makes the acceleration wrong by up to {100 * off:.2g} % of its amplitude"
+        how = f"interpolate it at steps of {recording.step_s:.4g} s first, as by cubic splines"
+        allowed = f"(allowed: {100 * LARGEST_PHASE:g} %; {how})"
+        raise UsageError(f"{KEY}: {recording.name}: {clock}, {wrong} {allowed}")
     if len(recording.stretches) > 1:
         lost = recording.stretches[1].start_s
         raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: a record without gaps)")

@@ -210,7 +210,7 @@ def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -
         )
     together = max(1, int(1 / (frequency_hz * recording.step_s * PARTS)))
     times, values = _means(recording, channel, together)
-    span = float(times[-1] - times[0])
+    span = float(times[-1] - times[0]) if len(times) else 0.0
     if span * frequency_hz < FEWEST_PERIODS:
         raise UsageError(f"{name}: {span * frequency_hz:.3g} periods of the force (allowed: {FEWEST_PERIODS} and more)")
     step = together * recording.step_s
