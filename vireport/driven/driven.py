@@ -192,11 +192,11 @@ def driven_by(
     if shaker is None:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")
     if (off := TURN * shaker.frequency_hz * recording.uneven_s) > LARGEST_PHASE:
-        clock = f"its times are up to {recording.uneven_s:.2g} s off an even clock"
+        times = f"its times are up to {recording.uneven_s:.2g} s off an even clock"
         wrong = f"which makes the acceleration wrong by up to {100 * off:.2g} % of its amplitude"
         how = f"interpolate it at steps of {recording.step_s:.4g} s first, as by cubic splines"
         allowed = f"(allowed: {100 * LARGEST_PHASE:g} %; {how})"
-        raise UsageError(f"{KEY}: {recording.name}: {clock}, {wrong} {allowed}")
+        raise UsageError(f"{KEY}: {recording.name}: {times}, {wrong} {allowed}")
     if len(recording.stretches) > 1:
         lost = recording.stretches[1].start_s
         raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: a record without gaps)")
