@@ -466,6 +466,29 @@ def test_a_clock_that_drifts_is_named() -> None:
     assert said.explanation.value == pytest.approx(1e-5, rel=0.1)
 
 
+@pytest.mark.parametrize(
+    "over",
+    first(
+        1,
+        [
+            {"excitation__harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225}]},
+            {"device__friction": 0.02},
+        ],
+    ),
+    ids=["harmonic", "friction"],
+)
+def test_no_cause_is_named_that_leaves_more_than_the_noise(over: dict[str, object]) -> None:
+    """An exponent of the restitution makes up for some of it, with timing errors far above those of the record."""
+    own = truth(device_of("inclined", device__length_m=0.42, **over), 150, 0, Impact(1, 1.0, 0.3))
+    times = own.times + 3e-5 * np.random.default_rng(2).standard_normal(len(own.times))
+    model, unknowns = guessed(device_of("inclined", device__length_m=0.42)), (*EACH, PHASE)
+    found = fit(model, times, own.walls, unknowns)
+    assert found.adjusted.timing_error_s > 2e-4
+    said = judged(found, model, times, own.walls, unknowns)
+    assert not said.accepted
+    assert said.explanation is None
+
+
 @pytest.mark.parametrize("name", first(1, ("1:1 referenced", "chaos")))
 def test_a_true_model_is_accepted_and_what_would_not_show_is_told(name: str) -> None:
     device, own, unknowns = known(name)

@@ -317,7 +317,8 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
         ],
         "covariance": fitted.adjusted.covariance[:count, :count].tolist() if fitted and rows else [],
         "phase_at_s": answer.origin_s if Unknown.PHASE in answer.inquiry.unknowns else None,
-        "timing_error_s": fitted.adjusted.timing_error_s if fitted else None,
+        "timing_error_s": answer.timing_error_s,
+        "time_step_s": answer.rounding.step_s if answer.rounding is not None else None,
         "missed": [x.missed_s + answer.origin_s for x in fitted.gaps if x.missed_s is not None] if fitted else [],
         "false": [time + answer.origin_s for time in fitted.false] if fitted else [],
         "left_out": [
@@ -402,12 +403,14 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
         missed = sum(gap.missed_s is not None for gap in found.gaps)
         own = found.adjusted
         weighted = own.equations.relative is not None
-        told = WORDS("summary", len(found.times), own.timing_error_s, missed, len(found.false), found.lost, weighted)
+        told = WORDS("summary", len(found.times), answer.timing_error_s, missed, len(found.false), found.lost, weighted)
         if misfit.accepted:
             p = "" if misfit.p_value is None else f" (p = {significant(misfit.p_value, 2)})"
             yield f"{told} {WORDS('reason', misfit).capitalize()}{p}."
         else:
             yield told
+    if answer.rounding is not None:
+        yield WORDS("rounded", answer.rounding)
     if not misfit.accepted:
         yield f"The data contradict the model: {WORDS('reason', misfit)}."
     rows = tuple(

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import sqrt
 
+import numpy as np
 from msgspec import Struct
 
 from vireport.base import Progress, UsageError, portion
 from vireport.measurement.adjustment import Prior
 from vireport.measurement.flights import RESTITUTIONS, ClockedDevice, Unknown
-from vireport.measurement.identification import Fitted, NoFit, fit
+from vireport.measurement.identification import Fitted, NoFit, Unfit, Unidentifiable, exact_below, fit
 from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record
+from vireport.measurement.rounding import Rounding, rounding_of
 from vireport.physics import Device
 from vireport.scenario import DRIVING, DesignInput, Distribution, Scenario, TolerancesBlock
 
@@ -27,6 +29,9 @@ FREE = (
 
 FITTING_SHARE = 0.6
 """Share of the time of an answer that fitting takes, as measured; testing the model takes the rest."""
+
+FAR_ABOVE = 2.0
+"""Timing error over that of rounding from which times are as good as not rounded."""
 
 EACH = Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
 
@@ -60,12 +65,23 @@ class Identification(Struct, frozen=True, eq=False):
     misfit : Misfit
     origin_s : float
         Time on the record's clock from which the force's phase is counted [s].
+    rounding : Rounding or None
+        The step that times are rounded to, where that is the larger part of their errors.
     """
 
     inquiry: Inquiry
     found: Fitted | NoFit
     misfit: Misfit
     origin_s: float
+    rounding: Rounding | None = None
+
+    @property
+    def timing_error_s(self) -> float | None:
+        """Timing error of each impact, without what was added to rounded times that repeat [s]; None without a fit."""
+        if not isinstance(self.found, Fitted):
+            return None
+        added = 1.0 if self.rounding is None else sqrt(self.rounding.repeated)
+        return self.found.adjusted.timing_error_s / added
 
 
 def inquiry_of(scenario: Scenario, free: Sequence[str], referenced: bool) -> Inquiry:
@@ -126,7 +142,23 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
     origin = record.force_maximum_s
     if origin is None:
         origin = 0.0 if referenced else float(record.times[0])
-    given = (inquiry.model, record.times - origin, record.walls, inquiry.unknowns, inquiry.priors)
-    found = fit(*given, say=portion(say, 0.0, FITTING_SHARE), relative=record.relative)
+    times, fitting = record.times - origin, portion(say, 0.0, FITTING_SHARE)
+    rounding = rounding_of(record.times)
+    if rounding is not None and rounding.error_s < exact_below(inquiry.model):
+        rounding = None
+    asked = (inquiry.unknowns, inquiry.priors)
+    try:
+        found = fit(inquiry.model, times, record.walls, *asked, say=fitting, relative=record.relative)
+    except Unidentifiable:
+        if rounding is None:
+            raise
+        found = NoFit(Unfit.NO_MOTION, np.inf)
+    if rounding is not None:
+        if isinstance(found, Fitted) and found.adjusted.timing_error_s > FAR_ABOVE * rounding.error_s:
+            rounding = None
+        else:
+            times = rounding.independent(times)
+            found = fit(inquiry.model, times, record.walls, *asked, say=fitting, relative=record.relative)
+    given = (inquiry.model, times, record.walls, *asked)
     misfit = judged(found, *given, say=portion(say, FITTING_SHARE, 1.0), relative=record.relative)
-    return Identification(inquiry, found, misfit, origin)
+    return Identification(inquiry, found, misfit, origin, rounding)

@@ -40,6 +40,9 @@ LEAST_CORRELATION = 0.04
 """Correlation of errors with those of neighbouring impacts up to which standard errors are right to some per cent: that
 the equations are not linear makes smaller ones, which a record of 100,000 impacts would show."""
 
+SURELY = 3.0
+"""Standard errors beyond which a value has a sign."""
+
 FEWER = 0.5
 """Ratio of timing errors from which another model explains what the given one does not."""
 
@@ -236,13 +239,19 @@ def _swapped(
     priors: tuple[Prior, ...],
     relative: Array | None,
     within_s: float,
+    explaining: bool = False,
 ) -> BetterFit | None:
-    """The fit with bottom and top exchanged, if there is one with a timing error that is no larger than this [s]."""
+    """The fit with bottom and top exchanged, if there is one with a timing error that is no larger than this [s].
+
+    One that is to be `explaining` leaves nothing but noise as well.
+    """
     try:
         found = fit(model, times, -walls, unknowns, priors, within_s=within_s, relative=relative)
     except Unidentifiable:
         return None
     if isinstance(found, NoFit) or found.adjusted.timing_error_s > within_s:
+        return None
+    if explaining and not _explains(found, None, unknowns, priors):
         return None
     return BetterFit(True, None, 0.0, 0.0, found.adjusted.timing_error_s)
 
@@ -257,8 +266,8 @@ def _explanation(
     relative: Array | None,
     likely: tuple[Unknown, ...],
 ) -> BetterFit | None:
-    """What explains a record with a timing error that is much less [s], or where an alternative was found likely."""
-    swapped = _swapped(model, times, walls, unknowns, priors, relative, FEWER * error)
+    """What explains a record to its noise: swapped with a much smaller timing error [s], or a likely alternative."""
+    swapped = _swapped(model, times, walls, unknowns, priors, relative, FEWER * error, True)
     if swapped is not None:
         return swapped
     speed = float(np.median(np.abs(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool)).before)))
@@ -270,7 +279,11 @@ def _explanation(
             other = fit(replace(model, speed=speed), times, walls, (*unknowns, x), priors, relative=relative)
         except Unidentifiable:
             continue
-        if isinstance(other, Fitted) and other.adjusted.timing_error_s < error:
+        if (
+            isinstance(other, Fitted)
+            and other.adjusted.timing_error_s < error
+            and _explains(other, x, unknowns, priors)
+        ):
             own = other.adjusted
             one = BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s)
             if x is Unknown.FREQUENCY:
@@ -294,6 +307,20 @@ def _of_clock(one: BetterFit, given_hz: float, freedom: int) -> BetterFit:
     # Of as many tests as there can be each has its share of the level.
     limit = float(fdtri(1, freedom, 1 - LEVEL / (len(ALTERNATIVES) + 1)))
     return replace(one, clock_off=given_hz / one.value - 1, clock_accepted=limit**0.5 * one.standard_error / one.value)
+
+
+def _explains(
+    other: Fitted, alternative: Unknown | None, unknowns: tuple[Unknown, ...], priors: tuple[Prior, ...]
+) -> bool:
+    """Whether a fit leaves nothing but the noise of the record, by the tests that reject the given model.
+
+    One that leaves more has another cause, which it makes up for in part: a harmonic of the force, friction.
+    """
+    own = other.adjusted
+    if alternative is Unknown.EXPONENT and own.model.exponent > SURELY * own.deviation_of(alternative):
+        return False  # no restitution grows with speed
+    known = {*with_known(unknowns, priors), *([] if alternative is None else [alternative])}
+    return tested(other, known)[0].accepted
 
 
 def _stated(one: BetterFit, model: ClockedDevice, unknowns: tuple[Unknown, ...]) -> BetterFit:

@@ -1,0 +1,108 @@
+"""Times that are rounded to multiples of a step: the step, and the record as one with independent errors of its size.
+
+Rounding errors of a motion that repeats itself repeat, too. A fit would take most of them for none and the others for
+impacts that are no impacts, and its tests the rest for another motion. With independent normal errors added that are as
+large in the mean over all repetitions as rounding is in each, times have errors that average as a fit expects.
+"""
+
+from __future__ import annotations
+
+from itertools import takewhile
+from math import sqrt
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.measurement.flights import Array
+
+WHOLE = 0.02
+"""Share of a step by which times may miss its multiples: they are printed with some digits. By chance not ten random
+times do."""
+
+PARTS, MOST_TRIED = 24, 200
+"""Steps in a difference of two flights that are next to each other in size, and how many of these are tried."""
+
+FEWEST = 20
+"""Impacts of which a step is told."""
+
+DISTINCT = 8
+"""Flights of which none equals another: of fewer some multiples of some step are near by chance."""
+
+LONGEST_WORD = 24
+"""Impacts after which a motion may repeat itself."""
+
+SEED = 0
+"""Equal records give equal times."""
+
+
+class Rounding(Struct, frozen=True):
+    """The step that times are multiples of.
+
+    Attributes
+    ----------
+    step_s : float
+        [s].
+    repeated : float
+        How often the longest part of the record is repeated to the step.
+    """
+
+    step_s: float
+    repeated: float
+
+    @property
+    def error_s(self) -> float:
+        """Standard deviation of the rounding [s]."""
+        return self.step_s / sqrt(12)
+
+    def independent(self, times: Array) -> Array:
+        """The times with independent errors, of which the mean over the repetitions is as large as rounding [s]."""
+        added = sqrt(self.repeated) * self.error_s
+        return times + added * np.random.default_rng(SEED).standard_normal(len(times))
+
+
+def rounding_of(times: Array) -> Rounding | None:
+    """The step whose multiples all differences of some times are; None where there is none, or too few tell of one."""
+    if len(times) < FEWEST:
+        return None
+    flights = np.diff(times)
+    apart = np.diff(np.sort(np.concatenate([[0.0], flights])))
+    resolution = 8 * float(np.spacing(np.abs(times).max()))
+    apart = apart[apart > resolution]
+    # The coarsest step is the one: digits that are printed are a finer one.
+    some = np.sort(apart)[:: max(1, len(apart) // MOST_TRIED)]
+    for step in np.sort((some[:, None] / np.arange(1, PARTS + 1)).ravel())[::-1].tolist():
+        if step < resolution / WHOLE:
+            break
+        refined = _refined(times - times[0], flights, step)
+        if refined is not None and len(np.unique(np.round(flights / refined))) >= DISTINCT:
+            return Rounding(refined, _repeated(flights, refined))
+    return None
+
+
+def _refined(since: Array, flights: Array, step: float) -> float | None:
+    """A step by all flights and then by all times; None where these are not its multiples."""
+    for values in (np.sort(flights), np.sort(since)):
+        # The error of a step counts once for each of a value: short values are whole first, and refine it.
+        for count in _doubled(len(values)):
+            some = values[:count]
+            whole = np.round(some / step)
+            if not whole.any() or np.abs(some - whole * step).max() > WHOLE * step:
+                return None
+            step = float(some @ whole / (whole @ whole))
+    return step
+
+
+def _doubled(count: int) -> list[int]:
+    """Growing numbers, of which the last is the one given."""
+    return [*takewhile(lambda size: size < count, (2**k for k in range(1, 64))), count]
+
+
+def _repeated(flights: Array, step: float) -> float:
+    """How often the longest part of some flights is repeated to the step."""
+    whole = np.round(flights / step)
+    most = 1.0
+    for length in range(1, LONGEST_WORD + 1):
+        same = whole[length:] == whole[:-length]
+        ends = np.flatnonzero(np.concatenate([[True], ~same, [True]]))
+        most = max(most, 1 + float(np.diff(ends).max() - 1) / length)
+    return most
