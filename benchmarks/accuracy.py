@@ -19,7 +19,7 @@ from record import record
 
 from vireport import load
 from vireport.checks import ACCURACIES, METHOD_NAMES, WHOLE
-from vireport.cli.accuracy_outputs import files, measured, text
+from vireport.cli.accuracy_outputs import asked, files, measured, text
 from vireport.membranes import compliance_data
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -27,7 +27,7 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 def main() -> None:
     """Print, draw and record the study."""
-    study = measured(load(EXAMPLES / "inclined.yaml"), lambda step: print(step, file=sys.stderr))
+    study = measured(asked(load(EXAMPLES / "inclined.yaml")), lambda step: print(step, file=sys.stderr))
     print(text(study, every="--every" in sys.argv))
     columns = [(task, accuracy) for task in study.work.tasks for accuracy in ACCURACIES]
     best = {name: [study.work.best(name, *column) for column in columns] for name in METHOD_NAMES}

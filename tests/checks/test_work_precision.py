@@ -24,6 +24,7 @@ from vireport.checks import (
     WHOLE,
     MethodRun,
     WorkPrecision,
+    accuracy_data,
     find_root,
     measure,
     measurements,
@@ -393,3 +394,17 @@ def test_nothing_to_compare_is_said(tmp_path) -> None:
     assert "no stable" in work.nothing
     assert not list(measurements(work))
     assert not list(ranking(work))
+
+
+@pytest.mark.parametrize(("spread", "busy"), [(0.05, False), (0.5, True)])
+def test_a_busy_machine_is_told_by_the_spread_of_the_repeats(work, spread: float, busy: bool) -> None:
+    runs = tuple(
+        replace(run, seconds=None if k % 3 == 0 else Spread(t := 1e-3 * k, t * (1 - spread / 2), t * (1 + spread / 2)))
+        for k, run in enumerate(work.runs)
+    )
+    told = replace(work, runs=runs)
+    assert told.unsteadiness == pytest.approx(spread)
+    assert told.busy is busy
+    assert (accuracy_data(told)["busy"], accuracy_data(told)["unsteadiness"]) == (busy, told.unsteadiness)
+    once = replace(work, runs=tuple(replace(run, seconds=Spread(2.0, 2.0, 2.0)) for run in work.runs))
+    assert (once.unsteadiness, once.busy) == (None, False)

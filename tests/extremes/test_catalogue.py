@@ -298,3 +298,11 @@ def test_a_run_tells_each_case_as_it_begins(monkeypatch) -> None:
     told: list[str] = []
     assert [outcome.verdict for outcome in run_catalogue(None, told.append)] == ["passed", "passed"]
     assert told == ["group: one", "group: two"]
+
+
+def test_no_time_decides_a_case(monkeypatch) -> None:
+    """A clock on which every case takes an hour."""
+    clock = iter(range(0, 1_000_000, 3600))
+    monkeypatch.setattr("vireport.extremes.judge.perf_counter", lambda: next(clock))
+    outcome = judge(CASES["units: y_c = F/(2 M f)"])
+    assert (outcome.verdict, outcome.seconds) == (CaseVerdict.PASSED, 3600)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import pytest
 
-from vireport import loads
+from vireport import UsageError, load, loads
+from vireport.cli import main
 from vireport.study import (
     ALL_FORMATS,
     FIGURES,
@@ -136,3 +139,42 @@ def test_what_only_some_runs_have_is_not_listed_in_the_others():
 def test_cost_of_a_simulation_counts_its_impacts():
     (step,) = [step for step in of(EVERYTHING).steps if step.task is Task.SIMULATION]
     assert "41 x 4 starts x 1000 impacts, about 0.08 s, then followed from value to value (up), about 1 s" in step.what
+
+
+SLOWED = "{samples: 2, starts: 2, impacts: 100, diagram: false}"
+
+
+def test_missing_packages_are_named_before_work_begins_with_what_they_do(example, monkeypatch, capsys) -> None:
+    planning = import_module("vireport.study.plan")
+    scenario = load(example("inclined"), [f"simulation={SLOWED}", "disturbances={prove: true}"]).scenario
+    assert plan(scenario).lacking == ()
+    monkeypatch.setattr(planning, "find_spec", lambda name: None)
+    compiled, proofs = plan(scenario, (Task.JSON,)).lacking
+    assert compiled == (
+        "the package numba is missing: pip install 'vireport[simulation]' "
+        "(left out: from-rest-windows, shock, coexistence; some hundred times slower: simulation)"
+    )
+    assert proofs == "the package python-flint is missing: pip install 'vireport[certify]' (left out: proof)"
+    # What is drawn of a step that is left out is left out for it, too, where it is asked for.
+    assert "figure-shocks" in plan(scenario, (Task.JSON, Task.PNG)).lacking[0]
+    assert plan(load(example("inclined")).scenario, (Task.JSON,)).lacking == ()
+
+    def begin(*_: object) -> None:
+        raise UsageError("work begins")
+
+    monkeypatch.setattr("vireport.cli.outputs.analyse", begin)
+    run = ["run", str(example("inclined")), "--json", "--set", f"simulation={SLOWED}"]
+    assert main(run) == 2
+    first, last = capsys.readouterr().err.splitlines()
+    assert first.startswith("vireport: the package numba is missing: pip install 'vireport[simulation]' (some hundred")
+    assert last == "vireport: error: work begins"
+    assert main([*run[:2], "-q", "--format", "json", *run[3:]]) == 2
+    assert capsys.readouterr().err == "vireport: error: work begins\n"
+
+
+def test_a_proof_that_cannot_be_made_is_refused_before_work_begins(example, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
+    monkeypatch.setattr("vireport.cli.outputs.analyse", None)
+    assert main(["run", str(example("inclined")), "--json", "--certify"]) == 3
+    said = "vireport: error: --certify: the package python-flint is missing: pip install 'vireport[certify]'\n"
+    assert capsys.readouterr().err == said

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from importlib.util import find_spec
 from math import inf, log10
+from statistics import median
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,10 @@ SAME_LEAGUE = 3.0
 
 LEAST_POINTS = 3
 """Fewest points that an order of convergence is fitted to."""
+
+BUSY = 0.2
+"""Distance of the quartiles of a time over its median, in half of all, from which the machine did something else: on an
+idle one it is some per cent."""
 
 SOLVING_SHARE = 0.6
 """Share of the time that solving takes, as measured; timing the solutions takes the rest."""
@@ -157,6 +162,18 @@ class WorkPrecision(Struct, frozen=True, eq=False):
     repeats: int
 
     __repr__ = brief
+
+    @property
+    def unsteadiness(self) -> float | None:
+        """Distance of the quartiles of a time over its median: that of the middle run; None where none was repeated."""
+        times = [run.seconds for run in self.runs if run.seconds is not None]
+        shares = [(own.high - own.low) / own.median for own in times if own.high > own.low]
+        return median(shares) if shares else None
+
+    @property
+    def busy(self) -> bool:
+        """Whether the machine did something else while times were taken."""
+        return (self.unsteadiness or 0.0) > BUSY
 
     @property
     def quantities(self) -> tuple[MeasuredQuantity, ...]:
@@ -331,6 +348,8 @@ def accuracy_data(work: WorkPrecision) -> dict[str, Any]:
         "nothing": work.nothing or None,
         "value": work.benchmark.value if work.benchmark is not None else None,
         "repeats": work.repeats,
+        "unsteadiness": work.unsteadiness,
+        "busy": work.busy,
         "machine": plain(work.machine),
         "quantities": [plain(quantity) for quantity in work.quantities],
         "runs": [plain(run) for run in work.runs],

@@ -18,6 +18,7 @@ from vireport.membranes import (
 from vireport.scenario import AccuracyBlock, Loaded
 from vireport.study import Study, Task, analyse
 from vireport.text import Table, capital, plain_text
+from vireport.wording import Words
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -27,15 +28,25 @@ NAMES = ("accuracy.json", "figure-accuracy.png", "figure-stiffness.png")
 """Files that may be written."""
 
 
-def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
-    """Study a scenario with its accuracy block, or with the default one where it has none.
+WORDS = Words("accuracy")
+
+FORMATS = Task.PNG, Task.JSON
+"""What a study of accuracy has."""
+
+
+def asked(loaded: Loaded) -> Loaded:
+    """The scenario with its accuracy block, or with the default one where it has none.
 
     Simulation and requirements are left out: they are not what is asked for here.
     """
     block = loaded.scenario.accuracy or AccuracyBlock()
     changes = {"accuracy": block, "simulation": None, "requirements": None}
-    scenario = loaded.scenario.model_copy(update=changes)
-    return analyse(replace(loaded, scenario=scenario), (Task.PNG, Task.JSON), progress)
+    return replace(loaded, scenario=loaded.scenario.model_copy(update=changes))
+
+
+def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
+    """Study a scenario that was `asked` for its accuracy."""
+    return analyse(loaded, FORMATS, progress)
 
 
 def text(study: Study, every: bool = False) -> str:
@@ -48,6 +59,8 @@ def _parts(study: Study, every: bool) -> Iterator[str | Table]:
         return
     if study.work.nothing:
         yield capital(study.work.nothing)
+    if study.work.busy:
+        yield WORDS("busy", study.work.unsteadiness)
     yield from measurements(study.work, every)
     yield from ranking(study.work)
     if study.compliance is None:

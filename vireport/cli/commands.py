@@ -26,7 +26,7 @@ from vireport.cli import options as given
 from vireport.cli.formats import format_option, formats_of
 from vireport.cli.group import Command, CommandPanel, Program
 from vireport.cli.options import default_folder, figure_width_mm, recorded, refuse, refuse_files_beside_json
-from vireport.cli.outcome import CommandOutcome, deliver, emit, progress, tell
+from vireport.cli.outcome import CommandOutcome, deliver, emit, progress, tell, tell_lacking
 from vireport.text import explanation
 
 if TYPE_CHECKING:
@@ -110,13 +110,15 @@ def run(
     loaded, earlier = _read(scenario, set_, allow_outside)
     certify = certify or (earlier is not None and bool(earlier.results.get("certificates")))
     if certify:
-        from vireport.study import refuse_special
+        from vireport.study import refuse_special, require_proofs
 
         refuse_special(loaded.scenario, "--certify")
+        require_proofs()
     from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     command = recorded(context)
     if json:
+        tell_lacking(loaded, ("json",), quiet)
         with progress(quiet, verbose) as say:
             outcome = results_outcome(loaded, command, certify, earlier, say)
         deliver(outcome, quiet=quiet)
@@ -124,6 +126,7 @@ def run(
     folder, formats = output or default_folder(scenario), formats_of("run", format_)
     width_mm = figure_width_mm(figure_width, formats)
     require_writable(folder, file_names(formats))
+    tell_lacking(loaded, formats, quiet)
     with progress(quiet, verbose) as say:
         outcome = run_outcome(loaded, formats, command, templates, say, certify, before, earlier, paper, width_mm)
     deliver(outcome, folder, quiet)
@@ -375,6 +378,7 @@ def optimise(
     folder = output or default_folder(scenario, "-best")
     if not json:
         require_writable(folder, stale)
+    tell_lacking(loaded, formats, quiet)
     with progress(quiet, verbose) as say:
         result = search(problem, say)
         pages = [task for task in outputs.PAGES if task in formats and result.best is not None and not json]
@@ -474,6 +478,8 @@ def verify(
     if output is not None:
         require_writable(output, accuracy_outputs.NAMES)
     width_mm = figure_width_mm(figure_width, (Task.PNG,))
+    loaded = accuracy_outputs.asked(loaded)
+    tell_lacking(loaded, accuracy_outputs.FORMATS, quiet)
     with progress(quiet, verbose) as say:
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study, width_mm) if output is not None else {}

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from vireport.base import Progress
+    from vireport.scenario import Loaded
 
 REPORT = "report.html"
 """The file that a reader opens first."""
@@ -137,6 +138,15 @@ def emit(data: str | bytes) -> None:
 def tell(lines: Iterable[str], color: str = "") -> None:
     """Write lines to standard error, in which there may be text that is not ours; the first in colour on a terminal."""
     print("\n".join(_colored(lines, color, sys.stderr)), file=sys.stderr)
+
+
+def tell_lacking(loaded: Loaded, formats: Iterable[str], quiet: bool) -> None:
+    """Say before work begins what missing packages leave out or slow down, with the commands that install them."""
+    from vireport.study import plan
+
+    lines = plan(loaded.scenario, formats).lacking
+    if lines and not quiet:
+        tell([f"vireport: {line}" for line in lines])
 
 
 def _colored(lines: Iterable[str], color: str, stream: TextIO) -> list[str]:

@@ -12,6 +12,7 @@ from vireport.study.plan import (
     plan,
     refuse_special,
     refuse_undecidable,
+    require_proofs,
 )
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import (
@@ -71,6 +72,7 @@ __all__ = [
     "recheck_disturbances",
     "refuse_special",
     "refuse_undecidable",
+    "require_proofs",
     "require_records",
     "require_study",
     "results",

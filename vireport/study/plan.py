@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vireport.base import UsageError, install_command
+from vireport.base import NumericalError, UsageError, install_command
 from vireport.scenario import SPECIAL, Direction, MotionsBlock, Parameter, Scenario, Special
 
 
@@ -121,12 +121,23 @@ class Step(Struct, frozen=True, eq=False):
         What it is, for the reader.
     why : str
         Why it runs, or why it is left out.
+    lacks : str
+        The optional package that is missing and without which it is left out, or less than it could be; "" where none
+        is.
+    lessened : str
+        In what way it is less without that.
     """
 
     task: Task
     runs: bool
     what: str
     why: str
+    lacks: str = ""
+    lessened: str = ""
+
+
+LEFT_OUT, SLOWER, FEWER = "left out", "some hundred times slower", "without some of the methods"
+"""What a missing package does to steps."""
 
 
 class Plan(Struct, frozen=True, eq=False):
@@ -153,21 +164,43 @@ class Plan(Struct, frozen=True, eq=False):
         """The steps that do not run."""
         return tuple(step for step in self.steps if not step.runs)
 
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """What missing packages leave out or slow down, a line for each package, with the command that installs it."""
+        lines = []
+        for package in dict.fromkeys(step.lacks for step in self.steps if step.lacks):
+            ways: dict[str, list[str]] = {}
+            for step in self.steps:
+                if step.lacks == package:
+                    ways.setdefault(step.lessened if step.runs else LEFT_OUT, []).append(step.task)
+            told = "; ".join(f"{way}: {', '.join(tasks)}" for way, tasks in ways.items())
+            lines.append(f"the package {package} is missing: {install_command(package)} ({told})")
+        return tuple(lines)
+
 
 class Precondition(NamedTuple):
-    """What must hold of a scenario and the formats asked for, and what to say where it does not."""
+    """What must hold of a scenario and the formats asked for, and what to say where it does not.
+
+    `package` is the optional one that must be there, if it is that which must hold.
+    """
 
     holds: Callable[[Scenario, frozenset[str]], object]
     otherwise: str
+    package: str = ""
 
 
 class DeclaredStep(NamedTuple):
-    """A step as it is declared; it is listed, as run or as left out, only where all of `listed` holds."""
+    """A step as it is declared; it is listed, as run or as left out, only where all of `listed` holds.
+
+    Without the package of `better` it runs, and is `lessened`.
+    """
 
     task: Task
     needs: tuple[Precondition, ...]
     why: str
     listed: tuple[Precondition, ...] = ()
+    better: Precondition | None = None
+    lessened: str = ""
 
 
 def _format(task: Task) -> Precondition:
@@ -259,10 +292,17 @@ BASIN = Precondition(
 PROVE = Precondition(
     lambda scenario, _: scenario.disturbances and scenario.disturbances.prove, "nothing is to be proved"
 )
-FLINT = Precondition(
-    lambda *_: find_spec("flint"), f"the package python-flint is missing: {install_command('python-flint')}"
-)
-NUMBA = Precondition(lambda *_: find_spec("numba"), f"the package numba is missing: {install_command('numba')}")
+
+
+def _package(name: str, module: str) -> Precondition:
+    """That an optional package is there: the one place that says which step needs which."""
+    return Precondition(
+        lambda *_: find_spec(module), f"the package {name} is missing: {install_command(name)}", package=name
+    )
+
+
+FLINT = _package("python-flint", "flint")
+NUMBA = _package("numba", "numba")
 MEASURED = Precondition(lambda scenario, _: scenario.measured, "the scenario has no measured block")
 RECORD = Precondition(lambda scenario, _: scenario.excitation.record, "excitation.record is not given")
 TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
@@ -315,7 +355,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
     DeclaredStep(Task.CIRCLES, (SWEEP, PICTURES), "a sweep is drawn", (NO_SIMULATION,)),
-    DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block"),
+    DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block", (), NUMBA, SLOWER),
     DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     DeclaredStep(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
     DeclaredStep(Task.MOTIONS, (MOTIONS, SWEEP), "a motions block, or a word that is required, asks for them"),
@@ -325,7 +365,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_DRIVEN, (DESIGN, PICTURES), "excitation.record is given", (RECORD,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
-    DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block"),
+    DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block", (), NUMBA, FEWER),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
@@ -382,7 +422,10 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 periods = "periods" if limits.periods > 1 else "period"
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
                 what = f"{Task.MOTIONS.what}, {most}, {_following(limits)}"
-            steps.append(Step(row.task, runs, what, why))
+            # A step that is left out for something else, too, lacks no package.
+            lacking = {need for need in (*row.needs, row.better) if need and not need.holds(scenario, asked)}
+            lacks = next((need.package for need in lacking), "") if len(lacking) == 1 else ""
+            steps.append(Step(row.task, runs, what, why, lacks, row.lessened))
     return Plan(tuple(steps))
 
 
@@ -403,6 +446,18 @@ def refuse_special(scenario: Scenario, what: str) -> None:
             raise UsageError(
                 f"{what} knows {special.plain}, and {special.key} is given (leave one of them out, or give 0)"
             )
+
+
+def require_proofs() -> None:
+    """Refuse to prove what cannot be proved here, before anything is computed.
+
+    Raises
+    ------
+    NumericalError
+        If the package that proves is missing.
+    """
+    if not find_spec("flint"):
+        raise NumericalError(f"--certify: {FLINT.otherwise}")
 
 
 def refuse_undecidable(scenario: Scenario) -> None:
@@ -437,7 +492,7 @@ def _cost(scenario: Scenario) -> str:
         return Task.SIMULATION.what
     values = asked.samples if scenario.sweep is not None else 1
     rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
-    if find_spec("numba") is None:
+    if not NUMBA.holds(scenario, frozenset()):
         rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {install_command('numba')}"
     cost = f"about {values * asked.starts * asked.impacts / rate:.1g} s"
     if asked.follow is not Direction.NONE:
