@@ -407,7 +407,7 @@ def of_design(design: JudgedDesign) -> Results:
 
 def test_the_best_design_is_told_with_its_own_numbers() -> None:
     result = search()
-    text = plain(outputs.text(result))
+    text = plain(outputs.text(result, result.best.study))
     best, evidence = of_design(result.best), result.evidence
     power = power_w(best, *best.design_speeds[0])
     margin = 100 * abs(best.ending[0]["relative"])
@@ -425,7 +425,7 @@ def test_the_best_design_is_told_with_its_own_numbers() -> None:
     wrong = [fault for of in said if (fault := of.faults(text))]
     bound = float(re.search(r"has more than ([\d.]+) mW, ", text)[1])
     assert evidence.bound <= bound <= evidence.bound * (1 + 2e-5)
-    tables = {table.caption: table for table in terminal_tables(outputs.text(result))}
+    tables = {table.caption: table for table in terminal_tables(outputs.text(result, result.best.study))}
     table = tables["The best design"]
     rows = [
         {"Input": "device.length_m", "Value": number(best.device.length_m, 8), "In the scenario": number(0.69),
@@ -477,9 +477,8 @@ def test_the_best_design_is_told_with_its_own_numbers() -> None:
 
 def test_json_of_the_best_design_has_its_own_numbers() -> None:
     result = search()
-    data = json.loads(
-        outputs.optimise_json(result, provenance_of(result.best.study.loaded, "vireport optimise x.yaml"))
-    )
+    provenance = provenance_of(result.best.study.loaded, "vireport optimise x.yaml")
+    data = json.loads(outputs.optimise_json(result, result.best.study, provenance))
     for entry, design in zip([data["best"], *data["front"]], [result.best, *result.front], strict=True):
         of = of_design(design)
         assert entry["value"] == pytest.approx(1e3 * power_w(of, *of.design_speeds[0]), rel=1e-11)
@@ -513,6 +512,7 @@ def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
         meetings=meetings,
         loci=[SimpleNamespace(event=Event.FOLD)] * 5,
         regions=None,
+        alerts=(),
     )
     text = chart_text(chart)
     assert "Over inclination from 3 to 90° and length from 0.3 to 1 m: 5 curves and 2 points" in plain(text)

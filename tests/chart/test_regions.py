@@ -16,7 +16,7 @@ from exact import printed_maps, printed_trace
 from matplotlib.colors import to_hex
 from mpmath import mp, mpf
 
-from vireport import load
+from vireport import analyse, load
 from vireport.base import RenderError
 from vireport.chart import Chart, Plane, StraightSweep, chart, chart_of, outputs, plane_of, with_regions
 from vireport.chart.design import BEYOND, charted_design
@@ -33,13 +33,15 @@ from vireport.chart.regions import (
     pieces,
     stable_motions,
 )
+from vireport.chart.report import ChartReport
 from vireport.checks import reference
+from vireport.cli import main
 from vireport.design import design_point
 from vireport.motions import Event, Limits, Motion, find_motions
 from vireport.physics import Device, Groups, Word
 from vireport.physics import each as of_each
 from vireport.scenario import DesignInput, Loaded
-from vireport.study import Task
+from vireport.study import Task, provenance_of
 
 SMALL = "restitution=0.4..0.6,length_m=0.55..0.75"
 WORD = (2, "BT", 1, False)
@@ -327,6 +329,21 @@ def test_the_report_of_a_chart_tells_the_verdict_the_margins_and_what_is_left_ou
     assert "Where BT ends, from" in text
     assert "Left out, and why" in text
     assert "figure-chart" in page
+
+
+def test_a_chart_says_of_its_design_point_what_a_run_says(capsys) -> None:
+    over = "length_m=0.65..0.75,inclination_deg=40..50"
+    limits = ["--set", "motions={impacts: 2, periods: 1}"]
+    assert main(["chart", str(EXAMPLES / "inclined.yaml"), "--over", over, *limits, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["alerts"]
+    run = analyse(load(EXAMPLES / "inclined.yaml", ["sweep="]))
+    assert told == [alert.to_dict() for alert in run.alerts]
+    drawn = chart_of(load(EXAMPLES / "inclined.yaml", ["motions={impacts: 2, periods: 1}"]), over, lambda what: None)
+    said = " ".join(outputs.text(drawn).split())
+    assert f"A run of it says: {run.verdict.worded().headline}" in said
+    assert all(f"{alert.code} {alert.title}" in said for alert in run.alerts)
+    report = ChartReport(drawn, load(EXAMPLES / "inclined.yaml"), {}, provenance_of(drawn.run.loaded, "vireport chart"))
+    assert (report.verdict.status, report.verdict.word) == (run.verdict.status, run.verdict.worded().word)
 
 
 @pytest.mark.parametrize(

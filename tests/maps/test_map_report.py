@@ -130,8 +130,11 @@ def test_the_margins_of_its_design_point_are_where_stable_motion_ends(plain) -> 
 
 def test_its_verdict_is_that_of_a_run_of_the_design_point(plain) -> None:
     page, _ = plain
-    verdict = analyse(loads(DESIGN), (Task.JSON,)).verdict.worded()
+    study = analyse(loads(DESIGN), (Task.JSON,))
+    verdict = study.verdict.worded()
     assert f"{verdict.word}. {verdict.headline}".replace("U_ave", "Uave") in page.text
+    assert study.alerts
+    assert all(f"{alert.code}: {alert.title}" in page.text for alert in study.alerts)
     assert "The design point is β = 45°, s = 0.7 m; the answer is" in page.text
     assert page.text.count("Cross: the design point, with its margins.") == 3
 

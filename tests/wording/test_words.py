@@ -32,7 +32,7 @@ from vireport.disturbances import (
     Window,
 )
 from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown, Strip
-from vireport.gate import Evidence, verdict_of
+from vireport.gate import Evidence, Status, WordedVerdict, verdict_of
 from vireport.maps.cells import AxisName
 from vireport.measurement import BetterFit, NoFit, Open, Unfit, Unknown
 from vireport.membranes import Grade
@@ -1161,7 +1161,7 @@ def charted(
     }
     sets = [thing(kinds=(BT,), share=0.5), thing(kinds=(BT, BTBT), share=0.2), thing(kinds=(), share=0.3)]
     named = Naming(frozenset({("BBT", False)}), Words("chart"))
-    return {"chart": thing(**known | of), "sets": sets, "named": named, "near": near}
+    return {"chart": thing(**known | of), "sets": sets, "named": named, "near": near, "run": None}
 
 
 BAND = {"word": "BBT", "varied": 0, "least": 1e-5, "most": 0.08, "settable": True}
@@ -1199,6 +1199,9 @@ CHARTED = [
     ("word", (charted((BTBT,)),), "Stable, but not 1:1"),
     ("word", (charted(near=True),), "Stable, margin small"),
     ("word", (charted(),), "Stable"),
+    ("word", (charted() | {"run": WordedVerdict(Status.CAUTION, "Stable, but amber", "It is.")},), "Stable, but amber"),
+    ("word", (charted() | {"run": WordedVerdict(Status.GOOD, "Stable", "It is.")},), "Stable"),
+    ("run", ({"run": WordedVerdict(Status.GOOD, "Stable", "It is.")},), "A run of it says: It is."),
     ("headline", (charted(design=None),), "no design point in the chart. BT (1:1) is stable in 50 % of it; BT and"),
     ("headline", (charted(design=None) | {"sets": charted()["sets"][2:]},), "No stable motion of up to 4 impacts in 2"),
     ("headline", (charted(None),), "rounding does not resolve the motions."),
@@ -1300,6 +1303,7 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("proofs", "shocks", (thing(jump_m_s=None, unproved=""),), "The smallest jumps remain open."),
     ("proofs", "shocks", (thing(jump_m_s=None, unproved="no motion"),), "that the motion survives. No motion."),
     ("accuracy", "task", ("critical", None), "the critical point"),
+    ("accuracy", "busy", (0.3456,), "The machine was busy: half of the repeats of a run are spread over 35 % of their"),
     ("accuracy", "short_task", ("orbit", None), "motion"),
     ("accuracy", "short_task", ("critical", B1), "B1"),
     ("accuracy", "short_task", ("critical", None), "critical point"),
@@ -1531,6 +1535,9 @@ SAID += [
     ("identify", "refused", (Open(), False), "What would help: tap the device"),
     ("identify", "reason", (misfit(True, p_value=None),), "these impacts leave nothing over with which to test"),
     ("identify", "reason", (misfit(True),), "no test rejects the model"),
+    ("identify", "reason", (misfit(alternative=Unknown.LENGTH),), "no other value of a single input explains it"),
+    ("identify", "rounded", (thing(step_s=1e-3, repeated=1.0),), "are multiples of 1 ms: their rounding is taken for"),
+    ("identify", "rounded", (thing(step_s=1e-3, repeated=9.0),), "repeats itself it does not average"),
     (
         "identify",
         "reason",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -38,6 +39,10 @@ from vireport.motions import (
 )
 from vireport.physics import ARRAYS, FLOATS, Device, Word
 from vireport.scenario import Parameter
+
+if TYPE_CHECKING:
+    from vireport.gate import Alert
+    from vireport.study import Study
 
 CUTS, SOLVED_CUTS = 3, 16
 """Sweeps across the plane along each input, on which loci are looked for: of all motions, and of 1:1 motions, which are
@@ -88,6 +93,8 @@ class Chart(Struct, frozen=True, eq=False):
         None where the scenario has no design point in the plane.
     off : tuple of (float, float)
         The tolerance of each input, in its unit and in per cent; zeros where none is told.
+    run : Study or None
+        What a run finds of the design point by itself; None where there is none.
     """
 
     plane: Plane
@@ -98,6 +105,12 @@ class Chart(Struct, frozen=True, eq=False):
     regions: Regions | None = None
     design: ChartedDesign | None = None
     off: tuple[tuple[float, float], tuple[float, float]] = NO_TOLERANCE, NO_TOLERANCE
+    run: Study | None = None
+
+    @property
+    def alerts(self) -> tuple[Alert, ...]:
+        """Those of the run of the design point."""
+        return () if self.run is None else self.run.alerts
 
     @property
     def narrow(self) -> tuple[NarrowBand, ...]:

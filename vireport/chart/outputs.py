@@ -17,6 +17,7 @@ from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Plane
 from vireport.chart.regions import ChartRegion, StableMotion
 from vireport.chart.tables import exact_points, shown_points
+from vireport.gate import named_alerts
 from vireport.motions import Event, Motion
 from vireport.scenario import Loaded
 from vireport.study import FIGURE_FORMATS, Provenance, Task, json_bytes, provenance_of, with_pages
@@ -105,7 +106,12 @@ def _parts(chart: Chart, table: Callable[[Chart], Table], templates: Path | None
 
     said = Words("chart", templates)
     if chart.regions is not None:
-        yield said("headline", words_given(chart, naming(chart, templates)))
+        given = words_given(chart, naming(chart, templates))
+        yield said("headline", given)
+        if given["run"] is not None:
+            yield said("run", given)
+    if chart.alerts:
+        yield named_alerts(chart.alerts)
     yield said("found", chart)
     if chart.meetings:
         yield table(chart)
@@ -138,6 +144,7 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
                 for band in chart.narrow
             ],
             "design_point": None if chart.design is None else _design(chart.design, plane),
+            "alerts": [alert.to_dict() for alert in chart.alerts],
             "sweeps": [
                 {
                     "along": plane.inputs[cut.line.varied].value,

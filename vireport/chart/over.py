@@ -9,19 +9,26 @@ import numpy as np
 from msgspec.structs import replace
 
 from vireport.atlas import LOOKED_FOR
-from vireport.base import Progress, UsageError, portion
+from vireport.base import NumericalError, Progress, UsageError, portion
 from vireport.chart.chart import Chart, ChartStart, chart, with_regions
 from vireport.chart.plane import Plane, is_swept
 from vireport.design import HIGHEST_RESTITUTION, reach
 from vireport.motions import Limits
 from vireport.physics import RESTITUTIONS, Device, Word
 from vireport.scenario import DesignInput, Loaded, Scenario, for_key
+from vireport.study import Study, Task, analyse
 
 LIMITS = Limits(4, 2)
 """Limits of the motions in a chart, where the scenario has no `motions` block."""
 
 ASIDE = 0.5
 """Part of its value by which an input varies to either side, where no range is given."""
+
+NOT_RUN = (
+    *("sweep", "simulation", "motions", "accuracy", "tolerances"),
+    *("disturbances", "requirements", "measured"),
+)
+"""Blocks of a scenario that the run of the design point is without: what they add is of no alert on the device."""
 
 LOCI_SHARE = 0.5
 """Share of the time of a chart that its loci take, as measured; its regions take the other half."""
@@ -45,7 +52,17 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
     told = loaded.scenario.tolerances
     if told is not None:
         drawn = replace(drawn, off=(told.off(plane.inputs[0]), told.off(plane.inputs[1])))
-    return with_regions(drawn, Device.of(loaded.scenario), portion(progress, LOCI_SHARE, 1.0))
+    filled = with_regions(drawn, Device.of(loaded.scenario), portion(progress, LOCI_SHARE, 1.0))
+    return filled if filled.design is None else replace(filled, run=_run_of(loaded))
+
+
+def _run_of(loaded: Loaded) -> Study | None:
+    """What a run finds of the design point by itself; None where a run ends without results."""
+    alone = loaded.scenario.model_copy(update=dict.fromkeys(NOT_RUN))
+    try:
+        return analyse(replace(loaded, scenario=alone), (Task.JSON,))
+    except NumericalError:
+        return None
 
 
 def _starts(scenario: Scenario, plane: Plane) -> Iterator[ChartStart]:

@@ -13,7 +13,7 @@ from vireport.chart.chart import Chart
 from vireport.chart.regions import PIXELS, ROOM
 from vireport.chart.tables import shown_points
 from vireport.chart.words import Naming, naming, words_given
-from vireport.gate import Status, WordedVerdict
+from vireport.gate import Alert, Status, WordedVerdict
 from vireport.scenario import Loaded
 from vireport.study import Provenance
 from vireport.text import Table
@@ -69,16 +69,24 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
     def verdict(self) -> WordedVerdict:
         """Whether the design point is stable, and how far from its nearest ends.
 
-        It is never a good one: a chart does not know whether the device comes to the motion from rest.
+        Of a stable 1:1 motion that is far from these it is that of a run of the design point.
         """
-        design = self.chart.design
+        design, run = self.chart.design, self.given["run"]
         if design is None:
             status = Status.NEUTRAL
         elif not design.motions:
             status = Status.CAUTION if design.motions is None else Status.BAD
+        elif self.given["near"] or not design.motions[0].one_to_one:
+            status = Status.CAUTION
         else:
-            status = Status.NEUTRAL if design.motions[0].one_to_one and not self.given["near"] else Status.CAUTION
-        return WordedVerdict(status, self.say("word", self.given), self.say("headline", self.given))
+            status = Status.NEUTRAL if run is None else run.status
+        said = [self.say(macro, self.given) for macro in ("headline", *(["run"] if run is not None else []))]
+        return WordedVerdict(status, self.say("word", self.given), " ".join(said))
+
+    @property
+    def alerts(self) -> tuple[Alert, ...]:
+        """What must be known of the design point, as a run says it."""
+        return self.chart.alerts
 
     def bounding(self) -> Iterator[tuple[int, FollowedLocus]]:
         """The loci on which stable motions end, by their numbers in chart.json."""

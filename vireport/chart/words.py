@@ -65,4 +65,6 @@ def words_given(chart: Chart, named: Naming) -> dict[str, Any]:
     nearest = [chart.design.nearest(k) for k in (0, 1)] if chart.design is not None else []
     shares = [abs(end.relative) for end in nearest if end is not None and end.relative is not None]
     sets = chart.regions.sets if chart.regions is not None else ()
-    return {"chart": chart, "sets": sets, "named": named, "near": min(shares, default=inf) < NEAR_CRITICAL}
+    near = min(shares, default=inf) < NEAR_CRITICAL
+    run = None if chart.run is None else chart.run.verdict.worded(named.said.templates)
+    return {"chart": chart, "sets": sets, "named": named, "near": near, "run": run}

@@ -3,7 +3,16 @@
 from typing import TYPE_CHECKING
 
 from vireport.base import deferred
-from vireport.gate.alerts import LONG_CONTACT, NEAR_CRITICAL, Alert, alerts, cause_of, input_alerts, record_alerts
+from vireport.gate.alerts import (
+    LONG_CONTACT,
+    NEAR_CRITICAL,
+    Alert,
+    alerts,
+    cause_of,
+    input_alerts,
+    named_alerts,
+    record_alerts,
+)
 from vireport.gate.evidence import Criterion, Evidence, Limit, Question, unmet
 from vireport.gate.stretch import STATED_FIELD_V_M
 
@@ -56,6 +65,7 @@ __all__ = [
     "impacts_of",
     "input_alerts",
     "keeps_motion",
+    "named_alerts",
     "record_alerts",
     "required",
     "spared",

@@ -503,6 +503,11 @@ def alerts(evidence: Evidence) -> tuple[Alert, ...]:
     return tuple(sorted(raised, key=lambda alert: (alert.severity.rank, alert.code)))
 
 
+def named_alerts(raised: Iterable[Alert]) -> str:
+    """Alerts by their codes and titles, for a terminal."""
+    return f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in raised)}."
+
+
 def input_alerts(scenario: Scenario) -> tuple[Alert, ...]:
     """The alerts that the values of a scenario raise before anything is computed: as those of its results."""
     sweep = scenario.sweep

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vireport.gate import Status, WordedVerdict
+from vireport.gate import Alert, Status, WordedVerdict
 from vireport.maps.cells import MapPlan
 from vireport.maps.design import MapDesign
 from vireport.maps.evaluation import schema_of
@@ -75,6 +75,11 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         if self.design is not None:
             return self.design.study.verdict.worded(self.templates)
         return WordedVerdict(Status.NEUTRAL, self.say("word"), self.say("headline", self.plan, self.found))
+
+    @property
+    def alerts(self) -> tuple[Alert, ...]:
+        """What must be known of the design point, as a run says it."""
+        return () if self.design is None else self.design.study.alerts
 
     @cached_property
     def ends(self) -> list[tuple[int, Margin]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.base import NumericalError, install_command, write_files
+from vireport.gate import named_alerts
 from vireport.maps.cells import MapPlan, map_plan
 from vireport.motions import STABILITIES
 from vireport.scenario import load_map
@@ -85,6 +86,7 @@ def run_map(
         with map_store.writing(folder):
             write_files(folder, files)
     answer = [report.verdict.headline] if report.design is not None else []
+    answer += [named_alerts(report.alerts)] if report.alerts else []
     note = "" if plan.is_plane else "; heat maps are drawn of a grid over two parameters"
     written = [store.result, *(folder / name for name in files)]
     return "\n".join([*rejected, *answer, _summary(plan, counts, written) + note])

@@ -9,7 +9,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
 from vireport.design import Tolerances
-from vireport.gate import OfMotions, OfShaker, Question
+from vireport.gate import OfMotions, OfShaker, Question, named_alerts
 from vireport.optimise.grid import SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
 from vireport.scenario import Objective, loads
@@ -205,7 +205,7 @@ def text(result: SearchResult, study: Study | None) -> str:
 def _as_a_run_says(study: Study) -> Iterator[str]:
     yield f"A run of it says: {study.verdict.worded().headline}"
     if study.alerts:
-        yield f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in study.alerts)}."
+        yield named_alerts(study.alerts)
 
 
 def _parts(result: SearchResult) -> Iterator[str | Table]:

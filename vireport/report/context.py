@@ -23,6 +23,7 @@ from vireport.checks import (
 )
 from vireport.design import DesignPoint, Margin, Solution
 from vireport.gate import (
+    Alert,
     Criterion,
     Question,
     WordedFact,
@@ -165,6 +166,11 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     template: str = "report.typ.j2"
     decimals: ClassVar[int] = DIGITS
     paper_title: ClassVar[str] = PAPER
+
+    @property
+    def alerts(self) -> tuple[Alert, ...]:
+        """What must be known before acting on the numbers."""
+        return self.study.alerts
 
     @property
     def source_url(self) -> str:
