@@ -46,7 +46,7 @@ AT_LIMIT = 1e-6
 """Share of the largest restitution of a law next to which an impact has it: there the law bends."""
 
 PATIENCE = 4096
-"""Impacts after which a ball that starts from rest is not waited for any longer: some 20 ms where it is chaotic."""
+"""Impacts after which a ball that starts from rest is not waited for any longer: 26 ms, in the mean of 25 devices."""
 
 
 class Solutions(Curve, frozen=True, eq=False, dict=True):
