@@ -699,7 +699,7 @@ def what_follows(x: Results) -> list[Row]:
 
 UNITS = {
     "_kg": "kg", "_m": "m", "_n": "N", "_hz": "Hz", "_deg": "°", "_v": "V", "_m_s2": "m/s²", "_v_m": "V/m", "_g": "g",
-    "_percent": "%", "_mw": "mW", "_m_s": "m/s", "_periods": "periods",
+    "_percent": "%", "_mw": "mW", "_m_s": "m/s", "_periods": "periods", "area_ratio_at_most": "times",
 }  # fmt: skip
 """Units by the ends of the keys that have them; the longest counts."""
 
