@@ -608,7 +608,7 @@ def test_more_scenarios_than_fit_across_make_several_figures() -> None:
 @pytest.mark.slow
 def test_captions_have_the_conditions_of_the_papers_captions() -> None:
     overlaid, two, four, seven = compare_pictures(three())
-    assert [sentences(picture.caption) for picture in (overlaid, two, four, seven)] == [2] * 4
+    assert [sentences(picture.caption) for picture in (overlaid, two, four, seven)] == [1, 2, 2, 2]
     assert overlaid.caption.startswith("Over d, as the sweeps are of different parameters")
     for picture, letters in ((two, "(a)–(c)"), (four, "(a)–(b)"), (seven, "(a)")):
         caption = picture.caption
