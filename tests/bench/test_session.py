@@ -8,7 +8,7 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport.base import ScenarioError, UsageError
-from vireport.bench.session import first, loaded_of, opened, refusal, save
+from vireport.bench.session import first, loaded_of, opened, refusal, require_new, save
 from vireport.scenario import load
 from vireport.study import analyse
 
@@ -76,3 +76,15 @@ def test_a_block_of_which_every_key_is_taken_away_goes() -> None:
     assert loaded_of(given, dict.fromkeys(required)).scenario.requirements is None
     with pytest.raises(ScenarioError, match="nothing is required in it"):
         first(bare, {"requirements": {}})
+
+
+def test_a_report_is_written_where_there_is_nothing(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    for free in ("new", "empty"):
+        require_new(tmp_path / free)
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "report.html").write_text("of another design")
+    (tmp_path / "file").write_text("")
+    for name in ("taken", "file"):
+        with pytest.raises(UsageError, match=f"{name} exists already"):
+            require_new(tmp_path / name)

@@ -16,7 +16,7 @@ from vireport.base.errors import (
     VireportError,
     install_command,
 )
-from vireport.base.files import require_writable, writable, write_files, write_new, write_whole
+from vireport.base.files import WRITTEN_BY, is_marked, require_writable, writable, write_files, write_new, write_whole
 from vireport.base.progress import Progress, WorkStep, counted, portion
 from vireport.base.reading import ANYWHERE, ReadingPlace
 from vireport.base.records import brief, plain
@@ -27,6 +27,7 @@ __all__ = [
     "ANYWHERE",
     "EXTRAS",
     "MOST_MISTAKES",
+    "WRITTEN_BY",
     "Mistake",
     "Mistakes",
     "NumericalError",
@@ -44,6 +45,7 @@ __all__ = [
     "deferred",
     "install_command",
     "interrupts",
+    "is_marked",
     "json_answer",
     "json_text",
     "plain",

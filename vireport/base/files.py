@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import secrets
 import stat
 import time
@@ -14,6 +15,7 @@ from shutil import rmtree
 
 from vireport.base import interrupts
 from vireport.base.errors import OutputError, UsageError
+from vireport.base.version import __version__
 
 STAGING = ".vireport-"
 """How the name begins of a folder in which a set of files waits until all of them are written."""
@@ -21,12 +23,39 @@ STAGING = ".vireport-"
 FAULTS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """What is wrong with the disk, and not with the place that the caller named."""
 
+WRITTEN_BY = f"vireport {__version__}"
+"""What a file says of itself, in its kind's way, where it was written by this program."""
+
+MARKS = {
+    ".html": re.compile(rb'<meta name="generator" content="vireport |<!-- vireport '),
+    ".json": re.compile(rb'"provenance":\s*\{\s*"version":\s*"[^"]*",\s*"scenario_name":'),
+    ".md": re.compile(rb"<!-- vireport "),
+    ".pdf": re.compile(rb"/(Author|Creator)\s*\(vireport |\n% vireport "),
+    ".png": re.compile(rb"\A\x89PNG\r\n.*tEXtSoftware\x00vireport ", re.DOTALL),
+    ".svg": re.compile(rb"<!-- vireport "),
+    ".xml": re.compile(rb'<testsuites name="vireport"'),
+    ".yaml": re.compile(rb"\n# vireport "),
+    "branches.csv": re.compile(rb"\Abranch,family,sweep_value,d,gbar,"),
+    "compare.csv": re.compile(rb"\Ascenario,rank,verdict,requirements_met,"),
+}
+"""By what a file is known to be written by this program, by its suffix; a table has no place for a mark, and is known
+by its head."""
+
+COMMENTS = {".html": "<!-- {} -->", ".md": "<!-- {} -->", ".pdf": "% {}", ".svg": "<!-- {} -->", ".yaml": "# {}"}
+"""What a file ends with where nothing else in it says what wrote it, by its suffix."""
+
+KNOWN_BESIDE = {"impacts.csv": ("identified.json", "figure-record.png"), "identified.yaml": ("identified.json",)}
+"""Files with what a user's have as well: they are ours beside one of these of ours."""
+
+MOST_NAMED = 5
+"""Files that a message names."""
+
 PATIENCE = 10.0
 """How long another run may take to put its files into the same folder [s]; it takes some milliseconds."""
 
 
 def write_files(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()) -> None:
-    """Put a set of files into a folder, which is made if there are any, all of them or none.
+    """Put a set of files into a folder, which is made if there are any, all of them or none, each with its mark.
 
     They are written beside those that are there, and then put in place together. A process that is killed in between
     leaves fewer files, but never some of one set and some of another.
@@ -48,6 +77,7 @@ def write_files(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] =
     """
     if not files:
         return
+    files = {name: marked(name, data) for name, data in files.items()}
     with writable(folder):
         created = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
@@ -64,8 +94,17 @@ def write_files(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] =
             raise
 
 
-def require_writable(folder: Path, names: Iterable[str] = ()) -> None:
-    """Say before any work that a folder, or the one it is to be made in, cannot be written to.
+def require_writable(folder: Path, names: Iterable[str] = (), force: bool = False) -> None:
+    """Say before any work that files cannot be written to a folder, or would replace some that are not ours.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they go; it may have to be made.
+    names : iterable of str
+        Files that may be written, and go where they are there already.
+    force : bool
+        Whether files that this program did not write may go too.
 
     Raises
     ------
@@ -83,8 +122,52 @@ def require_writable(folder: Path, names: Iterable[str] = ()) -> None:
         raise UsageError(f"{folder} cannot be written: {there} is no folder")
     if not os.access(there, os.W_OK | os.X_OK):
         raise UsageError(f"{folder} cannot be written: {there} does not allow it")
+    names = tuple(names)
     with writable(folder):
         _require_places(folder, names)
+    if not force:
+        _require_ours(folder, names)
+
+
+def _require_ours(folder: Path, names: Iterable[str]) -> None:
+    """Refuse to replace files that this program did not write.
+
+    Raises
+    ------
+    UsageError
+    """
+    others = [name for name in names if os.path.lexists(folder / name) and not _is_ours(folder / name)]
+    if others:
+        named = ", ".join(others[:MOST_NAMED]) + (", ..." if len(others) > MOST_NAMED else "")
+        one = len(others) == 1
+        raise UsageError(
+            f"{folder} holds {named}, which vireport did not write: nothing is replaced (name another folder with -o, "
+            f"or give --force, which replaces {'it' if one else 'them'})"
+        )
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a file says that this program wrote it; one that cannot be read does not."""
+    if path.name in KNOWN_BESIDE:
+        return any(_is_ours(path.with_name(name)) for name in KNOWN_BESIDE[path.name])
+    try:
+        return path.is_file() and is_marked(path.name, path.read_bytes())
+    except OSError:
+        return False
+
+
+def marked(name: str, data: bytes) -> bytes:
+    """A file that says what wrote it, as far as its kind has a place for that."""
+    comment = COMMENTS.get(Path(name).suffix)
+    if comment is None or name in KNOWN_BESIDE or is_marked(name, data):
+        return data
+    return data + f"\n{comment.format(WRITTEN_BY)}\n".encode()
+
+
+def is_marked(name: str, data: bytes) -> bool:
+    """Whether a file of some name and content says that this program wrote it."""
+    mark = MARKS.get(name) or MARKS.get(Path(name).suffix)
+    return mark is not None and mark.search(data) is not None
 
 
 def write_new(path: Path, data: bytes) -> None:

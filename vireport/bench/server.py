@@ -26,7 +26,7 @@ from markupsafe import Markup, escape
 
 from vireport.base import UsageError, VireportError, json_answer, json_text
 from vireport.bench.jobs import Aside, Asked, Worker
-from vireport.bench.session import MODULES, NAME, Opened, first, job_of, refusal, save, start_data
+from vireport.bench.session import MODULES, NAME, Opened, first, job_of, refusal, require_new, save, start_data
 from vireport.wording import TEMPLATES, environment_of
 
 HOST = "127.0.0.1"
@@ -117,6 +117,7 @@ class Bench:
 
     def report(self, asked: Asked) -> Iterator[dict[str, Any]]:
         """Save a scenario, and run it as anybody else would."""
+        require_new(self.folder / asked.name)
         path = save(self.known, asked.state, asked.name, self.folder)
         yield {"progress": f"writing the report of {path}"}
         folder = path.with_suffix("")

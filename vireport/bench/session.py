@@ -164,6 +164,18 @@ def refusal(error: VireportError) -> dict[str, Any]:
     return {"refused": mistakes}
 
 
+def require_new(folder: Path) -> None:
+    """Refuse to write a report where there is something.
+
+    Raises
+    ------
+    UsageError
+    """
+    with writable(folder):
+        if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
+            raise UsageError(f"{folder} exists already (give another name)")
+
+
 def save(known: Opened, state: State, name: str, folder: Path) -> Path:
     """Write the scenario of a state to a new file.
 

@@ -16,7 +16,7 @@ from vireport.membranes import (
     verdict,
 )
 from vireport.scenario import AccuracyBlock, Loaded
-from vireport.study import Study, Task, analyse
+from vireport.study import Study, Task, analyse, provenance_of
 from vireport.text import Table, capital, plain_text
 from vireport.wording import Words
 
@@ -72,20 +72,21 @@ def _parts(study: Study, every: bool) -> Iterator[str | Table]:
     yield from solvers_on_stiff_membranes(study.compliance)
 
 
-def data(study: Study) -> bytes:
-    """What was measured, as JSON."""
+def data(study: Study, command: str) -> bytes:
+    """What was measured by a command, as JSON."""
     content = {
         "scenario_sha256": study.loaded.sha256,
         "accuracy": None if study.work is None else accuracy_data(study.work),
         "compliant": None if study.compliance is None else compliance_data(study.compliance),
+        "provenance": provenance_of(study.loaded, command).to_dict(),
     }
     return (json_text(content, indent=1) + "\n").encode()
 
 
-def files(study: Study, width_mm: float | None = None) -> dict[str, bytes]:
+def files(study: Study, command: str, width_mm: float | None = None) -> dict[str, bytes]:
     """The figures, as wide as a column of a paper where a width is given, and accuracy.json, by their names."""
     from vireport.figures import Sheet, drawn_for, measured_pictures
 
     with drawn_for(Sheet.of(width_mm)):
         drawn = {f"{picture.name}.png": picture.png for picture in measured_pictures(study)}
-    return {"accuracy.json": data(study), **drawn}
+    return {"accuracy.json": data(study, command), **drawn}

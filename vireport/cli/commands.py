@@ -90,6 +90,7 @@ def run(
     templates: given.Templates = None,
     paper: given.Paper = given.PaperSize.A4,
     figure_width: given.FigureWidth = None,
+    force: given.Force = False,
     quiet: given.Quiet = False,
     verbose: given.Verbose = False,
 ) -> None:
@@ -125,7 +126,7 @@ def run(
         return
     folder, formats = output or default_folder(scenario), formats_of("run", format_)
     width_mm = figure_width_mm(figure_width, formats)
-    require_writable(folder, file_names(formats))
+    require_writable(folder, file_names(formats), force)
     tell_lacking(loaded, formats, quiet)
     with progress(quiet, verbose) as say:
         outcome = run_outcome(loaded, formats, command, templates, say, certify, before, earlier, paper, width_mm)
@@ -184,6 +185,7 @@ def compare(
     templates: given.Templates = None,
     paper: given.Paper = given.PaperSize.A4,
     figure_width: given.FigureWidth = None,
+    force: given.Force = False,
     quiet: given.Quiet = False,
     verbose: given.Verbose = False,
 ) -> None:
@@ -216,8 +218,10 @@ def compare(
 
     command, formats = recorded(context), formats_of("compare", format_)
     width_mm = figure_width_mm(figure_width, formats)
+    names = file_names(formats, COMPARISON_FILES)
     if not json:
-        require_writable(output or Path(COMPARISON_FOLDER), file_names(formats, COMPARISON_FILES))
+        # Where no folder is named, another one is chosen than that of another comparison.
+        require_writable(output or Path(COMPARISON_FOLDER), names, force or output is None)
     earlier = [_earlier(path) for path in scenarios]
     items = [
         path if run is None else run.loaded((), allow_outside) for path, run in zip(scenarios, earlier, strict=True)
@@ -232,7 +236,10 @@ def compare(
         for before, study in zip(earlier, comparison.studies, strict=True):
             if before is not None:
                 tell(rerun_text(before.results, study, before.file).splitlines())
-    deliver(outcome, output or folder_of(comparison, command), quiet)
+    folder = output or folder_of(comparison, command)
+    if not json:
+        require_writable(folder, names, force)
+    deliver(outcome, folder, quiet)
 
 
 def _changes(
@@ -283,6 +290,7 @@ def map_(
     templates: given.Templates = None,
     paper: given.Paper = given.PaperSize.A4,
     figure_width: given.FigureWidth = None,
+    force: given.Force = False,
     quiet: given.Quiet = False,
     verbose: given.Verbose = False,
 ) -> None:
@@ -298,7 +306,7 @@ def map_(
         from vireport.maps import MapOutput
 
         asked = MapOutput(formats, command, templates, paper, figure_width_mm(figure_width, formats))
-        _cells(file, output or default_folder(file), scheduler, workers, figures, asked, quiet, verbose)
+        _cells(file, output or default_folder(file), scheduler, workers, figures, asked, force, quiet, verbose)
         return
     refuse(context, "--over draws curves, and computes no cells", "scheduler", "workers", "figures")
     refuse_files_beside_json(context, "chart")
@@ -311,7 +319,7 @@ def map_(
     width_mm, names = figure_width_mm(figure_width, formats), file_names(formats, charts.CHART_FILES)
     folder = output or default_folder(file, "-chart")
     if not json:
-        require_writable(folder, names)
+        require_writable(folder, names, force)
     with progress(quiet, verbose) as say:
         result = chart_of(loaded, over, portion(say, 0.0, 1.0 if json else CHARTED_SHARE))
         if not json:
@@ -326,14 +334,14 @@ def map_(
 
 
 def _cells(
-    file: str, folder: Path, scheduler: str | None, workers: int | None, figures: bool, asked: Any, quiet: bool,
-    verbose: bool,
+    file: str, folder: Path, scheduler: str | None, workers: int | None, figures: bool, asked: Any, force: bool,
+    quiet: bool, verbose: bool,
 ) -> None:  # fmt: skip
     """Compute a map file, or what is missing of it."""
     from vireport.cli.outputs import file_names
     from vireport.maps import MAP_FILES, run_map
 
-    require_writable(folder, file_names(asked.formats, MAP_FILES) if figures else ())
+    require_writable(folder, file_names(asked.formats, MAP_FILES) if figures else (), force)
     try:
         with progress(quiet, verbose) as say:
 
@@ -358,6 +366,7 @@ def optimise(
     templates: given.Templates = None,
     paper: given.Paper = given.PaperSize.A4,
     figure_width: given.FigureWidth = None,
+    force: given.Force = False,
     quiet: given.Quiet = False,
     verbose: given.Verbose = False,
 ) -> None:
@@ -377,7 +386,7 @@ def optimise(
     stale = (*outputs.DATA, *file_names(formats, outputs.OPTIMISE_FILES))
     folder = output or default_folder(scenario, "-best")
     if not json:
-        require_writable(folder, stale)
+        require_writable(folder, stale, force)
     tell_lacking(loaded, formats, quiet)
     with progress(quiet, verbose) as say:
         result = search(problem, say)
@@ -412,6 +421,7 @@ def identify(
     set_: given.Set = None,
     output: given.Folder = None,
     json: given.Json = False,
+    force: given.Force = False,
     quiet: given.Quiet = False,
     verbose: given.Verbose = False,
 ) -> None:
@@ -427,7 +437,10 @@ def identify(
         raise UsageError("either --impacts or --record is needed (allowed: one of them)")
     command, folder = recorded(context), output or default_folder(scenario, "-identified")
     if not json:
-        require_writable(folder, identify_outputs.NAMES)
+        names: tuple[str, ...] = identify_outputs.NAMES
+        if impacts is not None and Path(impacts).resolve() == (folder / identify_outputs.RECORD).resolve():
+            names = tuple(name for name in names if name != identify_outputs.RECORD)  # it is written as it is
+        require_writable(folder, names, force)
     with progress(quiet, verbose) as say:
         outcome = identify_outputs.outcome(loaded, impacts, record, clock is not None, free or [], command, json, say)
     deliver(outcome, folder, quiet)
@@ -443,6 +456,7 @@ def verify(
     output: given.Folder = None,
     json: given.Json = False,
     figure_width: given.FigureWidth = None,
+    force: given.Force = False,
     quiet: given.Quiet = False,
     verbose: given.Verbose = False,
 ) -> None:
@@ -476,14 +490,14 @@ def verify(
     from vireport.cli import accuracy_outputs
 
     if output is not None:
-        require_writable(output, accuracy_outputs.NAMES)
+        require_writable(output, accuracy_outputs.NAMES, force)
     width_mm = figure_width_mm(figure_width, (Task.PNG,))
     loaded = accuracy_outputs.asked(loaded)
     tell_lacking(loaded, accuracy_outputs.FORMATS, quiet)
     with progress(quiet, verbose) as say:
         study = accuracy_outputs.measured(loaded, say)
-        files = accuracy_outputs.files(study, width_mm) if output is not None else {}
-    printed, text = (accuracy_outputs.data(study), "") if json else ("", accuracy_outputs.text(study, every))
+        files = accuracy_outputs.files(study, recorded(context), width_mm) if output is not None else {}
+    printed, text = (accuracy_outputs.data(study, recorded(context)), "") if json else ("", accuracy_outputs.text(study, every))
     deliver(CommandOutcome(printed, text, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 

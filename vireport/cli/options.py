@@ -214,12 +214,13 @@ FigureWidth = Annotated[
 Figures = Annotated[
     bool, output_option(help="Writes a report, with heat maps of a grid over two parameters, beside the cells.")
 ]
+Force = Annotated[bool, output_option("--force", help="Replaces also files that vireport did not write.")]
 Quiet = Annotated[bool, _messages("--quiet", "-q", help="Prints errors only, and what --json prints.")]
 Verbose = Annotated[
     bool, _messages("--verbose", "-v", help="Writes each step with its seconds to standard error as it ends.")
 ]
 
-NOT_RECORDED = {"output", "templates", "figures", "quiet", "verbose", "scheduler", "workers"}
+NOT_RECORDED = {"output", "templates", "figures", "force", "quiet", "verbose", "scheduler", "workers"}
 """Options that do not change the results."""
 
 FILES = {"scenario", "scenarios", "file", "baseline", "impacts", "record"}

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from msgspec import Struct, field
 
-from vireport.base import UsageError
+from vireport.base import WRITTEN_BY, UsageError
 from vireport.figures.vector import drawing
 
 Look = dict[str, Any]
@@ -256,7 +256,7 @@ def png_of(figure: Figure) -> bytes:
     canvas: Any = figure.canvas
     with style():
         # `Figure.savefig` does the same, but first lays the figure out, which is final already.
-        canvas.print_png(file, metadata={"Software": None}, pil_kwargs={"compress_level": PNG_EFFORT})
+        canvas.print_png(file, metadata={"Software": WRITTEN_BY}, pil_kwargs={"compress_level": PNG_EFFORT})
     return file.getvalue()
 
 
@@ -339,7 +339,7 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         from matplotlib.backends.backend_pdf import FigureCanvasPdf
 
         file, canvas, dpi = BytesIO(), self.figure.canvas, self.figure.dpi
-        told: Any = {"Title": self.title, "Creator": None, "Producer": None, "CreationDate": None}
+        told: Any = {"Title": self.title, "Creator": WRITTEN_BY, "Producer": None, "CreationDate": None}
         with drawn_for(self.sheet), style():
             FigureCanvasPdf(self.figure).print_pdf(file, metadata=told)  # type: ignore[no-untyped-call]
         self.figure.set_canvas(canvas)
