@@ -30,6 +30,8 @@ def entry() -> int:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         # Pydantic looks for plugins in the metadata of every package installed: 5 ms where there are a hundred.
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
+        # Figures look the same whatever the user has set: what cannot be read of it must not end a run.
+        os.environ.update(MATPLOTLIBRC=os.devnull, MPLBACKEND="agg")
         # A search of all that there is for cycles takes 10 to 20 ms, mostly of modules, and finds next to nothing.
         gc.set_threshold(*gc.get_threshold()[:2], FULL_SEARCHES)
         from vireport.cli import main

@@ -527,3 +527,14 @@ def test_a_plan_says_how_long_what_is_long_takes(capsys) -> None:
 def test_the_limits_in_messages_are_those_that_hold(capsys) -> None:
     assert main(["check", INCLINED, "--set", "accuracy.ladder=[1]"]) == 2
     assert "a list of 1 value (a list of 2 to 8 numbers)" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", [b"\xff\xfe", b"axes.formatter.use_locale: True\n", b"font.size: none\n"])
+def test_settings_of_matplotlib_and_a_locale_that_are_broken_have_no_part(settings: bytes, tmp_path: Path) -> None:
+    (tmp_path / "matplotlibrc").write_bytes(settings)
+    broken = {"MATPLOTLIBRC": str(tmp_path), "MPLBACKEND": "nonsense", "LC_ALL": "xx"}
+    line = [*ENTRY, "run", DESIGN, "--format", "png", "-q", "-o", str(tmp_path / "out")]
+    run = subprocess.run(line, capture_output=True, text=True, env=os.environ | broken, check=False)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert (tmp_path / "out" / "figure-device.png").is_file()

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vireport.text import inert_cell, markdown_text, visible
+from vireport.scenario.blocks import is_printable
+from vireport.text import inert_cell, markdown_text, visible, without_joins
 
 ANY = st.text(st.characters(exclude_categories=()), max_size=60)
 
@@ -15,7 +17,7 @@ ANY = st.text(st.characters(exclude_categories=()), max_size=60)
 @given(ANY, st.integers(4, 80))
 def test_it_is_one_printable_line(text: str, most: int) -> None:
     shown = visible(text, most)
-    assert shown.isprintable()
+    assert without_joins(shown).isprintable()
     assert "::" not in shown
     assert "##[" not in shown
     assert len(shown) <= 10 * most  # an escape has up to ten characters
@@ -38,3 +40,20 @@ def test_nothing_is_executed_called_or_linked() -> None:
         assert markdown_text(text).replace("\u2060", "") == text
     assert markdown_text("a@b.org") != "a@b.org"
     assert "\n" not in markdown_text("a\n# b")
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("5\u00a0mm", True),
+        ("\U0001f469\u200d\U0001f52c", True),
+        ("\u2764\ufe0f\u200d\U0001f525", True),
+        ("a\u200db", False),
+        ("\u200d", False),
+        ("\u202ea", False),
+        ("a\u200b", False),
+    ],
+)
+def test_what_joins_words_or_pictographs_is_shown_as_it_is(text: str, shown: bool) -> None:
+    assert (visible(text) == text) is shown
+    assert is_printable(text) is shown

@@ -497,7 +497,9 @@ def verify(
     with progress(quiet, verbose) as say:
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study, recorded(context), width_mm) if output is not None else {}
-    printed, text = (accuracy_outputs.data(study, recorded(context)), "") if json else ("", accuracy_outputs.text(study, every))
+    printed, text = (
+        (accuracy_outputs.data(study, recorded(context)), "") if json else ("", accuracy_outputs.text(study, every))
+    )
     deliver(CommandOutcome(printed, text, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 

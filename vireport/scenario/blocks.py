@@ -31,6 +31,7 @@ from vireport.scenario.parameters import (
     DesignInput,
     Parameter,
 )
+from vireport.text import without_joins
 
 LONGEST_TEXT = 200
 LARGEST_PERIOD_RATIO = 20
@@ -109,7 +110,7 @@ WhenGiven = Annotated[_AnyBlock, _WhenGiven()]
 
 def is_printable(text: str) -> bool:
     """Whether a text is one line that any output can show: not blank, and without control characters."""
-    return text.isprintable() and bool(text.strip())
+    return without_joins(text).isprintable() and bool(text.strip())
 
 
 def _printable(text: str) -> str:

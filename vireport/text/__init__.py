@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from vireport.base import deferred
 from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity, explanation
-from vireport.text.foreign import inert_cell, visible
+from vireport.text.foreign import inert_cell, visible, without_joins
 from vireport.text.formatting import (
     ABSENT,
     MINUS,
@@ -75,6 +75,7 @@ __all__ = [
     "texts",
     "tied",
     "visible",
+    "without_joins",
     "words",
     "written",
 ]

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
+_PICTOGRAPHS = "\\u2190-\\u2bff\\U0001f000-\\U0001faff"
+_JOINS = re.compile(f"[\\u00a0\\u202f]|(?<=[{_PICTOGRAPHS}\\ufe0f])\\u200d(?=[{_PICTOGRAPHS}])")
+"""Spaces at which no line ends, and what makes one pictograph of two: Python calls them unprintable."""
+
 LONGEST = 4096
 """Characters that are shown, unless fewer are asked for: any path has fewer."""
 
@@ -18,9 +24,20 @@ def visible(text: str, most: int = LONGEST) -> str:
     a\x1b[31m\nb :\x3aerror:\x3ax rather...
     """
     cut = text if len(text) <= most else f"{text[: most - 3]}..."
-    if not cut.isprintable():
+    if not without_joins(cut).isprintable():
         cut = "".join(map(_escaped, cut))
     return cut.replace("::", ":\\x3a").replace("##[", "#\\x23[")
+
+
+def without_joins(text: str) -> str:
+    r"""Text without the spaces at which no line ends, and what joins pictographs; elsewhere a joiner stays.
+
+    Examples
+    --------
+    >>> without_joins("5\xa0mm"), len(without_joins("\U0001f469\u200d\U0001f52c")), len(without_joins("a\u200db"))
+    ('5mm', 2, 3)
+    """
+    return _JOINS.sub("", text)
 
 
 def _escaped(letter: str) -> str:
