@@ -80,10 +80,10 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     rows = np.flatnonzero(motions.stable_mask)
     if not rows.size or r == 0:
         return None
-    # The closed form needs a restitution below 1: upwards it is at most halfway there.
+    # The closed form needs a restitution below 1, and a law one above 0: it is at most halfway to either.
     least, largest = min(stated(device.restitution)), max(stated(device.restitution))
     highest = (1 + largest) / 2 - (largest - r)
-    changed = np.array([max(r * (1 - UNSURE), r - least), min(r * (1 + UNSURE), highest)])
+    changed = np.array([max(r * (1 - UNSURE), r - least / 2), min(r * (1 + UNSURE), highest)])
     elasticity = 0.0
     for other, velocities in zip(changed, _stable_velocities(device, changed), strict=True):
         if velocities.size < rows.size:

@@ -1,0 +1,45 @@
+"""Every command on random scenarios with every block: an answer or a sentence, never a traceback, and strict JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from any_scenario import COMMANDS, Calls, random_tree
+from conftest import first
+
+SEED = 20261128
+
+PER_TEST = 8
+"""Scenarios of one test: the tests are spread over processes."""
+
+HEAVY = "report", "certify", "charted", "accuracy", "compared", "sweep"
+"""Commands that take seconds: one of them on every eighth scenario."""
+
+LIGHT = tuple(command for command in COMMANDS if command not in HEAVY)
+"""The others: one of them on each scenario, after the check of it and its plan."""
+
+
+@pytest.mark.parametrize("batch", first(0, range(30)))
+@pytest.mark.filterwarnings("default")
+def test_every_command_ends_with_an_answer_or_a_sentence(
+    batch: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for number in range(batch * PER_TEST, (batch + 1) * PER_TEST):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        calls = Calls(random_tree(np.random.default_rng([SEED, number])), folder)
+        chosen = {"validate", "plan", LIGHT[number % len(LIGHT)]}
+        if number % PER_TEST == 0:
+            chosen.add(HEAVY[batch % len(HEAVY)])
+        for command in sorted(chosen):
+            calls.ended(command, capfd)
+
+
+def test_the_light_commands_refuse_or_answer_a_few_scenarios(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    codes = set()
+    for number in range(12):
+        calls = Calls(random_tree(np.random.default_rng([SEED, 1000 + number])), tmp_path)
+        codes |= {calls.ended(command, capfd)[0] for command in ("validate", "plan")}
+    assert codes <= {0, 2}
