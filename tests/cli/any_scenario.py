@@ -229,28 +229,26 @@ class Calls:
     def arguments(self, command: str) -> list[str]:
         """The arguments of a command."""
         file, out, length = self.file, str(self.folder / command), self._length()
-        if command in ("diff", "baseline", "portrait"):
+        if command in ("changes", "baseline"):
             earlier = self.folder / "results.json"
             if not earlier.exists():
                 changed = self._written("earlier.yaml", self.tree | {"gravity_m_s2": 9.81})
                 if main(["run", changed, "-o", str(self.folder), "--format", "json", "-q"]) > 1:
                     raise Refused
-            if command == "portrait":
-                return ["portrait", str(earlier), "--at", repr(float(self._swept())), "--json"]
-            if command == "diff":
-                return ["diff", str(earlier), file, "--json"]
+            if command == "changes":
+                return ["compare", str(earlier), file, "--exit-code", "--json"]
             return ["run", file, "-o", out, "--format", "json,markdown", "--baseline", str(earlier)]
         if command == "identify":
             return ["identify", file, "--impacts", self._impacts(), "--json"]
-        if command == "sweep":
+        if command == "map":
             axes = [{"path": PATHS["length_m"], "from": 0.7 * length, "to": 1.4 * length, "count": 4}]
             axes += [{"path": "inclination_deg", "from": 5, "to": 60, "count": 3}]
             kept = {key: value for key, value in self.tree.items() if key not in ("sweep", "design", "accuracy")}
             path = self._written("map.yaml", kept | {"map": {"axes": axes}})
-            return ["sweep", path, "-o", out, "--workers", "1", "--format", "html"]
+            return ["map", path, "-o", out, "--workers", "1", "--format", "html"]
         return {
-            "validate": ["validate", file, "--json"],
-            "plan": ["plan", file, "--json"],
+            "check": ["check", file, "--json"],
+            "checked": ["check", file],
             "run": ["run", file, "--json"],
             "report": ["run", file, "-o", out],
             "certify": ["run", file, "--json", "--certify"],
@@ -263,15 +261,10 @@ class Calls:
                 f"length_m={0.6 * length}..{1.8 * length},inclination_deg=0..60",
                 "--json",
             ],
-            "charted": ["chart", file, "--over", "restitution,length_m", "-o", out, "--format", "html,json"],
+            "charted": ["map", file, "--over", "restitution,length_m", "-o", out, "--format", "html,json"],
             "optimise": ["optimise", file, "--json"],
-            "accuracy": ["accuracy", file, "--json"],
+            "verify": ["verify", file, "--json"],
         }[command]
-
-    def _swept(self) -> float:
-        if "sweep" not in self.tree:
-            raise Refused
-        return (self.tree["sweep"]["from"] + self.tree["sweep"]["to"]) / 2
 
     def ended(self, command: str, capfd: Any) -> tuple[int, str]:
         """Run a command, and hold that it ends with an answer or a sentence; its exit code and what it says."""
@@ -297,8 +290,8 @@ class Calls:
 
 
 COMMANDS = (
-    *("run", "plan", "validate", "report", "compare", "diff", "chart", "explore", "identify", "baseline", "sweep"),
-    *("portrait", "optimise", "certify", "charted", "accuracy", "compared"),
+    *("run", "check", "checked", "report", "compare", "changes", "chart", "explore", "identify", "baseline", "map"),
+    *("optimise", "certify", "charted", "verify", "compared"),
 )
 
 

@@ -14,7 +14,7 @@ SEED = 20261128
 PER_TEST = 8
 """Scenarios of one test: the tests are spread over processes."""
 
-HEAVY = "report", "certify", "charted", "accuracy", "compared", "sweep"
+HEAVY = "report", "certify", "charted", "verify", "compared", "map"
 """Commands that take seconds: one of them on every eighth scenario."""
 
 LIGHT = tuple(command for command in COMMANDS if command not in HEAVY)
@@ -30,7 +30,7 @@ def test_every_command_ends_with_an_answer_or_a_sentence(
         folder = tmp_path / str(number)
         folder.mkdir()
         calls = Calls(random_tree(np.random.default_rng([SEED, number])), folder)
-        chosen = {"validate", "plan", LIGHT[number % len(LIGHT)]}
+        chosen = {"check", "checked", LIGHT[number % len(LIGHT)]}
         if number % PER_TEST == 0:
             chosen.add(HEAVY[batch % len(HEAVY)])
         for command in sorted(chosen):
@@ -41,5 +41,5 @@ def test_the_light_commands_refuse_or_answer_a_few_scenarios(tmp_path: Path, cap
     codes = set()
     for number in range(12):
         calls = Calls(random_tree(np.random.default_rng([SEED, 1000 + number])), tmp_path)
-        codes |= {calls.ended(command, capfd)[0] for command in ("validate", "plan")}
+        codes |= {calls.ended(command, capfd)[0] for command in ("check", "checked")}
     assert codes <= {0, 2}
