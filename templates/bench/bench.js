@@ -458,13 +458,14 @@ export function mount(root, start, backend) {
   );
   const verdict = make("section", { class: "card verdict neutral", "aria-label": "Verdict" });
   const badge = make("p", { class: "word" }),
-    headline = make("p", { class: "headline" }),
+    sentence = make("p", { class: "sentence" }),
+    said = make("ul", { class: "said" }),
+    tiles = make("dl", { class: "tiles" }),
     progress = make("p", { class: "now", role: "status" });
-  verdict.append(badge, headline, progress);
+  verdict.append(badge, sentence, said, tiles, progress);
   const numbers = make("table"),
     marginTable = make("table"),
-    criteria = make("table"),
-    facts = make("dl", { class: "facts" });
+    criteria = make("table");
   const todo = make("div"),
     alerts = make("div"),
     leftOut = make("div");
@@ -481,7 +482,7 @@ export function mount(root, start, backend) {
     finding = null;
     verdict.className = "card verdict neutral waiting";
     progress.textContent = "Being checked …";
-    for (const key of ["facts", "criteria", "changes", "alerts", "left"]) cards[key].classList.add("waiting");
+    for (const key of ["criteria", "changes", "alerts", "left"]) cards[key].classList.add("waiting");
   };
 
   const numberRows = (told) => {
@@ -572,7 +573,9 @@ export function mount(root, start, backend) {
         : motion.stability.startsWith("stable")
           ? `1:1 motion: ${motion.stability}`
           : `1:1 motion only ${motion.stability}`;
-    headline.textContent =
+    said.replaceChildren();
+    tiles.replaceChildren();
+    sentence.textContent =
       answer.swept !== null
         ? answer.stable.length
           ? `Stable 1:1 motion for ${named(answer.swept.symbol)} from ${rangesOf(answer)}.`
@@ -629,20 +632,15 @@ export function mount(root, start, backend) {
     const { verdict: told, results } = finding;
     verdict.className = `card verdict ${told.status}`;
     badge.textContent = told.word;
-    headline.textContent = told.headline;
+    sentence.textContent = told.sentence;
     progress.textContent = "";
     for (const own of Object.values(cards)) own.classList.remove("waiting");
-    facts.replaceChildren(
-      ...told.facts.map(({ question, answer: say, detail, status }) =>
-        make(
-          "div",
-          { class: `fact ${status}` },
-          make("dt", {}, question),
-          make("dd", {}, make("strong", {}, say), detail ? `. ${detail}.` : ""),
-        ),
+    said.replaceChildren(...told.facts.map(({ status, text }) => make("li", { class: status }, text)));
+    tiles.replaceChildren(
+      ...told.tiles.map(({ status, label, value, remark }) =>
+        make("div", { class: status }, make("dt", {}, label), make("dd", { class: "value" }, value), make("dd", {}, remark)),
       ),
     );
-    cards.facts.hidden = told.facts.length === 0;
     if (results.design_point) drawMargins(results.design_point.margins, results.design_point.margins_unresolved);
     const lines = results.requirements?.criteria ?? [];
     cards.criteria.hidden = lines.length === 0;
@@ -1014,7 +1012,6 @@ export function mount(root, start, backend) {
     card("criteria", "Requirements", criteria),
     card("motion", "At the design point", numbers),
     card("margins", "Nearest ends of stable motion", marginTable),
-    card("facts", "Questions and answers", facts),
     card("alerts", "Alerts", alerts),
     card("left", "Not worked out here", make("details", {}, make("summary", {}, "What, and why"), leftOut)),
   );

@@ -73,7 +73,10 @@ def test_what_follows_is_what_a_run_finds() -> None:
     loaded = opened(EXAMPLES / "inclined.yaml")
     study = analyse(loaded_of(loaded, {"requirements.margin_any_percent": 3.0}), ("json",))
     told = study_answer(study)
-    assert told["verdict"]["headline"] == study.verdict.headline
+    opening = study.opening.worded()
+    assert told["verdict"]["sentence"] == opening.sentence
+    assert [(fact["status"], fact["text"]) for fact in told["verdict"]["facts"]] == list(opening.facts)
+    assert [tile["value"] for tile in told["verdict"]["tiles"]] == [tile.value for tile in opening.tiles]
     assert told["results"]["requirements"] == study.to_dict()["requirements"]
     assert "branches" not in told["results"]
     whats = {row["what"]: row["why"] for row in told["left_out"]}

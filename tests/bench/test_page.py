@@ -51,7 +51,7 @@ def page(opened_once: Browser) -> Browser:
 
 
 SETTLED = """!document.querySelector(".waiting, .message:not([hidden])")
-  && !document.querySelector(".now").textContent && document.querySelector(".headline").textContent !== ''"""
+  && !document.querySelector(".now").textContent && document.querySelector(".sentence").textContent !== ''"""
 """Whether all that follows a change is there."""
 
 
@@ -105,7 +105,7 @@ def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> No
             f"{shown(design['phi_bottom_rad'][row])}, {shown(design['phi_top_rad'][row])}"
         ]
         assert texts(page, "td[data-name^='Average voltage']")[0].startswith(f"{shown(design['u_ave_v'][row], 4)} V")
-        assert texts(page, ".headline") == [study.verdict.headline]
+        assert texts(page, ".sentence") == [study.opening.worded().sentence]
         assert texts(page, ".word") == [study.verdict.word]
         nearest = next(x for x in design["margins"] if x["ends_stability"] or x["taken_over"])
         first = texts(page, "tr.nearest td")
@@ -365,7 +365,7 @@ def test_the_same_page_speaks_to_a_kernel(tmp_path: Path) -> None:
     page.look(1440)
     page.open(page_file)
     settled(page)
-    assert texts(page, ".headline") == [study.verdict.headline]
+    assert texts(page, ".sentence") == [study.opening.worded().sentence]
     assert [kind for kind, _ in page.run("sent")] == ["margins", "first", "plane", "study", "changes"]
     assert texts(page, ".actions button:not([hidden])") == [
         "Undo",

@@ -16,7 +16,7 @@ from vireport.checks import crosscheck, is_one_to_one
 from vireport.checks.crosscheck import difference, orbits_at
 from vireport.design import design_point
 from vireport.figures import simulated_points
-from vireport.gate import Evidence, Question, Status, verdict_of
+from vireport.gate import Evidence, Status, verdict_of
 from vireport.physics import Groups
 from vireport.simulation import (
     BOTTOM,
@@ -26,6 +26,7 @@ from vireport.simulation import (
     find_attractor,
     random_starts,
 )
+from vireport.wording import Words
 
 LIVELY = ["period_ratio=3", "device.restitution=0.9"]
 """Here starts of the horizontal example end on 1:1 motions of one and of three forcing periods."""
@@ -81,8 +82,8 @@ def test_a_wrong_solution_is_found_out(checked) -> None:
     check = crosscheck(wrong, asked)
     assert check.misses
     assert not check.passed
-    verdict = replace(study, crosscheck=check).verdict
-    assert verdict.headline.startswith("Not verified")
+    opening = replace(study, crosscheck=check).opening.worded()
+    assert opening.sentence.startswith("Not verified")
     assert "VR020" in {alert.code for alert in replace(study, crosscheck=check).alerts}
 
 
@@ -145,7 +146,7 @@ def test_without_a_motion_the_simulation_says_what_the_device_does(example, over
     assert (check.orbits, check.trials, check.share, check.elsewhere) == (0, 0, None, ())
     assert sum(motion.count for motion in check.motions) == 8
     assert names is None or {motion.name for motion in check.motions} == names
-    assert check.motions[0].name in study.verdict.headline
+    assert check.motions[0].name in " ".join(study.opening.worded().text)
     data = study.to_dict()["simulation"]
     assert data["basin"] is None
     assert [motion["count"] for motion in data["motions"]] == [motion.count for motion in check.motions]
@@ -162,16 +163,15 @@ def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
     assert sum(lost) == check.trials - check.reached == sum(motion.count for motion in check.elsewhere)
     assert all(motion.stays for motion in check.elsewhere)
     assert (min(m.low for m in check.elsewhere), max(m.high for m in check.elsewhere)) == pytest.approx((3.6, 4.0))
-    fact = next(fact for fact in study.verdict.facts if fact.question == Question.REACHED)
-    assert (fact.status, "B~ every" in fact.detail) == (Status.CAUTION, True)
-    assert f"of {check.trials} starts (95 % interval" in study.verdict.headline
+    assert (study.verdict.reached.status, study.verdict.reached.data) == (Status.CAUTION, check)
+    said = Words("opening")("starts_reach_it", check)
+    assert said == f"{check.reached} of {check.trials} random starts come to this motion."
     assert any("B~ every" in alert.cause for alert in study.alerts if alert.code == "VR021")
 
 
 def test_without_a_simulation_and_a_design_point_stability_is_called_local() -> None:
     verdict = verdict_of(Evidence(solved("inclined", device__length_m=None)))
-    assert "Local stability only" in verdict.headline
-    assert "Not simulated" in {fact.answer for fact in verdict.facts if fact.question == Question.REACHED}
+    assert (verdict.reached.data, verdict.reached.status) == (None, Status.NEUTRAL)
 
 
 @pytest.mark.slow

@@ -368,12 +368,19 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
         (ending.parameter, ending.event, ending.sweep_value, ending.distance, ending.error_bound)
         for ending in design.endings()
     ]
-    fact = next((fact for fact in study.verdict.facts if fact.question == "With what margin?"), None)
+    fact = study.verdict.margin
     outcomes = [
         (criterion.key, criterion.passed, criterion.outcome.value, criterion.outcome.margin)
         for criterion in study.criteria
     ]
-    return margins, outcomes, study.verdict.status, study.verdict.word, fact and (fact.answer, fact.status), exit_code
+    return (
+        margins,
+        outcomes,
+        study.verdict.status,
+        study.verdict.word,
+        fact and fact.data.to_use.relative,
+        exit_code,
+    )
 
 
 @pytest.mark.slow

@@ -88,7 +88,7 @@ def test_a_title_is_text_in_every_format(odd) -> None:
     assert text.splitlines()[0] == f"{head}{{{{ 1 }}}} #panic() \u05d0\u05d1 \\]\\]&gt; \\\\\\|"
     assert set(re.findall(r"<[^>]*>", text)) == {"<sub>", "</sub>", "<b>"}
     assert "`` vireport run `a`|<b>.yaml ``" in text
-    rows = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].splitlines()
+    rows = re.search(r"(?:^\|.*\n)+", text[text.index("## Acceptance") :], re.MULTILINE)[0].splitlines()
     assert len(rows) == 2 + 9
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {7}
     assert sum("NOT MET" in row for row in rows) == 4

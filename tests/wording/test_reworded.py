@@ -30,33 +30,33 @@ def reworded(folder: Path, **changes: tuple[str, str]) -> Path:
 
 
 @pytest.mark.slow
-def test_the_headline_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, capsys) -> None:
-    folder = reworded(tmp_path / "own", verdict=("reached from rest", "got to from rest"))
+def test_the_opening_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, capsys) -> None:
+    folder = reworded(tmp_path / "own", opening=("starts by itself", "gets going by itself"))
     files = ["--format", "markdown,junit,json", "-o", str(tmp_path / "out")]
     assert main(["run", str(EXAMPLE), "--templates", str(folder), *files]) == 1
     said = capsys.readouterr().out
     for text in (said, (tmp_path / "out" / "junit.xml").read_text()):
-        assert "got to from rest after 61 periods" in text
-        assert "reached from rest after" not in text
-    assert analyse(load(EXAMPLE)).verdict.worded(folder).headline in said.splitlines()
+        assert "It runs, and gets going by itself, but does not meet" in text
+        assert "starts by itself" not in text
+    assert analyse(load(EXAMPLE)).opening.worded(folder).sentence in said.splitlines()
 
 
 @pytest.mark.slow
-def test_the_paragraph_the_word_and_captions_are_reworded(tmp_path: Path) -> None:
+def test_the_facts_the_word_and_captions_are_reworded(tmp_path: Path) -> None:
     folder = reworded(
         tmp_path / "own",
-        verdict=("small disturbances die out", "it forgets small disturbances"),
+        opening=("Requirements not met, ", "Not as required, "),
         **{"figures/sweep": ("Stable 1:1 motion for", "Steady for")},
     )
-    text = (folder / "words" / "verdict.j2").read_text()
-    before = "{% macro word(verdict) %}{{ verdict.conclusion.word }}"
+    text = (folder / "words" / "opening.j2").read_text()
+    before = "{% macro word(verdict) %}{{ verdict.word }}"
     assert before in text
-    (folder / "words" / "verdict.j2").write_text(text.replace(before, f"{before}, in our words"))
+    (folder / "words" / "opening.j2").write_text(text.replace(before, f"{before}, in our words"))
     files = ["--format", "html,markdown,svg", "-o", str(tmp_path / "out"), "-q"]
     assert main(["run", str(EXAMPLE), "--templates", str(folder), *files]) == 1
     page, summary, figure = ((tmp_path / "out" / x).read_text() for x in ("report.html", "summary.md", "figure-2.svg"))
     for text in (page, summary):
-        assert "it forgets small disturbances" in text
+        assert "Not as required, 4 of 9: " in text
         assert "Requirements not met, in our words" in text
     for text in (page, figure):
         assert "Steady for 0.629 m < s" in unescape(text).replace("\u00a0", " ")
@@ -65,21 +65,21 @@ def test_the_paragraph_the_word_and_captions_are_reworded(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("{% macro word(verdict) %}\n{{ verdict.nothing }}{% endmacro %}", "words/verdict.j2:2: "),
-        ("\n{% macro %}", "words/verdict.j2:2: "),
-        ("a", "words/verdict.j2: has no macro 'question'"),
-        ("{% macro question(fact) %}{{ 1 / 0 }}{% endmacro %}", "words/verdict.j2:1: ZeroDivisionError: "),
-        (b"\n\n\xff", "words/verdict.j2:3: has the byte 0xFF"),
+        ("{% macro word(verdict) %}\n{{ verdict.nothing }}{% endmacro %}", "words/opening.j2:2: "),
+        ("\n{% macro %}", "words/opening.j2:2: "),
+        ("a", "words/opening.j2: has no macro 'word'"),
+        ("{% macro word(verdict) %}{{ 1 / 0 }}{% endmacro %}", "words/opening.j2:1: ZeroDivisionError: "),
+        (b"\n\n\xff", "words/opening.j2:3: has the byte 0xFF"),
     ],
 )
 def test_words_that_fail_are_named_with_their_line_and_nothing_is_written(
     text: str | bytes, message: str, tmp_path: Path, capsys
 ) -> None:
     (tmp_path / "words").mkdir()
-    (tmp_path / "words" / "verdict.j2").write_bytes(text if isinstance(text, bytes) else text.encode())
-    if isinstance(text, str) and "word(verdict)" in text:
-        ours = (TEMPLATES / "words" / "verdict.j2").read_text(encoding="utf-8")
-        (tmp_path / "words" / "verdict.j2").write_text(f"{text}{ours.replace('macro word(', 'macro _word(')}")
+    (tmp_path / "words" / "opening.j2").write_bytes(text if isinstance(text, bytes) else text.encode())
+    if isinstance(text, str) and "verdict.nothing" in text:
+        ours = (TEMPLATES / "words" / "opening.j2").read_text(encoding="utf-8")
+        (tmp_path / "words" / "opening.j2").write_text(f"{text}{ours.replace('macro word(', 'macro _word(')}")
     out = tmp_path / "out"
     assert main(["run", str(EXAMPLE), "--templates", str(tmp_path), "-o", str(out), "--format", "html"]) == 3
     assert capsys.readouterr().err.startswith(f"vireport: error: {message}")
@@ -87,8 +87,8 @@ def test_words_that_fail_are_named_with_their_line_and_nothing_is_written(
 
 
 def test_a_macro_that_is_not_there_is_named() -> None:
-    with pytest.raises(RenderError, match=r"words/verdict.j2: has no macro 'none_such'"):
-        Words("verdict")("none_such")
+    with pytest.raises(RenderError, match=r"words/opening.j2: has no macro 'none_such'"):
+        Words("opening")("none_such")
 
 
 class Compared:

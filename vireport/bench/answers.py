@@ -92,15 +92,16 @@ def _has_design(scenario: Scenario) -> bool:
 
 def study_answer(study: Study) -> dict[str, Any]:
     """All that a run finds out, but for what is drawn along the sweep: the verdict in words, and results.json."""
-    verdict = study.verdict.worded()
+    opening = study.opening.worded()
     return {
         "verdict": {
-            "status": verdict.status,
-            "word": verdict.word,
-            "headline": verdict.headline,
-            "facts": [
-                {"question": fact.question, "answer": fact.answer, "detail": fact.detail, "status": fact.status}
-                for fact in verdict.facts
+            "status": opening.status,
+            "word": opening.word,
+            "sentence": opening.sentence,
+            "facts": [{"status": status, "text": text} for status, text in opening.facts],
+            "tiles": [
+                {"status": tile.status, "label": tile.label, "value": tile.value, "remark": tile.remark}
+                for tile in opening.tiles
             ],
         },
         "results": {name: part for name, part in study.to_dict(shown=True).items() if name not in DRAWN_BEFORE},

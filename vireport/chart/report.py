@@ -13,7 +13,7 @@ from vireport.chart.chart import Chart
 from vireport.chart.regions import PIXELS, ROOM
 from vireport.chart.tables import shown_points
 from vireport.chart.words import Naming, naming, words_given
-from vireport.gate import Alert, Status, WordedVerdict
+from vireport.gate import Alert, Status, WordedOpening
 from vireport.scenario import Loaded
 from vireport.study import Provenance
 from vireport.text import Table
@@ -47,6 +47,16 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
     template: str = "chart.typ.j2"
 
     @property
+    def heading(self) -> str:
+        """The title, or what it is of."""
+        return self.title or "Vibro-impact energy harvester"
+
+    @property
+    def subtitle(self) -> str:
+        """The file that it is made of, and what made it."""
+        return f"{self.provenance.scenario_name} · vireport {self.provenance.version}"
+
+    @property
     def title(self) -> str:
         """That of the scenario, "" where it has none."""
         return self.loaded.scenario.title or ""
@@ -66,7 +76,7 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
         return Words("chart", self.templates)(macro, *given)
 
     @property
-    def verdict(self) -> WordedVerdict:
+    def verdict(self) -> WordedOpening:
         """Whether the design point is stable, and how far from its nearest ends.
 
         Of a stable 1:1 motion that is far from these it is that of a run of the design point.
@@ -81,7 +91,7 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
         else:
             status = Status.NEUTRAL if run is None else run.status
         said = [self.say(macro, self.given) for macro in ("headline", *(["run"] if run is not None else []))]
-        return WordedVerdict(status, self.say("word", self.given), " ".join(said))
+        return WordedOpening(status, self.say("word", self.given), " ".join(said))
 
     @property
     def alerts(self) -> tuple[Alert, ...]:

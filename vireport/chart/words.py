@@ -66,5 +66,5 @@ def words_given(chart: Chart, named: Naming) -> dict[str, Any]:
     shares = [abs(end.relative) for end in nearest if end is not None and end.relative is not None]
     sets = chart.regions.sets if chart.regions is not None else ()
     near = min(shares, default=inf) < NEAR_CRITICAL
-    run = None if chart.run is None else chart.run.verdict.worded(named.said.templates)
+    run = None if chart.run is None else chart.run.opening.worded(named.said.templates)
     return {"chart": chart, "sets": sets, "named": named, "near": near, "run": run}

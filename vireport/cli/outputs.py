@@ -5,7 +5,7 @@ Only what the formats asked for need is imported.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +29,6 @@ from vireport.study import (
     with_pages,
     worst_scenario,
 )
-from vireport.text import AlertCode
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -117,7 +116,7 @@ def run_outcome(
         from vireport.report import github
 
         printed = github(study)
-    summary, changes = "\n".join([study.verdict.worded(templates).headline, *_what_to_do(study)]), None
+    summary, changes = "\n".join(study.opening.worded(templates).lines), None
     if baseline is not None:
         from vireport.comparison import changes_table, diff, diff_text
 
@@ -127,20 +126,6 @@ def run_outcome(
     outcome = _judged(study, printed, _certificates(study), files, summary)
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, earlier), stale=file_names(formats), beside=file_names(others))
-
-
-TOLD = (
-    *(AlertCode.NO_STABLE_MOTION, AlertCode.DESIGN_NOT_STABLE),
-    *(AlertCode.IMPLAUSIBLE_INPUT, AlertCode.RECORD_DOUBTFUL),
-)
-"""Alerts that a terminal says in full."""
-
-
-def _what_to_do(study: Study) -> Iterator[str]:
-    """The alerts that a reader of the terminal alone needs too: nothing works, or an input is doubtful."""
-    for alert in study.alerts:
-        if alert.code in TOLD:
-            yield alert.text
 
 
 def run_files(

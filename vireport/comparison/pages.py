@@ -22,7 +22,7 @@ from vireport.comparison.messages import Message, digits_apart, listed
 from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import margins_table, ranking_table
 from vireport.comparison.table import ComparisonRow
-from vireport.gate import WordedVerdict
+from vireport.gate import WordedOpening
 from vireport.scenario import Parameter
 from vireport.study import SWEEP_END, Provenance
 from vireport.text import ABSENT, Table, capital, numbers, percent, significant, texts, words, written
@@ -53,6 +53,16 @@ class ComparisonReport(Struct, frozen=True, eq=False):
     template: str = "comparison.typ.j2"
 
     @property
+    def heading(self) -> str:
+        """The title, or what it is of."""
+        return self.title or "Vibro-impact energy harvester"
+
+    @property
+    def subtitle(self) -> str:
+        """The file that it is made of, and what made it."""
+        return f"{self.provenance.scenario_name} · vireport {self.provenance.version}"
+
+    @property
     def title(self) -> str:
         """The names of the scenarios, where they are few."""
         names = self.comparison.names
@@ -60,12 +70,12 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         return Message.TITLE.format(names=listed(names) if few else Message.SCENARIOS.format(count=len(names)))
 
     @property
-    def verdict(self) -> WordedVerdict:
+    def verdict(self) -> WordedOpening:
         """Which scenario is best, and why."""
         best = [scenario for scenario in self.comparison.ranking if scenario.rank == 1]
         names = listed([scenario.name for scenario in best])
         word = Message.BEST_NAMED.format(names=names) if best[0].stable else Message.NO_STABLE_MOTION
-        return WordedVerdict(best[0].study.verdict.status, word, self.comparison.headline)
+        return WordedOpening(best[0].study.verdict.status, word, self.comparison.headline)
 
     @property
     def remarks(self) -> tuple[str, ...]:

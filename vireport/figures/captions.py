@@ -33,6 +33,7 @@ LAMBDA_LIMIT = 1.6
 """Size of the eigenvalues up to which figure 4 shows them; beyond, how unstable a motion is does not matter."""
 
 FILES = {
+    Task.FIGURE_ANSWER: "answer",
     Task.FIGURE_2: "sweep",
     Task.FIGURE_4: "sweep",
     Task.FIGURE_7: "sweep",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from vireport.figures import atlas, cycle, device, diagram, hysteresis, margins
+from vireport.figures import answer, atlas, cycle, device, diagram, hysteresis, margins
 from vireport.figures.captions import held, pictured, shown_along
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
@@ -61,6 +61,8 @@ def pictures(
 
 
 def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path | None) -> Iterator[Picture]:
+    if study.plan.runs(Task.FIGURE_ANSWER) and (first := answer.picture(study, templates)) is not None:
+        yield first
     drawings: dict[Task, Callable[[], Figure]] = {
         Task.FIGURE_2: lambda: figure_2(study, simulated),
         Task.FIGURE_4: lambda: figure_4(study),

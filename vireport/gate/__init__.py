@@ -19,6 +19,8 @@ from vireport.gate.stretch import STATED_FIELD_V_M
 if TYPE_CHECKING:
     from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
     from vireport.gate.impacts import generated, impacts_of
+    from vireport.gate.least_margin import margin_to_use
+    from vireport.gate.opening import Opening, WordedOpening, opening_of
     from vireport.gate.requirements import (
         REQUIREMENTS,
         OfMargin,
@@ -30,9 +32,9 @@ if TYPE_CHECKING:
         required,
         spared,
     )
-    from vireport.gate.verdict import Conclusion, Status, Verdict, WordedFact, WordedVerdict, verdict_of
+    from vireport.gate.verdict import Conclusion, Status, Verdict, verdict_of
 else:
-    __getattr__ = deferred(__name__, "impacts", "designs", "verdict", "requirements")
+    __getattr__ = deferred(__name__, "least_margin", "impacts", "designs", "verdict", "opening", "requirements")
 
 __all__ = [
     "DISPLACED",
@@ -51,12 +53,12 @@ __all__ = [
     "OfMotions",
     "OfRun",
     "OfShaker",
+    "Opening",
     "Question",
     "Requirement",
     "Status",
     "Verdict",
-    "WordedFact",
-    "WordedVerdict",
+    "WordedOpening",
     "alerts",
     "assess",
     "cause_of",
@@ -65,7 +67,9 @@ __all__ = [
     "impacts_of",
     "input_alerts",
     "keeps_motion",
+    "margin_to_use",
     "named_alerts",
+    "opening_of",
     "record_alerts",
     "required",
     "spared",

@@ -1,7 +1,7 @@
 """What a study comes to, as data: whether there is stable motion, where, with what margin, and at what voltage.
 
-Each question has a status and the numbers that answer it; `templates/words/verdict.j2` makes sentences of them. A
-reader who stops after the verdict must not have been misled.
+Each question has a status and the numbers that answer it; `opening` chooses what is said of them. A reader who stops
+after that must not have been misled.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from enum import Enum, StrEnum
 from math import ceil, log10
 from operator import itemgetter
-from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
@@ -19,12 +18,12 @@ from msgspec.structs import replace
 
 from vireport.base import brief
 from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInterval
-from vireport.gate.alerts import NEAR_CRITICAL
-from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question, unmet
+from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
+from vireport.gate.least_margin import MarginToUse, margin_to_use
 from vireport.gate.stretch import severity_of
 from vireport.motions import Point, Stability, Symmetry
 from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
-from vireport.text import Severity
+from vireport.text import Severity, significant
 
 if TYPE_CHECKING:
     from vireport.checks import CrossCheck
@@ -150,6 +149,8 @@ class NearestEnd(Struct, frozen=True, eq=False):
         The end with the membranes' own stiffness too; None where contacts are short.
     distortion : Distortion or None
         The least harmonic of the force that ends stable motion, of any order; None where none was found.
+    to_use : MarginToUse or None
+        The least of all known margins, which a designer acts on; None where there is no end.
     """
 
     end: Margin | None
@@ -159,6 +160,7 @@ class NearestEnd(Struct, frozen=True, eq=False):
     symmetric: bool
     compliant: StabilityEnd | None
     distortion: Distortion | None
+    to_use: MarginToUse | None
 
     __repr__ = brief
 
@@ -218,24 +220,6 @@ STRETCHED = {None: Status.GOOD, Severity.NOTE: Status.NEUTRAL, Severity.WARNING:
 """What the alert on deep deflections means for the answer on voltages, by its severity."""
 
 
-class WordedFact(Struct, frozen=True, eq=False):
-    """A question and its answer in words."""
-
-    question: str
-    answer: str
-    detail: str
-    status: Status
-
-
-class WordedVerdict(Struct, frozen=True, eq=False):
-    """A verdict in words: a few, one or two sentences of plain text, and the answers to questions."""
-
-    status: Status
-    word: str
-    headline: str
-    facts: tuple[WordedFact, ...] = ()
-
-
 class Verdict(Struct, frozen=True, eq=False):
     """The answers and criteria that a study comes to.
 
@@ -286,7 +270,7 @@ class Verdict(Struct, frozen=True, eq=False):
     simulated: Fact[CrossCheck] | None
 
     def __repr__(self) -> str:
-        return f"<Verdict {self.word}: {self.headline}>"
+        return f"<Verdict {self.word}>"
 
     @property
     def status(self) -> Status:
@@ -297,16 +281,6 @@ class Verdict(Struct, frozen=True, eq=False):
     def word(self) -> str:
         """The conclusion in a few words."""
         return self.conclusion.word
-
-    @property
-    def headline(self) -> str:
-        """The verdict in one or two sentences, in the words of the package's own templates."""
-        return self.worded().headline
-
-    @property
-    def facts(self) -> tuple[WordedFact, ...]:
-        """The questions and answers in the words of the package's own templates."""
-        return self.worded().facts
 
     @property
     def answers(self) -> dict[str, Fact[object]]:
@@ -328,11 +302,6 @@ class Verdict(Struct, frozen=True, eq=False):
             "simulated": self.simulated,
         }
         return {name: fact for name, fact in named.items() if fact is not None}
-
-    @property
-    def unmet(self) -> str:
-        """Which requirements are not met, without a full stop; "" where all are."""
-        return unmet(self.evidence.criteria)
 
     @property
     def design_point(self) -> Iterator[tuple[Parameter, float]]:
@@ -368,41 +337,29 @@ class Verdict(Struct, frozen=True, eq=False):
         own, share = self.evidence.own_stiffness, self.evidence.contact_share
         return most if own is None or not share else min(most, max(FEWEST_DIGITS, 2 + ceil(-log10(share))))
 
+    def place(self, end: Margin) -> str:
+        """Where an end of stable motion is, as text, with the digits that the stiffness of the membranes leaves."""
+        return end.parameter.show(end.sweep_value, self.digits(end.parameter, end.point))
+
+    def end_shown(self, part: StableInterval, side: int) -> str:
+        """The lower end of a stable range as text, or the upper one for a `side` of 1."""
+        return part.parameter.show(part.ends[side][0], self._digits_of_ends(part)[side])
+
     def inequality(self, part: StableInterval) -> str:
         """A stable range as text, strict at a critical point."""
-        return part.shown(*(self.digits(part.parameter, point) for _, point in part.ends))
+        return part.shown(*self._digits_of_ends(part))
+
+    def _digits_of_ends(self, part: StableInterval) -> tuple[int, int]:
+        """Digits to show of both ends of a range: as many more as it takes to tell them apart."""
+        start, end = (self.digits(part.parameter, point) for _, point in part.ends)
+        while significant(part.start, start) == significant(part.end, end) and part.start != part.end:
+            start, end = start + 1, end + 1
+        return start, end
 
     @property
     def inequalities(self) -> list[str]:
         """The stable ranges of the sweep as texts."""
         return [self.inequality(part) for part in self.evidence.solution.settable_ranges]
-
-    def worded(self, templates: Path | None = None) -> WordedVerdict:
-        """The verdict in words.
-
-        Parameters
-        ----------
-        templates : Path, optional
-            A folder whose ``words/verdict.j2`` comes before the package's own.
-
-        Raises
-        ------
-        RenderError
-            Where that template fails, with the line.
-        """
-        from vireport.wording import Words
-
-        say = Words("verdict", templates)
-        facts = tuple(
-            WordedFact(
-                say("question", fact),
-                say(f"{name}_answer", self, fact.data),
-                say(f"{name}_detail", self, fact.data),
-                fact.status,
-            )
-            for name, fact in self.answers.items()
-        )
-        return WordedVerdict(self.status, say("word", self), say("headline", self), facts)
 
 
 def verdict_of(evidence: Evidence) -> Verdict:
@@ -418,7 +375,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
         accepted=_accepted(criteria),
         motion=_motion(motions, criteria),
         where=_where(solution, design, motions),
-        margin=_margin(design, evidence.own_stiffness) if design is not None else None,
+        margin=_margin(design, evidence) if design is not None else None,
         shock=_shock(evidence.withstood, criteria) if not motions.narrow else None,
         tolerances=_tolerances(evidence.tolerances),
         from_rest=from_rest,
@@ -584,8 +541,8 @@ def _where(
     return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
 
 
-def _margin(design: DesignPoint, own: OwnStiffness | None) -> Fact[NearestEnd]:
-    end = next(iter(design.limits()), None)
+def _margin(design: DesignPoint, evidence: Evidence) -> Fact[NearestEnd]:
+    own, end = evidence.own_stiffness, next(iter(design.limits()), None)
     handover = lost = compliant = None
     if end is not None and end.taken_over:
         lost = next(iter(design.endings()), None)
@@ -596,11 +553,11 @@ def _margin(design: DesignPoint, own: OwnStiffness | None) -> Fact[NearestEnd]:
     symmetric = design.families[:1] == (Symmetry.SYMMETRIC,)
     shares = [(found.share, found) for found in design.distortions if found.share is not None]
     distortion = min(shares, key=itemgetter(0))[1] if shares else None
-    nearest = NearestEnd(end, design.unresolved_inputs, handover, lost, symmetric, compliant, distortion)
-    sizes = [end.relative if end is not None else None, compliant.compliant_margin if compliant is not None else None]
-    near = any(size is not None and abs(size) < NEAR_CRITICAL for size in sizes)
+    use = margin_to_use(evidence)
+    nearest = NearestEnd(end, design.unresolved_inputs, handover, lost, symmetric, compliant, distortion, use)
+    small = use is not None and use.small
     gone = own is not None and own.margin_gone
-    return Fact(Question.MARGIN, Status.CAUTION if near or gone or nearest.not_known else Status.GOOD, nearest)
+    return Fact(Question.MARGIN, Status.CAUTION if small or gone or nearest.not_known else Status.GOOD, nearest)
 
 
 def _own_stiffness(own: OwnStiffness | None) -> Fact[OwnStiffness] | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vireport.gate import Alert, Status, WordedVerdict
+from vireport.gate import Alert, Status, WordedOpening
 from vireport.maps.cells import MapPlan
 from vireport.maps.design import MapDesign
 from vireport.maps.evaluation import schema_of
@@ -61,6 +61,16 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
     template: str = "map.typ.j2"
 
     @property
+    def heading(self) -> str:
+        """The title, or what it is of."""
+        return self.title or "Vibro-impact energy harvester"
+
+    @property
+    def subtitle(self) -> str:
+        """The file that it is made of, and what made it."""
+        return f"{self.provenance.scenario_name} · vireport {self.provenance.version}"
+
+    @property
     def title(self) -> str:
         """That of the map file, "" where it has none."""
         return self.loaded.scenario.title or ""
@@ -70,11 +80,11 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         return Words("map", self.templates)(macro, *given)
 
     @cached_property
-    def verdict(self) -> WordedVerdict:
+    def verdict(self) -> WordedOpening:
         """That of a run of the design point; without one, what the cells hold."""
         if self.design is not None:
-            return self.design.study.verdict.worded(self.templates)
-        return WordedVerdict(Status.NEUTRAL, self.say("word"), self.say("headline", self.plan, self.found))
+            return self.design.study.opening.worded(self.templates)
+        return WordedOpening(Status.NEUTRAL, self.say("word"), self.say("headline", self.plan, self.found))
 
     @property
     def alerts(self) -> tuple[Alert, ...]:

@@ -85,7 +85,7 @@ def run_map(
         files = outputs.files(report, asked or outputs.MapOutput())
         with map_store.writing(folder):
             write_files(folder, files)
-    answer = [report.verdict.headline] if report.design is not None else []
+    answer = report.verdict.lines if report.design is not None else []
     answer += [named_alerts(report.alerts)] if report.alerts else []
     note = "" if plan.is_plane else "; heat maps are drawn of a grid over two parameters"
     written = [store.result, *(folder / name for name in files)]

@@ -203,7 +203,7 @@ def text(result: SearchResult, study: Study | None) -> str:
 
 
 def _as_a_run_says(study: Study) -> Iterator[str]:
-    yield f"A run of it says: {study.verdict.worded().headline}"
+    yield f"A run of it says: {study.opening.worded().sentence}"
     if study.alerts:
         yield named_alerts(study.alerts)
 

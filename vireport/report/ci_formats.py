@@ -43,7 +43,7 @@ def junit(study: Study, templates: Path | None = None) -> bytes:
         if not criterion.passed:
             message = {"message": _xml(f"{title}: {outcome.text}, required {limit}"), "type": criterion.key}
             ElementTree.SubElement(element, "failure", message).text = _xml(outcome.why)
-    ElementTree.SubElement(suite, "system-out").text = _xml(study.verdict.worded(templates).headline)
+    ElementTree.SubElement(suite, "system-out").text = _xml("\n".join(study.opening.worded(templates).text))
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, "utf-8", xml_declaration=True)) + b"\n"
 

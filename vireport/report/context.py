@@ -25,12 +25,10 @@ from vireport.design import DesignPoint, Margin, Solution
 from vireport.gate import (
     Alert,
     Criterion,
-    Question,
-    WordedFact,
-    WordedVerdict,
+    WordedOpening,
 )
 from vireport.motions import Held, Point, determinant_of, ladder
-from vireport.physics import DIGITS, Device, by_wall
+from vireport.physics import DIGITS, RESTITUTIONS, Device, by_wall
 from vireport.report.ci_formats import source_url
 from vireport.report.motions import families_table
 from vireport.report.voltages import (
@@ -51,7 +49,7 @@ from vireport.scenario import (
     inputs,
 )
 from vireport.study import Provenance, Study, results
-from vireport.text import Table, written
+from vireport.text import Table, exact, tied, written
 
 if TYPE_CHECKING:
     from vireport.figures import Picture
@@ -182,6 +180,29 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         """Title of the scenario; free text, "" where it has none."""
         return self.study.scenario.title or ""
 
+    @cached_property
+    def heading(self) -> str:
+        """The device at a glance: how it lies, and how long it is."""
+        device, sweep = self.solution.device, self.solution.sweep
+        lies = {0.0: "horizontal", 90.0: "upright"}.get(device.inclination_deg, "inclined")
+        if sweep is not None and sweep.parameter is Parameter.INCLINATION:
+            lies = "inclined"
+        return tied(self.say("opening", f"title_{lies}", *map(self._shown, (Parameter.LENGTH, Parameter.INCLINATION))))
+
+    @cached_property
+    def subtitle(self) -> str:
+        """Title and file of the scenario, and what drives the device."""
+        driven = self.say("opening", "driven", *map(self._shown, (Parameter.AMPLITUDE, Parameter.FREQUENCY)))
+        parts = (self.title, self.provenance.scenario_name, driven)
+        return " · ".join(tied(part) for part in parts if part)
+
+    def _shown(self, parameter: Parameter) -> str:
+        """A parameter as text: at the design point, or without one from end to end of the sweep."""
+        value, sweep = self.solution.device.value_of(parameter), self.solution.sweep
+        if value is None and sweep is not None:
+            return " to ".join(parameter.with_unit(exact(end)) for end in (sweep.start, sweep.end))
+        return parameter.with_unit(exact(value))
+
     @property
     def loaded(self) -> Loaded:
         """The scenario as it was read."""
@@ -198,25 +219,15 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return self.study.solution.design
 
     @cached_property
-    def verdict(self) -> WordedVerdict:
-        """What the study comes to, in words."""
-        return self.study.verdict.worded(self.templates)
-
-    @property
-    def facts(self) -> tuple[WordedFact, ...]:
-        """The verdict's answers among the key numbers.
-
-        The first sentences and the acceptance table have the others.
-        """
-        elsewhere = {Question.MOTION, Question.REACHED, Question.ACCEPTED}
-        worded = zip(self.study.verdict.answers.values(), self.verdict.facts, strict=True)
-        return tuple(words for fact, words in worded if fact.question not in elsewhere)
+    def verdict(self) -> WordedOpening:
+        """What the report opens with, in words."""
+        return self.study.opening.worded(self.templates)
 
     @property
     def proof(self) -> Picture | None:
         """The picture of the first page: of all motions where another than the 1:1 motion is stable, else of that."""
         of_others = ("figure-atlas",) if self.study.verdict.motion.data.instead else ()
-        names = *of_others, "figure-2", "figure-3", "figure-device"
+        names = *of_others, "figure-answer", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
 
     def say(self, words: str, macro: str, *given: Any) -> str:
@@ -293,16 +304,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         """Largest error bound of the critical points [unit of the swept parameter]."""
         return max((critical.error_bound for critical in self.solution.critical_points), default=0.0)
 
-    def speeds(self) -> tuple[float, float] | None:
-        """Impact speeds at bottom and top [m/s] of the first stable motion at the design point."""
-        if self.design is None or not self.design.motions.stable_mask.any():
-            return None
-        motions, unit = (
-            self.design.motions,
-            self.solution.device.velocity_unit(self.design.parameter, self.design.value),
-        )
-        return float(unit * motions.velocity_bottom[0]), float(-unit * motions.velocity_top[0])
-
     def inputs(self) -> Iterator[InputRow]:
         """Every value of the scenario, in the order of the format, but `OF_LAW` where that is 0."""
         for entry in inputs(self.study.scenario):
@@ -337,8 +338,11 @@ class Report(Struct, frozen=True, eq=False, dict=True):
                 yield _state(critical, critical.mirror, True, top)
 
     def ranges(self) -> Iterator[StableRange]:
-        """The stable range around the design point, for each input."""
+        """The stable range around the design point for each input; of both restitutions only where they differ."""
+        together = self.solution.device.alike
         for part in self.design.stable_ranges if self.design is not None else ():
+            if together and part.parameter in RESTITUTIONS[1:]:
+                continue
             at = float(self.solution.device.value_of(part.parameter))
             start, end = (
                 RangeEnd(None, None, None)

@@ -53,6 +53,7 @@ class Task(StrEnum):
     DRIVEN = "driven", "the recorded acceleration of the shaker driven through the device, from impact to impact"
     TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
+    FIGURE_ANSWER = "figure-answer", "impact speeds over the sweep, on the first page (figure-answer)"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
     FIGURE_4 = "figure-4", "Delta and the eigenvalues (figure-4)"
     FIGURE_7 = "figure-7", "voltages along the sweep (figure-7)"
@@ -93,7 +94,7 @@ class Task(StrEnum):
 
 
 FIGURES = (
-    *(Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
+    *(Task.FIGURE_ANSWER, Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_BASIN, Task.FIGURE_CYCLE),
     Task.FIGURE_DRIVEN,
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
@@ -351,6 +352,7 @@ STEPS = (
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.MEASURED, (OUTPUT,), "the scenario has a measured block", (MEASURED,)),
     DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
+    DeclaredStep(Task.FIGURE_ANSWER, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),

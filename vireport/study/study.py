@@ -71,7 +71,7 @@ if TYPE_CHECKING:
     from vireport.design import Tolerances
     from vireport.disturbances import Disturbances, Met
     from vireport.driven import Driven
-    from vireport.gate import Verdict
+    from vireport.gate import Opening, Verdict
     from vireport.membranes import Compliance
     from vireport.motions import Atlas, Point
     from vireport.shocks import AttractingMotions, Basins, Withstood
@@ -182,6 +182,20 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
         return verdict_of(self.evidence)
 
+    @property
+    def _margin_to_use(self) -> dict[str, Any] | None:
+        from vireport.gate import margin_to_use
+
+        use = margin_to_use(self.evidence)
+        return None if use is None else use.to_dict()
+
+    @cached_property
+    def opening(self) -> Opening:
+        """What a report opens with: one sentence, the gravest facts, and the numbers to act on."""
+        from vireport.gate import opening_of
+
+        return opening_of(self.verdict, self.alerts, self.reproduction if self.plan.runs(Task.REPRODUCTION) else None)
+
     @cached_property
     def coexisting(self) -> tuple[Coexisting, ...]:
         """The motions found along a sweep that was gone through slowly, and where; () where it was not."""
@@ -231,6 +245,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             **_accuracy_data(self.work, self.compliance),
             "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
             "effects": self.effects and effects_data(self.effects),
+            "margin_to_use": self._margin_to_use,
             "certificates": None if self.certificates is None else [plain(proof) for proof in self.certificates],
             "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
@@ -250,7 +265,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return [*motion_rows(self.solution), *family_motions(self.atlas, self.solution.membrane)]
 
     def __repr__(self) -> str:
-        return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.headline}>"
+        return f"<Study of {visible(self.loaded.document.name)}: {self.verdict.word}>"
 
     def _repr_html_(self) -> str:
         """The verdict and the critical points, for a notebook."""
@@ -259,7 +274,11 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         from vireport.text import html_table
 
         title = escape(self.scenario.title or self.loaded.document.name)
-        lead = f"<p><strong>{title}: {escape(self.verdict.word)}.</strong> {escape(self.verdict.headline)}</p>"
+        opening = self.opening.worded()
+        said = "".join(f"<li>{escape(text)}</li>" for _, text in opening.facts)
+        numbers = [(tile.label, tile.value, tile.remark) for tile in opening.tiles]
+        tiles = html_table(("", "", ""), numbers)
+        lead = f"<p><strong>{title}. {escape(opening.sentence)}</strong></p><ul>{said}</ul>{tiles}"
         points, swept = self.solution.critical_points, self.solution.parameter
         if not points:
             return lead

@@ -1,0 +1,446 @@
+"""The opening of a report as data: a sentence that answers whether the device works, up to four facts, four numbers.
+
+Python chooses what is said, and `templates/words/opening.j2` says it: each name here is that of a macro there. Page,
+PDF, terminal, bench and notebook begin with the same opening.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from vireport.base import brief
+from vireport.gate.alerts import Alert
+from vireport.gate.least_margin import LimitedBy, MarginToUse
+from vireport.gate.verdict import Conclusion, NearestEnd, StableVoltages, Status, Verdict
+from vireport.scenario import LeftOut
+from vireport.text import AlertCode, Severity
+
+if TYPE_CHECKING:
+    from vireport.checks import Reproduction
+    from vireport.design import StableInterval
+    from vireport.disturbances import FromRest
+
+MOST_FACTS = 4
+"""Facts of an opening: what a reader takes in at a glance."""
+
+MOST_ENDINGS = 2
+"""What the ball comes to from rest over a sweep, of which so much is said."""
+
+GRAVITY = {Status.BAD: 0, Status.CAUTION: 1, Status.GOOD: 2, Status.NEUTRAL: 3}
+"""Order of facts, the gravest first."""
+
+OF_MEMBRANES = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP
+"""Effects that may make a membrane rebound less or more."""
+
+SAID_OTHERWISE = {
+    AlertCode.NO_STABLE_MOTION,
+    AlertCode.DESIGN_NOT_STABLE,
+    AlertCode.SEVERAL_STABLE_MOTIONS,
+    AlertCode.NEAR_CRITICAL_POINT,
+    AlertCode.DEEP_DEFLECTION,
+    AlertCode.LONG_CONTACT,
+    AlertCode.BREAKDOWN,
+    AlertCode.MORE_ENERGY_THAN_LOST,
+    AlertCode.SIMULATION_DISAGREES,
+    AlertCode.COEXISTING_MOTIONS,
+}
+"""Alerts of which a fact or a tile has the substance."""
+
+
+BETWEEN = " | "
+"""What stands between the parts of a tile in its macro."""
+
+
+class Said(Struct, frozen=True, eq=False):
+    """Something to be said: a macro of the words of openings, and what it is told; a `Said` among it is said first."""
+
+    macro: str
+    given: tuple[object, ...] = ()
+
+    __repr__ = brief
+
+
+class OpeningFact(Struct, frozen=True, eq=False):
+    """A fact of an opening, and what it means for the design."""
+
+    status: Status
+    said: Said
+
+    __repr__ = brief
+
+
+class Tile(Struct, frozen=True, eq=False):
+    """A number of an opening; its macro gives what it is, the number, and what to know about it."""
+
+    status: Status
+    said: Said
+
+    __repr__ = brief
+
+
+class WordedTile(Struct, frozen=True):
+    """A number of an opening in words."""
+
+    status: Status
+    label: str
+    value: str
+    remark: str
+
+
+class WordedOpening(Struct, frozen=True):
+    """An opening in words.
+
+    Attributes
+    ----------
+    status : Status
+    word : str
+        The conclusion in a few words, for titles and tables.
+    sentence : str
+    facts : tuple of (Status, str)
+    tiles : tuple of WordedTile
+    """
+
+    status: Status
+    word: str
+    sentence: str
+    facts: tuple[tuple[Status, str], ...] = ()
+    tiles: tuple[WordedTile, ...] = ()
+
+    @property
+    def lines(self) -> list[str]:
+        """The opening for a terminal: the sentence, the numbers of the tiles, and the gravest fact."""
+        numbers = "; ".join(f"{tile.label}: {tile.value}" for tile in self.tiles)
+        return [line for line in (self.sentence, numbers, *(text for _, text in self.facts[:1])) if line]
+
+    @property
+    def text(self) -> list[str]:
+        """The whole opening, a line each."""
+        numbers = [f"{tile.label}: {tile.value} ({tile.remark})" for tile in self.tiles]
+        return [self.sentence, *(text for _, text in self.facts), *numbers]
+
+
+class Opening(Struct, frozen=True, eq=False):
+    """What a report opens with.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    sentence : Said
+    facts : tuple of OpeningFact
+        The gravest first, at most `MOST_FACTS`.
+    tiles : tuple of Tile
+    """
+
+    verdict: Verdict
+    sentence: Said
+    facts: tuple[OpeningFact, ...]
+    tiles: tuple[Tile, ...]
+
+    __repr__ = brief
+
+    def worded(self, templates: Path | None = None) -> WordedOpening:
+        """The opening in words.
+
+        Parameters
+        ----------
+        templates : Path, optional
+            A folder whose ``words/opening.j2`` comes before the package's own.
+
+        Raises
+        ------
+        RenderError
+            Where that template fails, with the line.
+        """
+        from vireport.wording import Words
+
+        words = Words("opening", templates)
+
+        def say(said: Said) -> str:
+            return words(said.macro, *(say(part) if isinstance(part, Said) else part for part in said.given))
+
+        return WordedOpening(
+            self.verdict.status,
+            words("word", self.verdict),
+            say(self.sentence),
+            tuple((fact.status, say(fact.said)) for fact in self.facts),
+            tuple(WordedTile(tile.status, *say(tile.said).split(BETWEEN)) for tile in self.tiles),
+        )
+
+
+def opening_of(verdict: Verdict, alerts: Iterable[Alert] = (), again: Reproduction | None = None) -> Opening:
+    """Choose what a report opens with.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    alerts : iterable of Alert
+        Warnings that no answer of the verdict tells have a place among the facts.
+    again : Reproduction or None
+        What the simulation made of the stable motion.
+    """
+    facts = sorted(_facts(verdict, alerts, again), key=lambda fact: GRAVITY[fact.status])
+    return Opening(verdict, _sentence(verdict), tuple(facts[:MOST_FACTS]), tuple(_tiles(verdict, again)))
+
+
+def _fact(status: Status, name: str, *given: object) -> OpeningFact:
+    return OpeningFact(status, Said(name, given))
+
+
+def _sentence(verdict: Verdict) -> Said:
+    """The sentence of the conclusion; where there is no design point, that on the sweep."""
+    conclusion, solution = verdict.conclusion, verdict.evidence.solution
+    if solution.design is None and conclusion is Conclusion.STABLE:
+        return Said("stable_in_sweep", (verdict, *solution.settable_ranges[:1]))
+    if conclusion is Conclusion.STABLE and not verdict.motion.data.types:
+        return Said("stable_as_required", (Said(_running(verdict)),))
+    return Said(conclusion.name.lower(), (Said(_running(verdict)),))
+
+
+def _running(verdict: Verdict) -> str:
+    """How the device runs, in the words with which most sentences begin."""
+    if verdict.evidence.solution.design is None:
+        return "runs_somewhere"
+    reached = (
+        verdict.from_rest is not None and verdict.from_rest.data.from_rest is not None and verdict.evidence.is_reached
+    )
+    return "runs_by_itself" if reached else "runs"
+
+
+def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None) -> Iterator[OpeningFact]:
+    yield from _of_requirements(verdict)
+    yield from _of_simulation(verdict, again)
+    yield from _of_voltage(verdict)
+    yield from _of_motion(verdict)
+    yield from _of_margin(verdict)
+    yield from _of_tolerances(verdict)
+    for alert in alerts:
+        if alert.severity is not Severity.NOTE and alert.code not in SAID_OTHERWISE:
+            yield _fact(Status.CAUTION, "alert", alert)
+    yield from _of_disturbances(verdict)
+
+
+def _of_requirements(verdict: Verdict) -> Iterator[OpeningFact]:
+    if verdict.accepted is None:
+        return
+    missed = [criterion for criterion in verdict.accepted.data if not criterion.passed]
+    name = "requirements_missed" if missed else "requirements_met"
+    yield _fact(verdict.accepted.status, name, verdict.accepted.data, missed)
+
+
+def _of_simulation(verdict: Verdict, again: Reproduction | None) -> Iterator[OpeningFact]:
+    check = verdict.evidence.crosscheck
+    if check is not None and not check.passed:
+        yield _fact(Status.BAD, "simulation_departs", check)
+    elif check is not None and not check.orbits and check.motions:
+        yield _fact(Status.NEUTRAL, "starts_end_in", check.motions[0], sum(motion.count for motion in check.motions))
+    elif verdict.motion.data.types and again is not None and again.decided and not again.passed:
+        yield _fact(Status.BAD, "not_reproduced", again)
+
+
+def _of_motion(verdict: Verdict) -> Iterator[OpeningFact]:
+    """Which motion the ball has, and whether it gets there from rest."""
+    motion, evidence = verdict.motion.data, verdict.evidence
+    end = evidence.from_rest
+    if motion.types and evidence.solution.design is not None:
+        if end is None:
+            yield _fact(Status.GOOD, "strikes_each", verdict)
+        elif evidence.is_reached:
+            settled = "settles" if end.settles_after is not None else "reaches"
+            yield _fact(Status.GOOD, f"strikes_each_and_{settled}", verdict, end)
+            if evidence.narrow:
+                yield _fact(Status.CAUTION, "window_is_narrow", verdict.evidence.disturbances)
+        else:
+            name = "not_from_rest_but" if end.decided else "from_rest_not_known"
+            yield _fact(Status.CAUTION, name, _ending(end))
+            yield from _ramp(verdict)
+        if motion.beside:
+            yield _fact(Status.NEUTRAL, "others_coexist", motion.beside)
+        return
+    if motion.types:
+        yield _fact(Status.GOOD, "strikes_each", verdict)
+        return
+    if motion.instead:
+        yield _fact(verdict.motion.status, "strikes_instead", motion.instead)
+    elif motion.narrow:
+        yield _fact(Status.BAD, "range_is_narrow", motion.narrow)
+    else:
+        yield _fact(Status.BAD, "no_motion_is_stable", verdict)
+    if end is not None:
+        yield _fact(Status.CAUTION, "comes_from_rest", _ending(end))
+    if evidence.from_rest_along:
+        yield from (
+            _fact(Status.CAUTION, "comes_from_rest_over_sweep", _ending(x))
+            for x in evidence.from_rest_along[:MOST_ENDINGS]
+        )
+    if parts := evidence.solution.settable_ranges:
+        yield _fact(Status.CAUTION, "stable_elsewhere", verdict, parts)
+
+
+def _ending(end: FromRest) -> Said:
+    """What the ball does that comes to no 1:1 motion, as the end of a sentence."""
+    name = f"ends_{end.destination.name.lower()}"
+    return Said(name if end.word else f"{name}_without_period", (end,))
+
+
+def _ramp(verdict: Verdict) -> Iterator[OpeningFact]:
+    """What helps where switching on at once does not."""
+    ramp = verdict.from_rest.data.ramp if verdict.from_rest is not None else None
+    if ramp is not None:
+        yield _fact(Status.CAUTION, "ramp_helps" if ramp.periods is not None else "no_ramp_helps", ramp)
+
+
+def _of_margin(verdict: Verdict) -> Iterator[OpeningFact]:
+    own = verdict.evidence.own_stiffness
+    if own is not None and own.margin_gone:
+        yield _fact(Status.CAUTION, "soft_membranes_end_it", own)
+    elif own is not None and own.motion is None:
+        yield _fact(Status.CAUTION, "soft_membranes_not_known", own)
+    if verdict.margin is None:
+        return
+    nearest: NearestEnd = verdict.margin.data
+    if nearest.unresolved:
+        yield _fact(Status.CAUTION, "margin_not_resolved", nearest.unresolved)
+    use = nearest.to_use
+    if use is None or not use.small or (use.limited_by is LimitedBy.COMPLIANT and use.relative is None):
+        return
+    if use.limited_by is LimitedBy.EFFECT:
+        effect = _effect(use, verdict.evidence.solution.device.recoils)
+        name = "effect_ends_it" if use.relative is None else "effect_passes_it" if use.gone else "effect_leaves_little"
+        yield _fact(Status.CAUTION, name, use, effect)
+    else:
+        name = f"{use.limited_by}_margin_{'gone' if use.gone else 'small'}"
+        yield _fact(Status.CAUTION, name, verdict, use)
+
+
+def _effect(use: MarginToUse, recoils: bool) -> Said:
+    """A neglected effect as a noun, with its size."""
+    assert use.shift is not None
+    effect = use.shift.effect
+    form = "_more" if effect.left_out in OF_MEMBRANES and effect.size > 0 else ""
+    if effect.left_out is LeftOut.CAPSULE and recoils:
+        form = "_prescribed"
+    return Said(f"with_{effect.left_out.name.lower()}{form}", (abs(effect.size),))
+
+
+def _of_tolerances(verdict: Verdict) -> Iterator[OpeningFact]:
+    if verdict.tolerances is None:
+        return
+    found = verdict.tolerances.data
+    every = found.sampled.stable == found.sampled.samples
+    name = "every_device_proved" if found.proved else "every_device_tried" if every else "some_devices_fail"
+    yield _fact(verdict.tolerances.status, name, found)
+
+
+def _of_voltage(verdict: Verdict) -> Iterator[OpeningFact]:
+    volts = verdict.voltage.data
+    if volts is None:
+        return
+    if volts.impossible:
+        yield _fact(Status.BAD, "takes_more_energy", volts)
+    if volts.breaks_down:
+        yield _fact(Status.BAD, "breaks_down", volts)
+    if volts.severity is not None and not volts.contradictory:
+        name = "extrapolated" if volts.field_share is not None else "extrapolated_thickness"
+        yield _fact(volts.status, name, volts.stretch)
+
+
+def _of_disturbances(verdict: Verdict) -> Iterator[OpeningFact]:
+    if verdict.shock is not None:
+        shock = verdict.shock.data
+        name = "shock_not_known" if shock.shock is None else "shock_none" if shock.jump_m_s is None else "shock_least"
+        yield _fact(verdict.shock.status, name, shock)
+    if verdict.jitter is not None:
+        jitter = verdict.jitter.data
+        yield _fact(verdict.jitter.status, "jitter" if jitter.spread is not None else "jitter_not_known", jitter)
+    if verdict.reached is not None and verdict.reached.data is not None:
+        yield _fact(verdict.reached.status, "starts_reach_it", verdict.reached.data)
+
+
+def _tile(status: Status, name: str, *given: object) -> Tile:
+    return Tile(status, Said(f"tile_{name}", given))
+
+
+def _tiles(verdict: Verdict, again: Reproduction | None) -> Iterator[Tile]:
+    if (where := _where(verdict)) is not None:
+        yield where
+    if (margin := _margin(verdict)) is not None:
+        yield margin
+    if (rest := _from_rest(verdict, again)) is not None:
+        yield rest
+    yield _voltage(verdict)
+
+
+def _where(verdict: Verdict) -> Tile | None:
+    """Where the motion is stable: along the sweep, or in the input with the nearest end."""
+    if verdict.where is None:
+        return None
+    parts, solution = verdict.where.data, verdict.evidence.solution
+    if solution.sweep is None:
+        if not parts:
+            return None
+        return _tile(verdict.where.status, range_name(parts[0], "of_input"), verdict, parts[0])
+    if not parts:
+        return _tile(verdict.where.status, "nowhere", solution.sweep)
+    if len(parts) > 1:
+        return _tile(verdict.where.status, "ranges", verdict, parts)
+    return _tile(verdict.where.status, range_name(parts[0], "of_sweep"), verdict, parts[0])
+
+
+def range_name(part: StableInterval, what: str) -> str:
+    """Whether a range ends below, above, at both ends or at neither, as the beginning of a macro's name."""
+    ends = (part.start_point is not None, part.end_point is not None)
+    form = {(True, False): "above", (False, True): "below", (True, True): "between", (False, False): "throughout"}[ends]
+    return f"{form}_{what}"
+
+
+def _margin(verdict: Verdict) -> Tile | None:
+    if verdict.margin is None:
+        return None
+    nearest, status = verdict.margin.data, verdict.margin.status
+    use = nearest.to_use
+    if nearest.unresolved:
+        return _tile(status, "margin_unresolved", nearest)
+    if use is None:
+        return _tile(status, "margin_endless")
+    if use.limited_by is LimitedBy.EFFECT:
+        effect = _effect(use, verdict.evidence.solution.device.recoils)
+        return _tile(status, "margin_none_effect" if use.gone else "margin_effect", use, effect)
+    if use.limited_by is LimitedBy.COMPLIANT:
+        return _tile(status, "margin_none_soft" if use.gone else "margin_soft", use)
+    if nearest.not_known:
+        return _tile(status, "margin_rigid_only", verdict, use)
+    return _tile(status, "margin_absolute" if use.relative is None else "margin", verdict, use)
+
+
+def _from_rest(verdict: Verdict, again: Reproduction | None) -> Tile | None:
+    evidence = verdict.evidence
+    end = evidence.from_rest
+    if end is None:
+        return None
+    agrees = "agrees" if again is not None and again.passed else "alone"
+    status = verdict.from_rest.status if verdict.from_rest is not None else Status.CAUTION
+    if evidence.is_reached and end.settles_after is not None:
+        return _tile(status, f"settles_{agrees}", verdict, end)
+    if evidence.is_reached:
+        return _tile(status, "reached", end)
+    return _tile(status, "elsewhere", _ending(end)) if end.decided else _tile(status, "undecided")
+
+
+def _voltage(verdict: Verdict) -> Tile:
+    volts = verdict.voltage.data
+    if verdict.evidence.solution.membrane is None:
+        return _tile(Status.NEUTRAL, "voltage_not_evaluated")
+    if volts is None:
+        return _tile(Status.NEUTRAL, "voltage_none")
+    return _tile(volts.status, _voltage_name(volts), verdict, volts)
+
+
+def _voltage_name(volts: StableVoltages) -> str:
+    if volts.contradictory:
+        return "voltage_contradicted"
+    form = "voltage" if volts.least_v == volts.most_v else "voltages"
+    return form if volts.severity is None else f"{form}_extrapolated"
