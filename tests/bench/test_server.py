@@ -18,7 +18,7 @@ from conftest import EXAMPLES
 from serving import Served, serving
 
 from vireport.bench.server import MOST_UNKNOWN
-from vireport.bench.session import MODULES, first, opened
+from vireport.bench.session import MODULES, first, loaded_of, opened
 from vireport.cli import main
 from vireport.scenario import load
 
@@ -282,6 +282,18 @@ def test_what_cannot_be_explored_is_told(
 ) -> None:
     assert main(["explore", "--no-browser", *arguments]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_an_earlier_run_is_explored_as_its_scenario_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario, known = str(EXAMPLES / "design-point.yaml"), []
+    assert main(["run", scenario, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
+    monkeypatch.setattr("vireport.bench.serve", lambda opened, *_: known.append(opened), raising=False)
+    over = ["--set", "device.length_m=0.71", "--no-browser"]
+    assert main(["explore", str(tmp_path / "results.json"), *over]) == 0
+    assert main(["explore", scenario, *over]) == 0
+    again, first = (loaded_of(opened, {}).scenario for opened in known)
+    assert again == first
+    assert again.device.length_m == 0.71
 
 
 def test_where_no_browser_opens_the_address_is_there(

@@ -300,7 +300,14 @@ def test_another_scenario_in_the_same_folder_leaves_nothing_of_the_first(tmp_pat
     for name in ("figure-2.png", "figure-mine.png", "notes.txt"):
         (out / name).write_text("of an earlier run, or mine")
     assert main(["run", DESIGN, "-o", str(out), "--format", "png,json"]) == 0
-    assert names(out) == {"results.json", "branches.csv", "notes.txt", "figure-mine.png", "figure-device.png"}
+    assert names(out) == {
+        "results.json",
+        "branches.csv",
+        "notes.txt",
+        "figure-mine.png",
+        "figure-device.png",
+        "figure-margins.png",
+    }
     assert "of an earlier run, and left as they are: branches.csv" in capsys.readouterr().err
 
 

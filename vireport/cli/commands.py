@@ -148,7 +148,7 @@ def explore(
     from vireport.bench import opened, serve
 
     earlier, folder = _earlier(scenario), output or Path()
-    known = opened(scenario if earlier is None else earlier.loaded(), tuple(set_ or ()))
+    known = opened(scenario, tuple(set_ or ())) if earlier is None else opened(earlier.loaded(set_ or ()))
     require_writable(folder)
 
     def begun(address: str) -> None:

@@ -13,7 +13,7 @@ from vireport.comparison.table import ComparisonRow
 from vireport.study import Study
 from vireport.text import ABSENT, Table, exact, markdown_of, numbers, percent, texts, visible
 
-OF_ONE_RUN = ("provenance", "overrides", "left_out", "machine", "seconds")
+OF_ONE_RUN = ("provenance", "overrides", "line", "left_out", "machine", "seconds")
 """Keys that are not compared value by value: where results come from, what formats leave out, and measured times."""
 
 NAMED_PATHS = 5
