@@ -1,4 +1,4 @@
-"""The JSON Schema says what the loader does, and the commented scenario to start from shows every key."""
+"""The JSON Schema says what each key may be, as the loader does; the scenario to start from shows every key."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD
 from jsonschema import Draft202012Validator
+from pydantic import ValidationError
 
 from vireport.base import ScenarioError
 from vireport.scenario import (
@@ -28,33 +29,11 @@ SCENARIOS = [GOOD, init_text(), *(path.read_text(encoding="utf-8") for path in E
 KEYS = {path: key for path, key in keys(Scenario).items() if path and not path.endswith("*")}
 LEAVES = [path for path, key in KEYS.items() if "properties" not in key]
 
-# What a schema cannot see: how a number is written, not-a-number, control characters, and comparisons.
+# What a schema cannot see of one key: how a number is written, what is no finite number, and control characters.
 BEYOND = {
-    *("period_ratio 2.0", "schema_version 1.0", "device.length_m .nan", "title '  '", "sweep.to 0.59"),
-    *(
-        'title "\\e[31m"',
-        'title "two\\nlines"',
-        "row 2 'title: a\\u202eb'",
-        "device.ball_mass_kg 0.2",
-        "device.ball_mass_kg 0.1245",
-    ),
-    *("row 9 '    ball_radius_m: 7e-3'", "row 9 '    active_radius_m: 5e-3'", "key simulation: {samples: 4.0}"),
-    "restitutions that differ by rounding",
-    "an order twice",
-    "a mean restitution that one membrane cannot have",
-    *("nothing behind requirements", "required stable_from: 0.6, stable_to: 0.76 stable_to"),
-    "required inclination_from_deg: 20, inclination_to_deg: 20.0 inclination_to_deg",
-    "required margin_any_percent: 6 margin_any_percent",
-    *(f"design {name}" for name in ("out of range", "of one value", "twice", "heavy ball", "of power")),
-    "key motions: {starts: [{word: BBT, value: 9}]}",
-    "key motions: {impacts: 2, starts: [{word: BBT, value: 0.6}]}",
-    "key motions: {starts: [{word: B, value: 0.6, periods: 5}]}",
-    *(f"design {name}" for name in ("light capsule", "wide ball", "of no dielectric")),
-    "design of a membrane, no ball mass",
-    *("off length_m: 0.7, amplitude_percent: 3", "off restitution: 0.5", "off inclination_percent: 1"),
-    *("off capsule_mass_percent: 1, samples: 100", "nothing behind tolerances"),
-    *("effects that a device cannot have", "less of no restitution", "effects without a design point"),
-    *("key simulation: {portraits: [.nan]}", "key simulation: {portraits: [-0.6]}", "simulation without a sweep"),
+    *("period_ratio 2.0", "schema_version 1.0", "key simulation: {samples: 4.0}"),
+    *("device.length_m .nan", "sweep.to .inf", "key simulation: {portraits: [.nan]}"),
+    *("title '  '", 'title "\\e[31m"', 'title "two\\nlines"', "row 2 'title: a\\u202eb'"),
 }
 
 
@@ -82,12 +61,18 @@ def test_schema_accepts_scenarios_and_what_is_made_of_them(text):
 
 
 @pytest.mark.parametrize("case", BAD_SCENARIOS, ids=lambda case: case.name)
-def test_schema_refuses_what_the_loader_refuses(case):
+def test_schema_refuses_what_is_wrong_with_one_key(case):
+    """What holds between several keys is left to `vireport check`."""
     try:
         document = read(case.text, "text")
     except ScenarioError:
         return  # not even a tree
-    assert document.mistakes or VALIDATOR.is_valid(document.data) is (case.name in BEYOND)
+    try:
+        Scenario.model_validate(document.data)
+        wrong = False
+    except ValidationError:
+        wrong = case.name not in BEYOND
+    assert document.mistakes or VALIDATOR.is_valid(document.data) is not wrong
 
 
 @pytest.mark.parametrize("block", ["", "device", "device.membrane", "excitation", "sweep"])
