@@ -179,6 +179,14 @@ def test_an_install_command_names_an_extra_that_brings_the_package() -> None:
         assert f"vireport[{extra}]" in install_command(package)
 
 
+def test_every_dependency_has_its_reason() -> None:
+    project = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]
+    required = [*project["dependencies"], *(x for extra in project["optional-dependencies"].values() for x in extra)]
+    names = {re.split(r"[^\w-]", requirement)[0] for requirement in required} - {project["name"]}
+    rows = text_of(ROOT / "CONTRIBUTING.md").partition("## Dependencies")[2].partition("## Style")[0].splitlines()[6:]
+    assert {name for row in rows if row for name in row.split("|")[1].strip().split(", ")} == names
+
+
 def test_what_is_cited_is_this_version() -> None:
     cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
     project = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]

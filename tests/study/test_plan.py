@@ -146,15 +146,18 @@ SLOWED = "{samples: 2, starts: 2, impacts: 100, diagram: false}"
 
 def test_missing_packages_are_named_before_work_begins_with_what_they_do(example, monkeypatch, capsys) -> None:
     planning = import_module("vireport.study.plan")
-    scenario = load(example("inclined"), [f"simulation={SLOWED}", "disturbances={prove: true}"]).scenario
+    blocks = [f"simulation={SLOWED}", "disturbances={prove: true}", "accuracy={}"]
+    scenario = load(example("inclined"), blocks).scenario
     assert plan(scenario).lacking == ()
     monkeypatch.setattr(planning, "find_spec", lambda name: None)
-    compiled, proofs = plan(scenario, (Task.JSON,)).lacking
+    compiled, proofs, digits = plan(scenario, (Task.JSON,)).lacking
     assert compiled == (
         "the package numba is missing: pip install 'vireport[simulation]' "
         "(left out: from-rest-windows, shock, coexistence; some hundred times slower: simulation)"
     )
     assert proofs == "the package python-flint is missing: pip install 'vireport[certify]' (left out: proof)"
+    assert digits == "the package mpmath is missing: pip install 'vireport[verify]' (left out: accuracy)"
+    assert plan(scenario, (Task.JSON,)).runs(Task.COMPLIANT)
     # What is drawn of a step that is left out is left out for it, too, where it is asked for.
     assert "figure-shocks" in plan(scenario, (Task.JSON, Task.PNG)).lacking[0]
     assert plan(load(example("inclined")).scenario, (Task.JSON,)).lacking == ()
@@ -177,4 +180,12 @@ def test_a_proof_that_cannot_be_made_is_refused_before_work_begins(example, monk
     monkeypatch.setattr("vireport.cli.outputs.analyse", None)
     assert main(["run", str(example("inclined")), "--json", "--certify"]) == 3
     said = "vireport: error: --certify: the package python-flint is missing: pip install 'vireport[certify]'\n"
+    assert capsys.readouterr().err == said
+
+
+@pytest.mark.parametrize("more", [[], ["--extremes"]])
+def test_errors_that_cannot_be_measured_are_refused_before_work_begins(more, example, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
+    assert main(["verify", str(example("inclined")), *more]) == 3
+    said = "vireport: error: vireport verify: the package mpmath is missing: pip install 'vireport[verify]'\n"
     assert capsys.readouterr().err == said

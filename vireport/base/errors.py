@@ -15,6 +15,7 @@ EXTRAS = {
     "dask.distributed": "cluster",
     "filelock": "sweep",
     "h5py": "recordings",
+    "mpmath": "verify",
     "numba": "simulation",
     "pyarrow": "sweep",
     "python-flint": "certify",

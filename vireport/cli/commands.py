@@ -464,7 +464,7 @@ def verify(
 
     Files, the figures and accuracy.json, are written with -o only.
     """
-    from vireport.study import Task, refuse_special
+    from vireport.study import Task, refuse_special, require_reference
 
     if scenario is None and not extremes:
         raise UsageError("Missing argument 'SCENARIO' (only --extremes has a device of its own)")
@@ -473,6 +473,7 @@ def verify(
     loaded = None if scenario is None else _read(scenario, set_)[0]
     if loaded is not None:
         refuse_special(loaded.scenario, f"vireport verify{' --extremes' * extremes}")
+    require_reference()
     if extremes or loaded is None:
         refuse(context, "--extremes prints the cases", "output", "figure_width", "every")
         from vireport.extremes import exit_status, run_catalogue, table_data, table_text

@@ -13,6 +13,7 @@ from vireport.study.plan import (
     refuse_special,
     refuse_undecidable,
     require_proofs,
+    require_reference,
 )
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import (
@@ -74,6 +75,7 @@ __all__ = [
     "refuse_undecidable",
     "require_proofs",
     "require_records",
+    "require_reference",
     "require_study",
     "results",
     "results_json",

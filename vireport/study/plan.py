@@ -303,6 +303,7 @@ def _package(name: str, module: str) -> Precondition:
 
 
 FLINT = _package("python-flint", "flint")
+MPMATH = _package("mpmath", "mpmath")
 NUMBA = _package("numba", "numba")
 MEASURED = Precondition(lambda scenario, _: scenario.measured, "the scenario has no measured block")
 RECORD = Precondition(lambda scenario, _: scenario.excitation.record, "excitation.record is not given")
@@ -367,10 +368,10 @@ STEPS = (
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_DRIVEN, (DESIGN, PICTURES), "excitation.record is given", (RECORD,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
-    DeclaredStep(Task.ACCURACY, (ACCURACY,), "the scenario has an accuracy block", (), NUMBA, FEWER),
+    DeclaredStep(Task.ACCURACY, (ACCURACY, MPMATH), "the scenario has an accuracy block", (), NUMBA, FEWER),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
-    DeclaredStep(Task.FIGURE_ACCURACY, (PICTURES,), "the scenario has an accuracy block", (ACCURACY,)),
+    DeclaredStep(Task.FIGURE_ACCURACY, (MPMATH, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(
         Task.FIGURE_STIFFNESS,
         (COMPLIANT, PICTURES),
@@ -425,8 +426,8 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
                 most = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
                 what = f"{Task.MOTIONS.what}, {most}, {_following(limits)}"
             # A step that is left out for something else, too, lacks no package.
-            lacking = {need for need in (*row.needs, row.better) if need and not need.holds(scenario, asked)}
-            lacks = next((need.package for need in lacking), "") if len(lacking) == 1 else ""
+            lacking = [need for need in (*row.needs, row.better) if need and not need.holds(scenario, asked)]
+            lacks = lacking[0].package if lacking and all(need.package for need in lacking) else ""
             steps.append(Step(row.task, runs, what, why, lacks, row.lessened))
     return Plan(tuple(steps))
 
@@ -460,6 +461,18 @@ def require_proofs() -> None:
     """
     if not find_spec("flint"):
         raise NumericalError(f"--certify: {FLINT.otherwise}")
+
+
+def require_reference() -> None:
+    """Refuse to measure errors where there is nothing to measure them against, before anything is computed.
+
+    Raises
+    ------
+    NumericalError
+        If the package that computes with 40 digits is missing.
+    """
+    if not find_spec("mpmath"):
+        raise NumericalError(f"vireport verify: {MPMATH.otherwise}")
 
 
 def refuse_undecidable(scenario: Scenario) -> None:

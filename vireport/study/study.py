@@ -320,12 +320,12 @@ def _motions_data(atlas: Atlas | None, membrane: Membrane | None, shown: bool) -
 
 
 def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) -> dict[str, Any]:
-    if work is None:
+    if work is None and compliance is None:
         return {"accuracy": None, "compliant": None}
     from vireport.checks import accuracy_data
     from vireport.membranes import compliance_data
 
-    return {"accuracy": accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
+    return {"accuracy": work and accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
 
 
 def _measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
@@ -414,7 +414,7 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         study = _with_basins(study)
     if steps.runs(Task.PROOF):
         study = _with_proof(study, say)
-    if scenario.accuracy is not None and steps.runs(Task.ACCURACY):
+    if scenario.accuracy is not None and steps.runs(Task.ACCURACY, Task.COMPLIANT):
         study = _with_accuracy(study, scenario.accuracy, say)
     if steps.runs(Task.OWN_STIFFNESS):
         say("solving with the membranes' own stiffness")
@@ -549,16 +549,18 @@ def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence
 
 
 def _with_accuracy(study: Study, asked: AccuracyBlock, say: Progress) -> Study:
-    from vireport.checks import measure
-    from vireport.membranes import compliance
+    measured, compliant = study.plan.runs(Task.ACCURACY), study.plan.runs(Task.COMPLIANT)
+    share = MEASURED_SHARE if measured and compliant else float(measured)
+    if measured:
+        from vireport.checks import measure
 
-    compliant = study.plan.runs(Task.COMPLIANT)
-    measuring = portion(say, 0.0, MEASURED_SHARE if compliant else 1.0)
-    study = replace(study, work=measure(study.solution, asked.repeats, measuring))
-    if not compliant:
-        return study
-    solving = portion(say, MEASURED_SHARE, 1.0)
-    return replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, solving))
+        study = replace(study, work=measure(study.solution, asked.repeats, portion(say, 0.0, share)))
+    if compliant:
+        from vireport.membranes import compliance
+
+        solving = portion(say, share, 1.0)
+        study = replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, solving))
+    return study
 
 
 def _with_own_stiffness(study: Study) -> Study:
