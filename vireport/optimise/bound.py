@@ -201,9 +201,9 @@ def _may_stay_between(orbit: Orbits, r: Any, n: int) -> Mask:
 def largest_value(problem: Problem, best: float) -> float | None:
     """A value of the objective that no design in the ranges exceeds; None where none can be given.
 
-    That is where the objective is none of `GROWING`, or the restitution or a number of the membranes varies. Tolerances
-    have no part in it, nor have margins in restitution or to one kind of critical point and the difference of the
-    voltages: without them it can only be larger.
+    That is where the objective is none of `GROWING`, or shall be small, or the restitution or a number of the membranes
+    varies. Tolerances have no part in it, nor have margins in restitution or to one kind of critical point and the
+    difference of the voltages: without them it can only be larger.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def largest_value(problem: Problem, best: float) -> float | None:
     """
     restitutions = {varied.path for varied in RESTITUTIONS}
     beyond = any(path in restitutions or path.startswith("device.membrane.") for path in problem.paths)
-    if problem.objective not in GROWING or beyond:
+    if problem.objective not in GROWING or problem.sign < 0 or beyond:
         return None
     axes, done, above = len(problem.paths), best, np.inf
     ends = np.linspace(0, 1, FIRST + 1)

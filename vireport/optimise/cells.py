@@ -36,7 +36,7 @@ class CellValues(Struct, frozen=True, eq=False):
     stable : ndarray of bool
         Whether there is a stable motion.
     value : ndarray
-        The objective, the least of the stable motions; NaN where there is none, or where it is a margin.
+        The signed objective, that of the worst stable motion; NaN where there is none, or where it is a margin.
     slack : ndarray, shape (cells, OF_MOTION + limits)
         How far on the right side of its limit each quantity is, over the limit, in the worst stable motion; negative
         on the wrong side. The first two are for stability and the gap to a membrane.
@@ -61,9 +61,15 @@ def evaluate(problem: Problem, t: Floats) -> CellValues:
         slack += [quantity.slack(designs, limit) for quantity, limit in problem.limits]
     # A margin has no value here: it needs critical points, which are followed for single designs only.
     nothing = np.full_like(slack[0], np.nan)
-    value = designs.worst(columns[problem.objective], True) if problem.objective in columns else nothing
+    number = problem.of_inputs(designs.device, t)
+    if number is not None:
+        value = np.broadcast_to(problem.sign * number, designs.count)
+    else:
+        chosen = columns.get(problem.objective)
+        value = nothing if chosen is None else designs.worst(problem.sign * chosen, True)
     # `worst` gives NaN where a design has no stable motion, which is the one test of it for all columns.
     stable = np.isfinite(slack[0])
+    value = np.where(stable, value, np.nan)
     return CellValues(stable, value, np.where(stable[:, None], np.stack(slack, axis=1), np.nan))
 
 

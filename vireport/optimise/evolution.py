@@ -79,5 +79,8 @@ def _cost(problem: Problem, t: Floats, widest: float | None) -> Floats:
             wide = keeps_motion(designs, middle)
             low, high = np.where(wide, middle, low), np.where(wide, high, middle)
         better = low
+    if problem.sign < 0:
+        # What shall be small comes as a negative number; a cost is negative only where nothing lacks.
+        better = 1 / (1 - better)
     cost[rows] = np.where(kept, -better, 0.0)
     return cost

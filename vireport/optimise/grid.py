@@ -33,7 +33,7 @@ APART = 4.0
 
 
 class JudgedDesign(Struct, frozen=True, eq=False):
-    """A design, with its results as a run has them, and its objective."""
+    """A design, with its results as a run has them, and its signed objective."""
 
     t: Floats
     study: Study
@@ -146,7 +146,7 @@ class DesignGrid(Struct, frozen=True, eq=False):
             # cells at once; its own margin would take a run for each.
             rows = self.keeping(rows, min(best.margin, WIDEST_MARGIN / 100))
         else:
-            rows = rows[self.cells.value[rows] > best.value * (1 + SAME_VALUE)]
+            rows = rows[self.cells.value[rows] > best.value + SAME_VALUE * abs(best.value)]
         return rows[[not self.judged.met.get(self.t[row].tobytes(), False) for row in rows]] if rows.size else rows
 
     def unjudged(self, rows: Ints) -> Ints:
@@ -170,7 +170,7 @@ class DesignGrid(Struct, frozen=True, eq=False):
         design = study.solution.design
         if design is None or not design.motions.stable_mask.any():
             return None
-        point = JudgedDesign(t, study, self.problem.value_of(study))
+        point = JudgedDesign(t, study, self.problem.value_of(study, t))
         self.judged.add(point)
         return point
 

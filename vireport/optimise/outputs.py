@@ -122,6 +122,7 @@ def optimise_json(result: SearchResult, study: Study | None, provenance: Provena
     return json_bytes(
         {
             "objective": problem.objective,
+            "sense": "maximise" if problem.sign > 0 else "minimise",
             "unit": problem.objective.unit,
             "limits_by_default": {row.key: limit.value if limit.numbers else True for row, limit in problem.usual},
             "best": _data(result, result.best, study),
@@ -137,7 +138,7 @@ def optimise_json(result: SearchResult, study: Study | None, provenance: Provena
                 "judged": evidence.judged,
                 "candidates": evidence.candidates,
                 "candidates_judged": evidence.candidates_judged,
-                "best_cell": evidence.best_cell,
+                "best_cell": None if evidence.best_cell is None else problem.sign * evidence.best_cell,
                 "largest_step": evidence.step,
                 "no_cell_has_margin_percent": None if evidence.widest is None else 100 * evidence.widest,
                 "proved_bound": evidence.bound,
@@ -155,7 +156,7 @@ def _data(result: SearchResult, point: JudgedDesign | None, study: Study | None)
     alerts = () if study is None else study.alerts
     return {
         "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
-        "value": point.value if isfinite(point.value) else None,
+        "value": result.problem.sign * point.value if isfinite(point.value) else None,
         "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
         "at_limit": {path: "upper" if upper else "lower" for path, upper in result.problem.at_limits(point.t)},
         "requirements": [criterion.to_dict() | {"line": None} for criterion in point.study.criteria],
@@ -256,9 +257,17 @@ def _usual_text(result: SearchResult) -> str:
     return f"Required because the scenario does not say otherwise: {limits}."
 
 
+def _better(result: SearchResult) -> str:
+    return "more" if result.problem.sign > 0 else "less"
+
+
+def _extreme(result: SearchResult) -> str:
+    return "largest" if result.problem.sign > 0 else "smallest"
+
+
 def _in_unit(result: SearchResult, value: float, digits: int) -> str:
     """A value of the objective with its unit."""
-    return f"{significant(value, digits)} {result.problem.objective.unit}".rstrip()
+    return f"{significant(abs(value), digits)} {result.problem.objective.unit}".rstrip()
 
 
 def _evidence_text(result: SearchResult) -> str:
@@ -297,8 +306,8 @@ def _evidence_text(result: SearchResult) -> str:
     count = evidence.elsewhere
     others = f"{count} other parts of the grid may" if count else "No other part of the grid can"
     return (
-        f"{said} No cell that {kept} has more than {_in_unit(result, evidence.best_cell, 6)}; around the best design "
-        f"neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} hold a "
+        f"{said} No cell that {kept} has {_better(result)} than {_in_unit(result, evidence.best_cell, 6)}; around the "
+        f"best design neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} hold a "
         "better design, by the differences between neighbouring cells, to first order; what is narrower than a cell "
         "may be missed."
     )
@@ -331,7 +340,7 @@ def _front_table(result: SearchResult) -> Table:
     rows = [
         (
             significant(100 * point.margin, 4),
-            significant(point.value),
+            significant(abs(point.value)),
             cost,
             *map(significant, result.problem.values(point.t)),
         )
@@ -339,7 +348,7 @@ def _front_table(result: SearchResult) -> Table:
     ]
     unit = f" [{objective.unit}]" if objective.unit else ""
     head = ("margin [%]", f"{objective.words}{unit}", f"cost of 1 %{unit}")
-    caption = f"What margin costs: the largest {objective.words} for each smallest margin"
+    caption = f"What margin costs: the {_extreme(result)} {objective.words} for each smallest margin"
     return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
 
 
@@ -359,11 +368,12 @@ def picture_front(result: SearchResult) -> Picture:
     of, first, last = result.problem.objective, result.front[0], result.front[-1]
     margins = f"{significant(100 * first.margin, 3)} to {significant(100 * last.margin, 3)} %"
     caption = (
-        f"The largest {of.words} against the smallest margin to the end of stable motion, in whichever input that is. "
+        f"The {_extreme(result)} {of.words} against the smallest margin to the end of stable motion, in whichever "
+        "input that is. "
         f"Each point is the best design with that margin, from {margins}."
     )
     fall = f"from {_in_unit(result, first.value, 4)} to {_in_unit(result, last.value, 4)}"
-    alt = f"Line chart. With smallest margins of {margins} the largest {of.words} falls {fall}."
+    alt = f"Line chart. With smallest margins of {margins} the {_extreme(result)} {of.words} goes {fall}."
     return Picture("figure-front", "What margin costs", caption, alt, _front(result))
 
 
@@ -399,7 +409,7 @@ def _front(result: SearchResult) -> Figure:
     with style():
         figure, panels = blank(1)
         axes = panels[0, 0]
-        margins, values = zip(*((100 * point.margin, point.value) for point in result.front), strict=True)
+        margins, values = zip(*((100 * point.margin, abs(point.value)) for point in result.front), strict=True)
         axes.plot(margins, values, color=Color.BLUE, marker="o")
         axes.set_xticks(*round_ticks(0.0, margins[-1], min(WIDTH, sheet().across)))
         if share:

@@ -5,7 +5,7 @@ A design is a point t of the unit cube, 0 and 1 in each coordinate being the end
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import reduce
 from typing import Any, cast
 
@@ -29,7 +29,7 @@ from vireport.gate import (
     spared,
 )
 from vireport.motions import CRITICAL, Event
-from vireport.physics import Conversion, Device, Membrane, Voltages
+from vireport.physics import Conversion, Device, Membrane, Shaker, Voltages
 from vireport.scenario import (
     DEMANDS,
     DesignBlock,
@@ -39,6 +39,7 @@ from vireport.scenario import (
     Loaded,
     Need,
     Objective,
+    Parameter,
     RequirementsBlock,
     as_yaml,
     loads,
@@ -63,6 +64,12 @@ USUAL: dict[str, tuple[float | bool, tuple[str, ...]]] = {
 A device that is switched on comes to its motion: a run calls none good that does not. No energy beyond what the impacts
 lose, no field beyond breakdown. Without these a search ends beyond at least one: there the formulae go on rising, and
 no device does."""
+
+OF_SHAKER: dict[Objective, Callable[[Shaker], Any]] = {
+    Objective.ACCELERATION: lambda shaker: shaker.acceleration_g,
+    Objective.STROKE: lambda shaker: shaker.stroke_m,
+}
+"""Objectives that motions have no part in."""
 
 AT_LIMIT = 1e-6
 """Share of a range within which a design is at its end."""
@@ -99,8 +106,13 @@ class Problem(Struct, frozen=True):
 
     @property
     def objective(self) -> Objective:
-        """What shall be as large as possible."""
-        return self.design.maximise
+        """What shall be as large or as small as possible."""
+        return self.design.objective
+
+    @property
+    def sign(self) -> float:
+        """1 where it shall be large, -1 where it shall be small: the search maximises the sign times the number."""
+        return 1.0 if self.design.maximise is not None else -1.0
 
     @property
     def limits(self) -> list[tuple[OfMotions | OfShaker, Limit]]:
@@ -236,16 +248,26 @@ class Problem(Struct, frozen=True):
         """
         return analyse(loads(self.scenario_text(t, lean=True), self.loaded.document.name), ())
 
-    def value_of(self, study: Study) -> float:
-        """The objective in the results of a design: the least of its stable motions."""
+    def value_of(self, study: Study, t: Floats) -> float:
+        """The signed objective of a design t (inputs,), by its results: that of its worst stable motion."""
         design, period = cast(DesignPoint, study.solution.design), study.solution.device.period_s
         if self.objective is Objective.MARGIN:
             return 100 * smallest_margin(design)
+        if (number := self.of_inputs(self.at(t)[0], t)) is not None:
+            return self.sign * float(number)
         m = design.motions
         columns = objectives(
             m.velocity_bottom, m.wall_gap, design.voltages_by_motion, design.conversion_by_motion, period
         )
-        return float(columns[self.objective][m.stable_mask].min())
+        return float((self.sign * columns[self.objective][m.stable_mask]).min())
+
+    def of_inputs(self, device: Device, t: Floats) -> Any:
+        """The objective of designs t (..., inputs) where it is an input or what the shaker must do; else None."""
+        if self.objective.path is not None:
+            return self.values(t)[..., self.paths.index(self.objective.path)]
+        if self.objective in OF_SHAKER:
+            return OF_SHAKER[self.objective](device.shaker(Parameter.LENGTH, device.length_m))
+        return None
 
 
 def problem_of(loaded: Loaded) -> Problem:
@@ -306,12 +328,13 @@ def _needs(key: str) -> tuple[Need, ...]:
 def objectives(
     bottom: Floats, gap: Floats, volts: Voltages | None, converted: Conversion | None, period_s: Any
 ) -> dict[Objective, Floats]:
-    """What can be maximised, for motions as arrays; but for the margin."""
+    """What motions can be the best in, as arrays; but for the margin."""
     columns = {Objective.VELOCITY_BOTTOM: bottom, Objective.WALL_GAP: gap}
     if volts is not None:
         both = volts.bottom_v + volts.top_v
         columns |= {Objective.U_AVE: volts.average_v, Objective.VOLTAGE_RATE: both / period_s}
         columns |= {Objective.U_BOTTOM: volts.bottom_v, Objective.U_TOP: volts.top_v}
+        columns |= {Objective.DEFLECTION: volts.deflection_m}
     if converted is not None:
         columns |= {Objective.POWER: converted.power_mw, Objective.EFFICIENCY: converted.efficiency}
     return columns

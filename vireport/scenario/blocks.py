@@ -1019,6 +1019,29 @@ class Objective(StrEnum):
     U_TOP = "u_top_v", "voltage at the top", "V"
     VELOCITY_BOTTOM = "velocity_bottom", "dimensionless velocity at the bottom", ""
     WALL_GAP = "wall_gap", "dimensionless gap to a membrane", ""
+    DEFLECTION = "deflection_m", "deflection of the membranes", "m"
+    ACCELERATION = "acceleration_g", "acceleration of the shaker", "g"
+    STROKE = "stroke_m", "stroke of the shaker", "m"
+    LENGTH = "length_m", "length", "m"
+    AMPLITUDE = "amplitude_n", "force amplitude", "N"
+    FREQUENCY = "frequency_hz", "frequency", "Hz"
+    INCLINATION = "inclination_deg", "inclination", "°"
+    CAPSULE_MASS = "capsule_mass_kg", "capsule mass", "kg"
+    BALL_MASS = "ball_mass_kg", "ball mass", "kg"
+    THICKNESS = "thickness_m", "thickness of the membranes", "m"
+
+    @property
+    def path(self) -> DesignPath | None:
+        """The input that it is; None for a result."""
+        return next((path for path in DesignPath if path.rpartition(".")[2] == self.value), None)
+
+    @property
+    def needs(self) -> str | None:
+        """What must be given for it, by its path in a scenario."""
+        if self in (Objective.POWER, Objective.EFFICIENCY):
+            return "device.membrane.thickness_m"
+        of_energy = Objective.U_AVE, Objective.VOLTAGE_RATE, Objective.U_BOTTOM, Objective.U_TOP, Objective.DEFLECTION
+        return "device.ball_mass_kg" if self in of_energy else None
 
 
 class LeftOut(StrEnum):
@@ -1105,17 +1128,33 @@ class DesignBlock(Block):
         min_length=1,
         max_length=MOST_VARIED,
     )
-    maximise: Objective = _key(
-        REQUIRED,
+    maximise: Objective | None = _key(
+        None,
         "Maximise",
         "",
-        "What shall be as large as possible: the least of the stable motions at the design point.",
+        "What shall be as large as possible: an input that varies, or a result, the least of the stable motions. "
+        "Either this or minimise.",
         example="u_ave_v",
+        strict=False,
+    )
+    minimise: Objective | None = _key(
+        None,
+        "Minimise",
+        "",
+        "What shall be as small as possible: an input that varies, or a result, the largest of the stable motions.",
+        example="length_m",
         strict=False,
     )
     cells: int = _key(
         40_000, "Cells", "1", "Designs of the grid that is searched before the best are refined.", ge=16, le=10_000_000
     )
+
+    @property
+    def objective(self) -> Objective:
+        """What shall be as large or as small as possible; rules hold that one of both is given."""
+        chosen = self.maximise if self.maximise is not None else self.minimise
+        assert chosen is not None
+        return chosen
 
 
 class Scenario(Block):

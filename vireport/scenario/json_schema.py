@@ -60,15 +60,25 @@ def _plain(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
     node = {name: value for name, value in node.items() if name != "default" or value is not None}
     for name in {"properties", "$defs"} & set(node):
         node[name] = {key: _plain(value, words) for key, value in node[name].items()}
-    choice = words.get(node.get("$ref", "").rpartition("/")[2])
-    if choice:
-        node = {**node, "type": choice["type"], "enum": choice["enum"]}
-        del node["$ref"]
-    kinds = node.get("anyOf", [])
+    node = _spelled(node, words)
+    kinds = [_spelled(kind, words) for kind in node.get("anyOf", [])]
     if kinds and "type" in kinds[0]:
+        if "enum" in kinds[0]:
+            kinds[0] = kinds[0] | {"enum": [*kinds[0]["enum"], None]}
         node = {**kinds[0], **node, "type": [kind["type"] for kind in kinds]}
         del node["anyOf"]
     return {name: node[name] for name in sorted(node, key=_rank)}
+
+
+def _spelled(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
+    """A schema with the words of a choice in place of a reference to them."""
+    choice = words.get(node.get("$ref", "").rpartition("/")[2])
+    if choice is None:
+        return node
+    return {name: value for name, value in node.items() if name != "$ref"} | {
+        "type": choice["type"],
+        "enum": choice["enum"],
+    }
 
 
 def _rank(name: str) -> tuple[int, str]:

@@ -195,7 +195,7 @@ def allowed(key: Schema) -> str:
     if "object" in kinds:
         return f"a block of keys: {_names(key['properties'])}"
     if "enum" in key:
-        return f"one of {', '.join(key['enum'])}"
+        return f"one of {', '.join(word for word in key['enum'] if word is not None)}"
     if "array" in kinds and "$ref" in key["items"]:
         least = f"{key['minItems']} to" if "minItems" in key else "at most"
         return f"a list of {least} {key['maxItems']} blocks of keys"

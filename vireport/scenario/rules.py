@@ -641,13 +641,29 @@ def _design(tree: _Tree) -> Iterator[Finding]:
     yield from _design_sizes(tree, {path: (f"design.vary.{k}", rows[k]) for k, path in enumerate(paths)})
     if rows and tree.swept is not None and tree.no_design:
         yield _rule("design", f"the design point is not given (give {tree.swept.path}, or delete this block)")
-    objective, needed = tree.at("design.maximise"), None
-    if objective in (Objective.POWER, Objective.EFFICIENCY):
-        needed = "device.membrane.thickness_m"
-    elif objective in (Objective.U_AVE, Objective.VOLTAGE_RATE, Objective.U_BOTTOM, Objective.U_TOP):
-        needed = "device.ball_mass_kg"
-    if needed is not None and tree.absent(needed):
-        yield _rule("design.maximise", f"{objective} needs {needed}, which is not given (give it, or something else)")
+    yield from _objective(tree, paths)
+
+
+def _objective(tree: _Tree, paths: list[DesignPath | None]) -> Iterator[Finding]:
+    """Exactly one number is to be as large or as small as possible: an input that varies, or what is evaluated."""
+    if tree.absent("design"):
+        return
+    given = [key for key in ("maximise", "minimise") if not tree.absent(f"design.{key}")]
+    if len(given) != 1:
+        there = "is missing" if not given else "stands beside minimise"
+        yield _rule("design.maximise" if given else "design", f"maximise {there} (give either maximise or minimise)")
+        return
+    (key,) = given
+    name = tree.at(f"design.{key}")
+    objective = next((known for known in Objective if known == name), None)
+    if objective is None:
+        return
+    if objective.path is not None and objective.path not in paths:
+        yield _rule(f"design.{key}", f"{objective} does not vary (add {objective.path} to design.vary)")
+    elif objective is Objective.MARGIN and key == "minimise":
+        yield _rule(f"design.{key}", "a margin is no number to make small (maximise it, or require one)")
+    elif objective.needs is not None and tree.absent(objective.needs):
+        yield _rule(f"design.{key}", f"{objective} needs {objective.needs}, which is not given (give it, or another)")
 
 
 def _design_sizes(tree: _Tree, rows: dict[DesignPath | None, tuple[str, Any]]) -> Iterator[Finding]:
