@@ -134,7 +134,7 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
     if "boolean" in kinds:
         return ", which is not true or false"
     if "enum" in key:
-        return _wrong_choice(path, str(value), key["enum"])
+        return _wrong_choice(path, str(value), _choices(key))
     if isinstance(value, str):
         if "pattern" in key:
             return (
@@ -151,6 +151,11 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return ", which is not a number"
     return _wrong_number(path, value, key)
+
+
+def _choices(key: Schema) -> list[str]:
+    """The words that a key may be; what may be left out is null in its schema."""
+    return [word for word in key["enum"] if word is not None]
 
 
 def _wrong_choice(path: str, value: str, choices: list[str]) -> str:
@@ -195,7 +200,7 @@ def allowed(key: Schema) -> str:
     if "object" in kinds:
         return f"a block of keys: {_names(key['properties'])}"
     if "enum" in key:
-        return f"one of {', '.join(word for word in key['enum'] if word is not None)}"
+        return f"one of {', '.join(_choices(key))}"
     if "array" in kinds and "$ref" in key["items"]:
         least = f"{key['minItems']} to" if "minItems" in key else "at most"
         return f"a list of {least} {key['maxItems']} blocks of keys"
