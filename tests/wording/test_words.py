@@ -564,6 +564,11 @@ OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("ends_other_motion_without_period", (None,), "comes to another motion"),
     ("ends_rest_cycle_without_period", (None,), "keeps coming to rest, at irregular times"),
     ("ends_undecided_without_period", (None,), "comes to a motion that rounding decides"),
+    (
+        "soft_end_not_known",
+        (thing(contact_share=0.0213), thing(missing="not followed")),
+        "Contacts last 2.1 % of a period; where stable motion ends with soft membranes is not followed.",
+    ),
     ("compliant_margin_small", (None, USE), "Soft membranes leave only 1.2 % of margin in frequency."),
     ("effect_leaves_little", (USE, "a small effect"), "A small effect leaves only 1.2 % of margin in frequency."),
     ("effect_passes_it", (USE, "a large effect"), "A large effect ends stable motion."),

@@ -304,6 +304,9 @@ def _of_margin(verdict: Verdict) -> Iterator[OpeningFact]:
     nearest: NearestEnd = verdict.margin.data
     if nearest.unresolved:
         yield _fact(Status.CAUTION, "margin_not_resolved", nearest.unresolved)
+    end = nearest.compliant
+    if own is not None and own.motion is not None and end is not None and end.absence is not None:
+        yield _fact(Status.CAUTION, "soft_end_not_known", own.motion, end.absence)
     use = nearest.to_use
     if use is None or not use.small or (use.limited_by is LimitedBy.COMPLIANT and use.relative is None):
         return
