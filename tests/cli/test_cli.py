@@ -206,28 +206,27 @@ def test_a_check_says_what_runs_and_what_is_left_out(example, capfd) -> None:
         assert said == f"{example(name)}: valid scenario"
         return rows
 
-    lines = {line.split()[1]: line for line in plan("design-point")}
-    assert lines["figure-2"].startswith("skip")
-    assert "no sweep" in lines["figure-2"]
-    assert lines["design"].startswith("run")
-    skipped = {line.split()[1]: line for line in plan("horizontal") if line.startswith("skip")}
-    assert "thickness_m" in skipped.pop("conversion")
-    blocks = {
-        "from-rest-windows": "disturbances",
-        "shock": "disturbances",
-        "coexistence": "disturbances",
-        "figure-shocks": "disturbances",
-        "jitter": "disturbances",
-        "accuracy": "accuracy",
-        "compliant": "accuracy",
-        "tolerances": "tolerances",
-        "motions": "motions",
-    }
-    assert set(skipped) == {"simulation", "figure-3", "figure-6", "figure-diagram", *blocks}
-    for name, line in skipped.items():
-        assert f"no {blocks.get(name, 'simulation')} block" in line
-    sparse = plan("horizontal", "--format", "json")
-    assert next(line for line in sparse if "figure-2" in line).startswith("skip")
+    def steps(rows: list[str]) -> set[str]:
+        return {row.split()[1] for row in rows if row.startswith("run  ")}
+
+    rows = plan("design-point")
+    assert "design" in steps(rows)
+    assert "figure-2" not in steps(rows)
+    blocks, inputs, every_step = [row for row in rows if not row.startswith("run  ")]
+    assert blocks.startswith("Add disturbances: for shocks, ")
+    assert inputs.startswith("Give sweep: for branches, ")
+    assert "results.json (left_out)" in every_step
+    assert "figure-2" in steps(plan("horizontal"))
+    assert "figure-2" not in steps(plan("horizontal", "--format", "json"))
+    assert main(["check", str(example("horizontal")), "--json"]) == 0
+    left_out = {row["step"]: row["why"] for row in json.loads(capfd.readouterr().out)["steps"] if not row["runs"]}
+    assert "thickness_m" in left_out.pop("conversion")
+    named = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances", "motions": "motions"}
+    named |= dict.fromkeys(("simulation", "figure-3", "figure-6", "figure-diagram"), "simulation")
+    asked = "distortion", "from-rest-moments", "from-rest-windows", "shock", "coexistence", "figure-shocks", "jitter"
+    assert set(left_out) == {*named, *asked}
+    for name, why in left_out.items():
+        assert f"{named.get(name, 'disturbances')} block" in why
 
 
 @pytest.mark.slow

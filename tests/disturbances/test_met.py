@@ -9,14 +9,13 @@ import pytest
 
 from vireport import analyse, load
 from vireport.design import motions_at
-from vireport.disturbances import Destination, Nearby, disturbances_of, met_along
+from vireport.disturbances import Destination, met_along
 from vireport.disturbances.met import VALUES
 from vireport.disturbances.windows import outcomes_at
 from vireport.figures import shown_along, simulated_points
 from vireport.physics import Device
-from vireport.scenario import DesignInput, DisturbancesBlock
-from vireport.simulation import release_phase
-from vireport.study import Study, Task, sweep_of
+from vireport.scenario import DesignInput
+from vireport.study import Task, sweep_of
 from vireport.wording import Words
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -71,57 +70,6 @@ def test_a_short_look_tells_what_following_to_the_end_tells(name: str) -> None:
         if met.end.decided:
             assert met.end.kind == end.kind
     assert sum(met.end.decided for met in met_along(along)) > VALUES - 2
-
-
-def nearby_of(name: str, *changes: str) -> tuple[Study, Nearby | None]:
-    study = analyse(load(EXAMPLES / f"{name}.yaml", changes), ("html",))
-    assert study.disturbances is not None
-    return study, study.disturbances.nearby
-
-
-def test_moments_tried_in_a_report_agree_with_the_share_that_a_block_tells() -> None:
-    for amplitude in (3.6, 4.0, 5.31):
-        change = f"excitation.amplitude_n={amplitude}"
-        study, near = nearby_of("inclined-forcing", change)
-        assert near is not None
-        asked = disturbances_of(study.solution, DisturbancesBlock())
-        pressed = near.pressed if near.end.reached else 0.0
-        reached = sum(end.reached for end in near.moments) / len(near.moments)
-        assert asked.share == pytest.approx(pressed + (1 - near.pressed) * reached, abs=0.2)
-        assert near.pressed == pytest.approx(release_phase(float(study.solution.design.motions.gbar[0])) / np.pi)
-    assert (near.end.reached, near.moments_alike) == (True, len(near.moments))
-
-
-def test_values_around_the_design_point_have_its_outcome_up_to_the_first_with_another() -> None:
-    study, near = nearby_of("inclined-forcing")
-    assert near is not None
-    assert (near.alike[0].value, near.alike[-1].value) == (4.2, 5.25)
-    assert [each.end.destination for each in near.beyond] == [Destination.REST_CYCLE, Destination.OTHER_MOTION]
-    alone = analyse(study.loaded, ("json",)).to_dict()
-    assert study.to_dict()["disturbances"] == alone["disturbances"]
-    _, near = nearby_of("design-point")  # without a sweep: along the input in which stable motion ends first
-    assert near is not None
-    assert near.parameter is DesignInput.FREQUENCY
-    assert all(abs(each.value / near.value - 1) < 0.11 for each in near.values)
-    assert {each.end.reached for each in near.alike} == {True}
-    _, near = nearby_of("inclined-forcing", "excitation.amplitude_n=6.5")  # beyond the sweep
-    assert near is None or near.alike == near.beyond == ()
-
-
-@pytest.mark.slow
-def test_between_the_values_tried_lies_the_edge_of_the_window_that_a_block_tells() -> None:
-    for name in ("inclined", "inclined-forcing"):
-        study, near = nearby_of(name)
-        assert near is not None
-        window = disturbances_of(study.solution, DisturbancesBlock(), compiled=True, windows=True).window
-        assert window is not None
-        assert near.beyond[0].value < window.low.value < near.alike[0].value
-
-
-def test_of_what_does_not_settle_soon_nothing_is_told_around_it() -> None:
-    chaotic, near = nearby_of("inclined-forcing", "excitation.amplitude_n=6.9375", "sweep.to=7")
-    assert chaotic.disturbances.from_rest.destination is Destination.CHAOTIC
-    assert near is None
 
 
 def test_circles_are_said_to_be_of_a_ball_from_rest_where_no_simulation_is_asked_for() -> None:

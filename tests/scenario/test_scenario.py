@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from vireport.base import ScenarioError, UsageError
 from vireport.scenario import (
     DRIVING,
+    HAVE_DEFAULTS,
     Parameter,
     Scenario,
     SimulationBlock,
@@ -22,6 +23,7 @@ from vireport.scenario import (
     load,
     loads,
     to_dict,
+    with_default_blocks,
 )
 from vireport.scenario.blocks import MembraneBlock
 
@@ -246,3 +248,54 @@ def test_loading_imports_no_other_package_and_nothing_heavy():
     command = [sys.executable, "-c", code, str(EXAMPLES / "horizontal.yaml")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert printed == "['base', 'scenario', 'text'] False\n"
+
+
+PLAIN = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1, restitution: 0.5, length_m: 0.7}
+excitation: {amplitude_n: 3, frequency_hz: 2}
+inclination_deg: 45
+"""
+SWEPT = PLAIN + "sweep: {parameter: length_m, from: 0.6, to: 0.8}\n"
+FALLING = PLAIN.replace("length_m", "restitution_exponent: -0.1, restitution_speed_m_s: 5, length_m")
+SECOND = SWEPT.replace("frequency_hz: 2", "frequency_hz: 2, harmonics: [{order: 2, percent: 5, phase_deg: 0}]")
+
+
+def with_empty(text: str, block: str) -> object:
+    """The block with its defaults; None where the scenario cannot have it."""
+    try:
+        return getattr(loads(text, overrides=(f"{block}={{}}",)).scenario, block)
+    except ScenarioError:
+        return None
+
+
+def test_blocks_that_have_defaults_are_those_that_may_be_empty() -> None:
+    optional = {
+        key.alias or name
+        for name, key in Scenario.model_fields.items()
+        if name != "device" and "Block" in str(key.annotation) and not key.is_required()
+    }
+    assert optional > set(HAVE_DEFAULTS)
+    assert {block for block in optional if with_empty(SWEPT, block) is not None} == set(HAVE_DEFAULTS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLAIN,
+        SWEPT,
+        SECOND,
+        FALLING,
+        SWEPT.replace("length_m: 0.7", "length_m: 0.7, friction: 0.01"),
+        PLAIN + "sweep: {parameter: restitution, from: 0.3, to: 0.6}\n",
+        SWEPT + "disturbances: {jitter_m_s: 0.01}\nmotions: {impacts: 3}\n",
+    ],
+)
+def test_every_block_with_defaults_is_added_where_it_may_be_and_none_is_replaced(text: str) -> None:
+    before = loads(text)
+    after = with_default_blocks(before)
+    for block in HAVE_DEFAULTS:
+        given, added = getattr(before.scenario, block), getattr(after.scenario, block)
+        assert added == (given if given is not None else with_empty(text, block))
+    assert after.document == before.document
+    assert loads(text, overrides=after.overrides).scenario == after.scenario

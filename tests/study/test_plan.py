@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable
 from importlib import import_module
 
 import pytest
 
-from vireport import UsageError, load, loads
+from vireport import ScenarioError, UsageError, analyse, load, loads
 from vireport.cli import main
 from vireport.study import (
     ALL_FORMATS,
     FIGURES,
     FORMATS,
+    Addition,
     Task,
     plan,
 )
@@ -32,8 +35,8 @@ EVERYTHING += "disturbances: {jitter_m_s: 0.01, prove: true, basin: true}\n"
 EVERYTHING += "measured: [{impacts: impacts.csv}]\n"
 EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 0.6, to: 0.8}]}\n"
 
-INSTEAD = {Task.SAMPLED_FROM_REST, Task.CIRCLES, Task.NEARBY}
-"""What is done where there is no design point, no simulation block, or no block of disturbances."""
+INSTEAD = {Task.SAMPLED_FROM_REST, Task.CIRCLES}
+"""What is done where there is no design point, or no simulation block."""
 
 RECORDED = {Task.DRIVEN, Task.FIGURE_DRIVEN}
 """What is done where the shaker's acceleration was recorded, of one device."""
@@ -72,10 +75,21 @@ def test_a_sweep_without_a_design_point_has_outcomes_from_rest_where_nothing_is_
     assert not planned.runs(Task.FROM_REST)
 
 
-def test_a_short_look_around_the_design_point_is_had_for_a_report_unless_a_block_asks_for_more():
-    assert of(DESIGN, "html").runs(Task.NEARBY)
-    assert "neither HTML nor PDF" in why(of(DESIGN, "json", "png"), Task.NEARBY)
-    assert Task.NEARBY not in {step.task for step in of(DESIGN + "disturbances: {}\n", "html").steps}
+def test_distortion_is_looked_for_where_a_block_or_a_requirement_asks_for_it():
+    required = "requirements: {withstands_distortion_percent: 1}\n"
+    assert "withstands_distortion_percent" in why(of(DESIGN), Task.DISTORTION)
+    assert of(DESIGN + "disturbances: {}\n", "json").runs(Task.DISTORTION)
+    assert of(DESIGN + required, "json").runs(Task.DISTORTION)
+    # Designs of a search are only judged.
+    assert plan(loads(DESIGN + required).scenario, ()).runs(Task.DISTORTION)
+    assert not plan(loads(DESIGN + "disturbances: {}\n").scenario, ()).runs(Task.DISTORTION)
+
+
+def test_a_ball_from_rest_is_followed_along_a_sweep_where_that_is_drawn_or_begins_families():
+    assert of(DESIGN + SWEEP, "html").runs(Task.CIRCLES)
+    assert of(DESIGN + SWEEP + "motions: {}\n", "json").runs(Task.CIRCLES)
+    assert not of(DESIGN + SWEEP, "json").runs(Task.CIRCLES)
+    assert not of(DESIGN + "motions: {}\n", "html").runs(Task.CIRCLES)
 
 
 @pytest.mark.parametrize("text", [DESIGN, DESIGN + SWEEP, EVERYTHING])
@@ -189,3 +203,103 @@ def test_errors_that_cannot_be_measured_are_refused_before_work_begins(more, exa
     assert main(["verify", str(example("inclined")), *more]) == 3
     said = "vireport: error: vireport verify: the package mpmath is missing: pip install 'vireport[verify]'\n"
     assert capsys.readouterr().err == said
+
+
+def test_three_lines_say_what_to_add():
+    blocks, inputs, every_step = of(DESIGN).left_out_lines()
+    assert [name for name in ("disturbances", "tolerances", "simulation", "accuracy") if f"{name}: for" in blocks]
+    assert blocks.startswith("Add disturbances: for shocks, jitter, distortion and switch-on windows; tolerances: for")
+    assert blocks.endswith("; vireport run --full adds all blocks that have defaults.")
+    assert inputs.startswith("Give sweep: for branches, ")
+    assert "left_out" in every_step
+    (every_step,) = of(EVERYTHING, device__membrane=ELECTRICAL, design=None).left_out_lines()
+    assert "left_out" in every_step
+    assert of(EVERYTHING, device__membrane=ELECTRICAL).left_out_lines()[-1].startswith("The best design, by vireport")
+    _, inputs, _ = of(DESIGN + SWEEP, device__length_m=None, device__ball_mass_kg=None).left_out_lines()
+    assert "device.length_m for the motions of one design" in inputs
+    assert "; device.ball_mass_kg for voltages" in inputs
+    blocks, _ = of(EVERYTHING, tolerances=None, design=None).left_out_lines()[:2]
+    assert blocks == "Add tolerances: for the yield."
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("device.friction", 0.01),
+        ("excitation.harmonics", [{"order": 2, "percent": 5.0, "phase_deg": 0.0}]),
+        ("sweep", {"parameter": "restitution", "from": 0.3, "to": 0.6}),
+    ],
+)
+def test_no_block_is_proposed_that_would_be_refused(path: str, value: object):
+    refused = set()
+    for block in (own for own in Addition if own.is_block):
+        text = DESIGN + SWEEP
+        try:
+            loads(text, overrides={path: value, block.value: {"length_percent": 1} if block == "tolerances" else {}})
+        except ScenarioError:
+            refused.add(block)
+    planned = plan(loads(DESIGN + SWEEP, overrides={path: value}).scenario)
+    proposed = {own for own in planned.additions if own.is_block}
+    assert refused
+    assert proposed == {own for own in Addition if own.is_block} - refused
+
+
+COMPUTED = {
+    Task.DISTORTION: ("vireport.design.point", "distortions"),
+    Task.CIRCLES: ("vireport.disturbances", "met_along"),
+    Task.REPRODUCTION: ("vireport.checks", "reproduce"),
+    Task.EFFECTS: ("vireport.study.study", "shifts"),
+    Task.FROM_REST: ("vireport.disturbances", "disturbances_of"),
+    Task.MOMENTS: ("vireport.disturbances.behaviour", "switched_on"),
+    Task.WINDOWS: ("vireport.disturbances.behaviour", "_along"),
+    Task.SHOCK: ("vireport.shocks", "withstood_by"),
+    Task.COEXISTENCE: ("vireport.shocks", "attracting_motions"),
+    Task.SIMULATION: ("vireport.checks", "crosscheck"),
+    Task.MOTIONS: ("vireport.atlas", "atlas"),
+    Task.OWN_STIFFNESS: ("vireport.compliant", "own_stiffness"),
+    Task.TOLERANCES: ("vireport.design", "assess_tolerances"),
+}
+"""The function that does each step, beyond the solution itself."""
+
+SHORT = f"{DESIGN}{SWEEP}"
+LONGER = {
+    "disturbances": "disturbances: {}\n",
+    "simulation": "simulation: {samples: 2, starts: 1, impacts: 100}\n",
+    "tolerances": "tolerances: {length_percent: 0.1, samples: 64}\n",
+    "motions": "motions: {impacts: 2, periods: 1}\n",
+}
+
+
+@pytest.mark.parametrize("block", [None, *[pytest.param(own, marks=pytest.mark.slow) for own in LONGER]])
+@pytest.mark.parametrize("format_", ["json", "html"])
+def test_what_the_plan_lists_is_computed_and_nothing_else(block: str | None, format_: str, monkeypatch) -> None:
+    calls: Counter[Task] = Counter()
+
+    def counted(task: Task, of: Callable[..., object]) -> Callable[..., object]:
+        def call(*given: object, **more: object) -> object:
+            calls[task] += 1
+            return of(*given, **more)
+
+        return call
+
+    for task, (module, name) in COMPUTED.items():
+        home = import_module(module)
+        monkeypatch.setattr(home, name, counted(task, getattr(home, name)))
+    study = analyse(loads(SHORT + LONGER.get(block or "", "")), (format_,))
+    assert study.verdict
+    if study.plan.runs(Task.HTML):
+        assert study.reproduction is not None
+    ran = {task for task in COMPUTED if study.plan.runs(task)}
+    assert set(calls) == ran
+
+
+def test_what_was_not_looked_for_is_null_and_says_why() -> None:
+    plain, asked = (analyse(loads(DESIGN + more), ("json",)).to_dict() for more in ("", "disturbances: {}\n"))
+    design = plain["design_point"]
+    assert design["distortion"] is None
+    (left_out,) = [row for row in plain["left_out"] if row["step"] == "distortion"]
+    assert design["distortion_reason"] == left_out["why"]
+    assert {row["order"] for row in asked["design_point"]["distortion"]} == {2, 3}
+    assert asked["design_point"]["distortion_reason"] is None
+    assert plain["design_point"].keys() == asked["design_point"].keys()
+    assert plain["disturbances"]["from_rest"].keys() == asked["disturbances"]["from_rest"].keys()

@@ -31,6 +31,7 @@ NAMED = "device.friction"
 @pytest.fixture(scope="module")
 def rubbed():
     required = {"margin_any_percent": 3, "margin_with_effects_percent": 0.1, "reached_from_rest": True}
+    required |= {"withstands_distortion_percent": 0.1}
     over = RUBS | {"requirements": required}
     return analyse(load(EXAMPLES / "inclined.yaml", over), (Task.JSON, Task.HTML))
 
@@ -53,7 +54,7 @@ def test_a_run_has_motions_margins_effects_and_says_what_it_leaves_out(rubbed) -
     design = data["design_point"]
     assert design["margins"][0]["percent"] == pytest.approx(-4.04, abs=0.01)
     assert {row["order"] for row in design["distortion"]} == {2, 3}
-    assert [criterion["passed"] for criterion in data["requirements"]["criteria"]] == 3 * [True]
+    assert [criterion["passed"] for criterion in data["requirements"]["criteria"]] == 4 * [True]
     assert len(data["effects"]["rows"]) >= 4
     assert rubbed.reproduction.passed
     assert data["disturbances"]["from_rest"]["outcome"] == "reaches_1_1"

@@ -28,7 +28,7 @@ NOTHING, UNSTABLE, STABLE = 0, 1, 2
 PLANE = 108, 81
 """Cells of that plane, across and up."""
 
-OF_REPORTS = {*ALL_FORMATS, *FIGURES, Task.CIRCLES, Task.NEARBY, Task.REPRODUCTION}
+OF_REPORTS = {*ALL_FORMATS, *FIGURES, Task.CIRCLES, Task.REPRODUCTION}
 """Steps of a run that the page has no part in."""
 
 ALSO = "disturbances", "motions", "simulation"

@@ -82,6 +82,7 @@ def run(
     scenario: given.Scenario,
     set_: given.Set = None,
     allow_outside: given.AllowOutside = False,
+    full: given.Full = False,
     certify: given.Certify = False,
     baseline: given.Baseline = None,
     output: given.Folder = None,
@@ -109,6 +110,10 @@ def run(
 
         before = read_baseline(baseline)
     loaded, earlier = _read(scenario, set_, allow_outside)
+    if full:
+        from vireport.scenario import with_default_blocks
+
+        loaded = with_default_blocks(loaded)
     certify = certify or (earlier is not None and bool(earlier.results.get("certificates")))
     if certify:
         from vireport.study import refuse_special, require_proofs
@@ -513,7 +518,7 @@ def check(
     format_: Annotated[list[str] | None, format_option("check")] = None,
     quiet: given.Quiet = False,
 ) -> None:
-    """Check a scenario or a map file: every mistake in it, or what a run would compute and leave out, and why.
+    """Check a scenario or a map file: every mistake in it, or what a run would compute and what to add for more.
 
     Computes nothing.
     """
@@ -543,20 +548,23 @@ def check(
         name, kind = loaded.name, "map"
         over = " x ".join(axis.path for axis in loaded.block.axes)
         rows = [("cells", True, f"{loaded.block.cells:,} cells over {over}", "the file has a map block")]
+        left_out: tuple[str, ...] = ()
     else:
         from vireport.study import plan
 
         name, kind = loaded.document.name, "scenario"
-        rows = [(step.task, step.runs, step.what, step.why) for step in plan(loaded.scenario, formats).steps]
+        planned = plan(loaded.scenario, formats)
+        rows = [(step.task, step.runs, step.what, step.why) for step in planned.steps]
+        left_out = () if json else planned.left_out_lines()
     if json:
         steps = [dict(zip(("step", "runs", "what", "why"), row, strict=True)) for row in rows]
         told = [alert.to_dict() for alert in alerts]
         deliver(CommandOutcome(_json({"valid": True, "kind": kind, "mistakes": [], "alerts": told, "steps": steps})))
         return
-    width = max(len(step) for step, *_ in rows)
+    width = max(len(step) for step, runs, *_ in rows if runs)
     lines = [f"{name}: valid {kind}", *(alert.text for alert in alerts)]
-    lines += [f"{'run ' if runs else 'skip'}  {step:<{width}}  {what} ({why})" for step, runs, what, why in rows]
-    deliver(CommandOutcome(text="\n".join([*lines, ""])), quiet=quiet)
+    lines += [f"run  {step:<{width}}  {what} ({why})" for step, runs, what, why in rows if runs]
+    deliver(CommandOutcome(text="\n".join([*lines, *left_out, ""])), quiet=quiet)
 
 
 @app.command(cls=Command, rich_help_panel=CommandPanel.HELP)

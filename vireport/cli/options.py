@@ -99,6 +99,14 @@ AllowOutside = Annotated[
 Certify = Annotated[
     bool, typer.Option("--certify", help="Proves the critical points in ball arithmetic; prints enclosures.")
 ]
+Full = Annotated[
+    bool,
+    typer.Option(
+        "--full",
+        help="Adds every block that the scenario lacks and that has defaults: disturbances, motions, simulation and "
+        "accuracy. Takes minutes.",
+    ),
+]
 Baseline = Annotated[
     str | None,
     typer.Option(

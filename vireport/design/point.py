@@ -121,9 +121,9 @@ class DesignPoint(Struct, frozen=True, eq=False):
         Inputs along which rounding does not resolve where the stable motions end.
     stable_ranges : tuple of StableInterval
         For each other input, the range up to the first of these ends on either side.
-    distortions : tuple of Distortion
-        The least harmonics of the force that end a stable motion, see `with_distortions`; none where no motion is
-        stable.
+    distortions : tuple of Distortion or None
+        The least harmonics of the force that end a stable motion, see `with_distortions`; () where no motion is
+        stable, None where they were not looked for.
     voltages_by_motion : Voltages or None
         Of every motion, stable or not; None where no energy is evaluated.
     conversion_by_motion : Conversion or None
@@ -140,7 +140,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
     margins: tuple[Margin, ...]
     unresolved_inputs: tuple[DesignInput, ...]
     stable_ranges: tuple[StableInterval, ...]
-    distortions: tuple[Distortion, ...] = ()
+    distortions: tuple[Distortion, ...] | None = None
     voltages_by_motion: Voltages | None = None
     conversion_by_motion: Conversion | None = None
     lost: int = 0
@@ -236,7 +236,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
 def with_distortions(device: Device, point: DesignPoint) -> DesignPoint:
     """A design point with the least harmonics of the force that end a stable motion of it.
 
-    They take as long as all its margins: a search that climbs along margins does without.
+    They take as long as all its margins.
     """
     nearest = next((margin for margin in point.margins if margin.ends_stability), None)
     return replace(point, distortions=distortions(device, point.motions, nearest))

@@ -201,6 +201,7 @@ def solution_of(
     design: bool,
     tolerances: TolerancesBlock | None = None,
     margins: bool = True,
+    distortion: bool = False,
 ) -> Solution:
     """Find every 1:1 motion of a device along a sweep, and at its design point.
 
@@ -216,7 +217,9 @@ def solution_of(
     tolerances : TolerancesBlock, optional
         By which it is told into which ranges around the design point a device can be set.
     margins : bool
-        Whether to tell of the design point's motions how far they are from their ends, and which harmonics end them.
+        Whether to tell of the design point's motions how far they are from their ends.
+    distortion : bool
+        Whether to find the least harmonics of the force that end them, too.
 
     Raises
     ------
@@ -234,7 +237,7 @@ def solution_of(
         raise NumericalError(unresolved)
     diagram = solve(sweep) if sweep is not None else None
     point = design_point(device, diagram, margins) if design else None
-    if point is not None and margins:
+    if point is not None and distortion:
         point = with_distortions(device, point)
     if point is not None and tolerances is not None:
         stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable_ranges)

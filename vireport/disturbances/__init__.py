@@ -8,7 +8,7 @@ from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.disturbances.recovery import NoRecovery, Recovery
 
 if TYPE_CHECKING:
-    from vireport.disturbances.met import Met, Nearby, met_along
+    from vireport.disturbances.met import Met, met_along
     from vireport.disturbances.windows import Edge, OutcomeRange, Window, outcomes_of
 else:
     __getattr__ = deferred(__name__, "met", "windows")
@@ -19,7 +19,6 @@ __all__ = [
     "Edge",
     "FromRest",
     "Met",
-    "Nearby",
     "NoRecovery",
     "OutcomeRange",
     "Ramp",

@@ -27,7 +27,6 @@ from vireport.physics import Groups
 from vireport.scenario import DesignInput, DisturbancesBlock, Parameter
 
 if TYPE_CHECKING:
-    from vireport.disturbances.met import Met, Nearby
     from vireport.disturbances.windows import Edge, OutcomeRange, Window
     from vireport.simulation import Cycle
 
@@ -85,8 +84,6 @@ class Disturbances(Struct, frozen=True, eq=False):
     sampled : tuple of OutcomeRange
         The outcomes at a few values of a sweep in which no 1:1 motion is stable, where there is neither a design point
         nor `along`.
-    nearby : Nearby or None
-        What a short look at other moments and at values nearby told, in place of `share` and `window`.
     """
 
     from_rest: FromRest | None
@@ -100,7 +97,6 @@ class Disturbances(Struct, frozen=True, eq=False):
     reached: FollowedMotion | None = None
     by_starts: tuple[FollowedMotion, ...] = ()
     sampled: tuple[OutcomeRange, ...] = ()
-    nearby: Nearby | None = None
 
     __repr__ = brief
 
@@ -132,7 +128,6 @@ def disturbances_of(
     asked: DisturbancesBlock | None,
     compiled: bool = False,
     windows: bool = False,
-    along: tuple[Met, ...] | None = None,
 ) -> Disturbances:
     """Find out what a device does when it is switched on and disturbed.
 
@@ -145,8 +140,6 @@ def disturbances_of(
         Whether to compile the simulation.
     windows : bool
         Whether to find how far the outcome stays, around the design point and along the sweep.
-    along : tuple of Met or None
-        What is known along the sweep; None where no look is to be had at other moments and at values nearby.
     """
     design, device = solution.design, solution.device
     strip = _along(solution, compiled) if windows else ()
@@ -159,10 +152,7 @@ def disturbances_of(
         found = from_rest(groups, targets, ratio, compiled)
         reached = None if targets else _reached(solution, found)
         others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
-        beside = None if along is None else _nearby(solution, found, along)
-        return Disturbances(
-            found, recovery=recovery, no_recovery=no_recovery, reached=reached, by_starts=others, nearby=beside
-        )
+        return Disturbances(found, recovery=recovery, no_recovery=no_recovery, reached=reached, by_starts=others)
     device.constant_restitution("what it does when the force sets in at any moment")
     outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
     found = outcome_of(outcomes)
@@ -174,12 +164,6 @@ def disturbances_of(
     reached = _reached(solution, found)
     others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
     return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, no_recovery, reached, others)
-
-
-def _nearby(solution: Solution, end: FromRest, along: tuple[Met, ...]) -> Nearby | None:
-    from vireport.disturbances.met import nearby
-
-    return nearby(solution, end, along)
 
 
 def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:

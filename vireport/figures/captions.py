@@ -173,20 +173,6 @@ class Circles(Struct, frozen=True):
     from_rest: bool
 
 
-class Strip(Struct, frozen=True):
-    """How much of a sweep leads to a 1:1 motion from rest, and at how many values that was looked for; 0 for stretches.
-
-    Attributes
-    ----------
-    reached : float
-        Share of the sweep, or the number of the values.
-    values : int
-    """
-
-    reached: float
-    values: int
-
-
 class MeasuredShown(Struct, frozen=True):
     """What was measured, as a figure shows it: values of the swept parameter, the words there, and what has none.
 
@@ -235,7 +221,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "mirrored": any(part.branch.mirror_of is not None for part in parts),
         "level": solution.device.inclination_deg == 0 and swept is not Parameter.INCLINATION,
         "doubled": _doubled(study),
-        "from_rest": _strip(study),
+        "from_rest": _share_from_rest(study),
         "unit_m_s": float(solution.device.velocity_unit(swept, 0.0)) if scaled else None,
         "largest": largest if largest > LAMBDA_LIMIT else None,
         "ball_mass_kg": membrane.ball_mass_kg if membrane is not None else None,
@@ -245,13 +231,13 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
     }
 
 
-def _strip(study: Study) -> Strip | None:
-    """What is said of the strip of outcomes from rest; None where they were not looked for."""
+def _share_from_rest(study: Study) -> float | None:
+    """Share of the sweep on which the ball comes to a 1:1 motion from rest; None where that was not looked for."""
     along = study.disturbances.along if study.disturbances is not None else ()
-    if along:
-        reached = sum(stretch.end - stretch.start for stretch in along if stretch.outcome.reached)
-        return Strip(reached / (along[-1].end - along[0].start), 0)
-    return Strip(sum(each.end.reached for each in study.met), len(study.met)) if study.met else None
+    if not along:
+        return None
+    reached = sum(stretch.end - stretch.start for stretch in along if stretch.outcome.reached)
+    return reached / (along[-1].end - along[0].start)
 
 
 def _doubled(study: Study) -> list[str]:

@@ -6,7 +6,7 @@ Only motions are drawn: what is not admissible is neither a line nor a point her
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import chain, cycle, groupby
+from itertools import chain, cycle
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -120,9 +120,6 @@ DOUBLED = 0.9
 
 STRIP = 0.05
 """Height of the strip of outcomes from rest at the bottom of figure 2, over that of its panel."""
-
-OF_STEP = 0.3
-"""How far the strip reaches beyond the last value with one outcome, over the step to the next."""
 
 OUTCOMES: dict[Destination, tuple[str, str]] = {
     Destination.ONE_TO_ONE: ("1:1", Color.SKY),
@@ -477,19 +474,9 @@ def _marker_scale(simulated: PairedImpacts) -> float:
 
 
 def _outcomes(drawing: Drawing) -> tuple[OutcomeRange, ...]:
-    """The outcomes from rest along the sweep: in stretches, or at values, with a gap between two that differ."""
-    study = drawing.study
-    if study.disturbances is not None and study.disturbances.along:
-        return study.disturbances.along
-    if not study.met:
-        return ()
-    first, last = study.met[0].value, study.met[-1].value
-    beside = OF_STEP * (last - first) / (len(study.met) - 1)
-    alike = (list(same) for _, same in groupby(study.met, lambda each: each.end.destination))
-    return tuple(
-        OutcomeRange(max(same[0].value - beside, first), min(same[-1].value + beside, last), same[0].end)
-        for same in alike
-    )
+    """The outcomes from rest along the sweep, where they were looked for."""
+    disturbances = drawing.study.disturbances
+    return disturbances.along if disturbances is not None else ()
 
 
 def _draw_outcomes(axes: Axes, drawing: Drawing) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum, StrEnum
 from math import ceil, log10
-from operator import itemgetter
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
@@ -17,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import brief
-from vireport.design import DesignPoint, Distortion, Margin, Solution, StableInterval
+from vireport.design import DesignPoint, Margin, Solution, StableInterval
 from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
 from vireport.gate.least_margin import MarginToUse, margin_to_use
 from vireport.gate.stretch import severity_of
@@ -147,8 +146,6 @@ class NearestEnd(Struct, frozen=True, eq=False):
         Whether the first stable motion is its own mirror image.
     compliant : StabilityEnd or None
         The end with the membranes' own stiffness too; None where contacts are short.
-    distortion : Distortion or None
-        The least harmonic of the force that ends stable motion, of any order; None where none was found.
     to_use : MarginToUse or None
         The least of all known margins, which a designer acts on; None where there is no end.
     """
@@ -159,7 +156,6 @@ class NearestEnd(Struct, frozen=True, eq=False):
     lost: Margin | None
     symmetric: bool
     compliant: StabilityEnd | None
-    distortion: Distortion | None
     to_use: MarginToUse | None
 
     __repr__ = brief
@@ -551,10 +547,8 @@ def _margin(design: DesignPoint, evidence: Evidence) -> Fact[NearestEnd]:
     if own is not None and end is not None:
         compliant = own.end_of(end.parameter, end.point)
     symmetric = design.families[:1] == (Symmetry.SYMMETRIC,)
-    shares = [(found.share, found) for found in design.distortions if found.share is not None]
-    distortion = min(shares, key=itemgetter(0))[1] if shares else None
     use = margin_to_use(evidence)
-    nearest = NearestEnd(end, design.unresolved_inputs, handover, lost, symmetric, compliant, distortion, use)
+    nearest = NearestEnd(end, design.unresolved_inputs, handover, lost, symmetric, compliant, use)
     small = use is not None and use.small
     gone = own is not None and own.margin_gone
     return Fact(Question.MARGIN, Status.CAUTION if small or gone or nearest.not_known else Status.GOOD, nearest)

@@ -40,10 +40,20 @@ from vireport.scenario.blocks import (
 )
 from vireport.scenario.document import LARGEST_FILE, join
 from vireport.scenario.document import read as read_document
-from vireport.scenario.loading import Loaded, LoadedMap, Source, load, load_any, load_map, loads, loads_map
+from vireport.scenario.loading import (
+    Loaded,
+    LoadedMap,
+    Source,
+    load,
+    load_any,
+    load_map,
+    loads,
+    loads_map,
+    with_default_blocks,
+)
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
-from vireport.scenario.rules import SPECIAL, Special
+from vireport.scenario.rules import HAVE_DEFAULTS, SPECIAL, Special, barred_blocks
 from vireport.scenario.writing import as_yaml
 
 if TYPE_CHECKING:
@@ -55,6 +65,7 @@ else:
 __all__ = [
     "DEMANDS",
     "DRIVING",
+    "HAVE_DEFAULTS",
     "LARGEST",
     "LARGEST_FILE",
     "LARGEST_HARMONIC",
@@ -96,6 +107,7 @@ __all__ = [
     "TolerancesBlock",
     "as_texts",
     "as_yaml",
+    "barred_blocks",
     "for_key",
     "init_text",
     "inputs",
@@ -110,4 +122,5 @@ __all__ = [
     "schema",
     "to_dict",
     "unit_of",
+    "with_default_blocks",
 ]

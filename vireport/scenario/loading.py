@@ -36,8 +36,10 @@ from vireport.scenario.document import (
 from vireport.scenario.overrides import apply, as_texts, yaml_of
 from vireport.scenario.rules import (
     AXES,
+    HAVE_DEFAULTS,
     Finding,
     Kind,
+    barred_blocks,
     inconsistencies,
     is_number,
     path_of,
@@ -195,6 +197,14 @@ def loads(
     return Loaded(
         scenario, document, frozenset(_given(effective.data)), texts, place or ReadingPlace(str(Path(name).parent))
     )
+
+
+def with_default_blocks(loaded: Loaded) -> Loaded:
+    """A scenario with every block set over it that has defaults and that it lacks, as far as it can have them."""
+    barred = barred_blocks(loaded.scenario)
+    lacking = [name for name in HAVE_DEFAULTS if getattr(loaded.scenario, name) is None and name not in barred]
+    overrides = (*loaded.overrides, *(f"{name}={{}}" for name in lacking))
+    return loads(loaded.document.text, loaded.document.name, overrides, loaded.place) if lacking else loaded
 
 
 def load_any(source: str | Path, overrides: Overrides = (), allow_outside: bool = False) -> Loaded | LoadedMap:

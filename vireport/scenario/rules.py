@@ -102,6 +102,26 @@ SPECIAL = (
 )
 """What is not known of a ball everywhere."""
 
+NOT_BOUNCING = {
+    "motions": "along a sweep of a restitution only 1:1 motions are known",
+    "accuracy": "it knows membranes that stay as they are",
+}
+"""Blocks that a sweep of a restitution does not have, and why."""
+
+HAVE_DEFAULTS = "disturbances", "motions", "simulation", "accuracy"
+"""Blocks that a scenario can have with nothing in them: each of their keys has a default."""
+
+
+def barred_blocks(scenario: Scenario) -> frozenset[str]:
+    """The blocks that a scenario cannot have for its force, its ball or what it sweeps."""
+    blocks = {name for special in SPECIAL if getattr(scenario.device, special.name) for name in special.blocks}
+    if scenario.excitation.distorted:
+        blocks.update(SINE_ONLY)
+    if scenario.sweep is not None and scenario.parameter.bounces:
+        blocks.update(NOT_BOUNCING)
+    return frozenset(blocks)
+
+
 PLAIN_REQUIREMENTS = "word", "words", "inclination_from_deg", "inclination_to_deg"
 """Requirements that are judged of a ball alone that is not special."""
 
@@ -428,13 +448,12 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
 
 def _bouncing_sweep(tree: _Tree) -> Iterator[Finding]:
     """A sweep over a restitution is one of 1:1 motions; that of both membranes keeps their difference."""
-    only = "along a sweep of a restitution only 1:1 motions are known"
-    for path, known in (("motions", only), ("accuracy", "it knows membranes that stay as they are")):
+    for path, known in NOT_BOUNCING.items():
         if not tree.absent(path) or path in tree.bare:
             yield _rule(path, f"{known} (leave this out, or sweep something else)")
     for key in OF_WORDS:
         if tree.at(f"requirements.{key}") not in (None, False):
-            yield _rule(f"requirements.{key}", f"{only} (leave this out, or sweep something else)")
+            yield _rule(f"requirements.{key}", f"{NOT_BOUNCING['motions']} (leave this out, or sweep something else)")
     ends = [(path, value) for path in ("sweep.from", "sweep.to") if (value := tree.number(path)) is not None]
     if (tree.number(FRICTION) or 0.0) > 0:
         for path, value in ends:

@@ -31,7 +31,7 @@ from vireport.simulation.kernel import (
     VELOCITY,
     WALL,
 )
-from vireport.simulation.release import Press, presses, release_phase
+from vireport.simulation.release import Press, presses
 from vireport.simulation.starts import even_starts, random_starts, start_speed
 
 if TYPE_CHECKING:
@@ -90,7 +90,6 @@ __all__ = [
     "portrait",
     "presses",
     "random_starts",
-    "release_phase",
     "rest_cycle",
     "start_of",
     "start_speed",

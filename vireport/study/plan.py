@@ -9,12 +9,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from enum import StrEnum
 from importlib.util import find_spec
+from pathlib import Path
 from typing import NamedTuple
 
 from msgspec import Struct
 
 from vireport.base import NumericalError, UsageError, install_command
-from vireport.scenario import SPECIAL, Direction, MotionsBlock, Parameter, Scenario, Special
+from vireport.scenario import (
+    HAVE_DEFAULTS,
+    SPECIAL,
+    Direction,
+    MotionsBlock,
+    Parameter,
+    Scenario,
+    Special,
+    barred_blocks,
+)
 
 
 class Task(StrEnum):
@@ -38,12 +48,13 @@ class Task(StrEnum):
     SYMMETRIC = "symmetric", "the symmetric family"
     CRITICAL = "critical", "critical points and Table 1"
     DESIGN = "design", "the motions at the design point and their margins"
+    DISTORTION = "distortion", "the least harmonics of the force that end the stable motion"
     EFFECTS = "effects", "how far the nearest end of stable motion would move by what the model leaves out"
     ENERGY = "energy", "voltages"
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
     SAMPLED_FROM_REST = "from-rest-sampled", "what it comes to at some values of a sweep without stable 1:1 motion"
-    NEARBY = "from-rest-nearby", "a short look at other moments of switching on, and at values of an input nearby"
+    MOMENTS = "from-rest-moments", "from which share of the moments of switching on it is reached, or with which ramp"
     WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
     SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
     COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
@@ -57,7 +68,10 @@ class Task(StrEnum):
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
     FIGURE_4 = "figure-4", "Delta and the eigenvalues (figure-4)"
     FIGURE_7 = "figure-7", "voltages along the sweep (figure-7)"
-    CIRCLES = "circles", "the motions that a ball from rest comes to along the sweep: circles in figures 2 and 7"
+    CIRCLES = (
+        "circles",
+        "what a ball from rest comes to along the sweep: circles in figures, starts of families",
+    )
     SIMULATION = "simulation", "simulation of the sampled motions"
     MOTIONS = "motions", "families of motions of other impact sequences"
     FIGURE_3 = "figure-3", "phase portraits and time series (figure-3)"
@@ -111,6 +125,34 @@ ALL_FORMATS = (*FORMATS, Task.SVG, Task.FIGURE_PDF, Task.JUNIT, Task.MARKDOWN, T
 """What `--format` can ask for; the last three are for systems that run jobs."""
 
 
+class Addition(StrEnum):
+    """What a scenario can be given, so that a run does more: a block, or values of a device.
+
+    Attributes
+    ----------
+    is_block : bool
+        Whether it is a block that no other value of the scenario needs.
+    """
+
+    is_block: bool
+
+    def __new__(cls, name: str, is_block: bool = False) -> Addition:
+        """Make the member whose value is `name`."""
+        member = str.__new__(cls, name)
+        member._value_, member.is_block = name, is_block
+        return member
+
+    DISTURBANCES = "disturbances", True
+    TOLERANCES = "tolerances", True
+    MOTIONS = "motions", True
+    SIMULATION = "simulation", True
+    ACCURACY = "accuracy", True
+    SWEEP = "sweep"
+    DESIGN_POINT = "design point"
+    BALL_MASS = "ball mass"
+    DIELECTRIC = "dielectric"
+
+
 class Step(Struct, frozen=True, eq=False):
     """One thing that a run could do.
 
@@ -127,6 +169,8 @@ class Step(Struct, frozen=True, eq=False):
         is.
     lessened : str
         In what way it is less without that.
+    adds : Addition or None
+        With which it would run, where it is left out for want of that.
     """
 
     task: Task
@@ -135,6 +179,7 @@ class Step(Struct, frozen=True, eq=False):
     why: str
     lacks: str = ""
     lessened: str = ""
+    adds: Addition | None = None
 
 
 LEFT_OUT, SLOWER, FEWER = "left out", "some hundred times slower", "without some of the methods"
@@ -142,9 +187,20 @@ LEFT_OUT, SLOWER, FEWER = "left out", "some hundred times slower", "without some
 
 
 class Plan(Struct, frozen=True, eq=False):
-    """The steps of a run, in their order."""
+    """The steps of a run, in their order.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+    additions : tuple of Addition
+        What could be added to the scenario for steps that are left out, in the order of `Addition`.
+    parameter : str
+        Key of the value that a design point has of what is swept.
+    """
 
     steps: tuple[Step, ...]
+    additions: tuple[Addition, ...]
+    parameter: str
 
     def __repr__(self) -> str:
         return f"<Plan: {len(self.steps) - len(self.left_out)} steps run, {len(self.left_out)} are left out>"
@@ -165,6 +221,27 @@ class Plan(Struct, frozen=True, eq=False):
         """The steps that do not run."""
         return tuple(step for step in self.steps if not step.runs)
 
+    def reason(self, task: Task) -> str | None:
+        """Why a task is left out; None where it runs, or is not listed."""
+        return next((step.why for step in self.left_out if step.task is task), None)
+
+    def left_out_lines(self, templates: Path | None = None) -> tuple[str, ...]:
+        """What to add to the scenario for more than a run does, and where every step that is left out is listed.
+
+        Three lines at most, in the words of `templates`.
+        """
+        from vireport.text import capital
+        from vireport.wording import Words
+
+        blocks = [addition for addition in self.additions if addition.is_block]
+        inputs = [addition for addition in self.additions if not addition.is_block]
+        adding = "add_or_all" if any(addition in HAVE_DEFAULTS for addition in blocks) else "add"
+        lines = [(macro, wanted) for macro, wanted in ((adding, blocks), ("give", inputs)) if wanted]
+        say = Words("left-out", templates)
+        searched = (step.what for step in self.left_out if step.task is Task.OPTIMISE)
+        last = *(f"{capital(text)}." for text in (*searched, *self.lacking)), say("every_step")
+        return *(say(macro, wanted, self.parameter) for macro, wanted in lines), " ".join(last)
+
     @property
     def lacking(self) -> tuple[str, ...]:
         """What missing packages leave out or slow down, a line for each package, with the command that installs it."""
@@ -182,12 +259,13 @@ class Plan(Struct, frozen=True, eq=False):
 class Precondition(NamedTuple):
     """What must hold of a scenario and the formats asked for, and what to say where it does not.
 
-    `package` is the optional one that must be there, if it is that which must hold.
+    `package` is the optional one that must be there, if it is that which must hold, and `adds` what makes it hold.
     """
 
     holds: Callable[[Scenario, frozenset[str]], object]
     otherwise: str
     package: str = ""
+    adds: Addition | None = None
 
 
 class DeclaredStep(NamedTuple):
@@ -208,7 +286,11 @@ def _format(task: Task) -> Precondition:
     return Precondition(lambda _, formats: task in formats, "not among the formats asked for")
 
 
-SWEEP = Precondition(lambda scenario, _: scenario.sweep, "no sweep: a single design point has no branches to follow")
+SWEEP = Precondition(
+    lambda scenario, _: scenario.sweep,
+    "no sweep: a single design point has no branches to follow",
+    adds=Addition.SWEEP,
+)
 HORIZONTAL = Precondition(
     lambda scenario, _: scenario.inclination_deg == 0 and scenario.parameter is not Parameter.INCLINATION,
     "gravity along the capsule: no motion is symmetric for beta > 0",
@@ -233,14 +315,23 @@ ODD_HARMONICS = Precondition(
     "the force has an even harmonic: no motion is symmetric",
 )
 ODD = Precondition(lambda scenario, _: scenario.period_ratio % 2, "for an even period ratio no motion is symmetric")
-DESIGN = Precondition(lambda scenario, _: scenario.value_of(scenario.parameter) is not None, "{parameter} is not given")
+DESIGN = Precondition(
+    lambda scenario, _: scenario.value_of(scenario.parameter) is not None,
+    "{parameter} is not given",
+    adds=Addition.DESIGN_POINT,
+)
 NO_DESIGN = Precondition(lambda scenario, _: scenario.value_of(scenario.parameter) is None, "{parameter} is given")
-BALL = Precondition(lambda scenario, _: scenario.device.ball_mass_kg, "device.ball_mass_kg is not given")
+BALL = Precondition(
+    lambda scenario, _: scenario.device.ball_mass_kg, "device.ball_mass_kg is not given", adds=Addition.BALL_MASS
+)
 DIELECTRIC = Precondition(
     lambda scenario, _: scenario.device.membrane and scenario.device.membrane.thickness_m,
     "thickness_m, relative_permittivity and breakdown_field_v_m of device.membrane are not given",
+    adds=Addition.DIELECTRIC,
 )
-SIMULATION = Precondition(lambda scenario, _: scenario.simulation, "the scenario has no simulation block")
+SIMULATION = Precondition(
+    lambda scenario, _: scenario.simulation, "the scenario has no simulation block", adds=Addition.SIMULATION
+)
 NO_SIMULATION = Precondition(
     lambda scenario, _: not scenario.simulation, "the motions that the simulation block finds are drawn"
 )
@@ -257,25 +348,36 @@ FOLLOW = Precondition(
     lambda scenario, _: scenario.simulation and scenario.simulation.follow is not Direction.NONE,
     "simulation.follow is none",
 )
-MOTIONS = Precondition(lambda scenario, _: scenario.motion_limits, "the scenario has no motions block")
+MOTIONS = Precondition(
+    lambda scenario, _: scenario.motion_limits, "the scenario has no motions block", adds=Addition.MOTIONS
+)
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
-ACCURACY = Precondition(lambda scenario, _: scenario.accuracy, "the scenario has no accuracy block")
+ACCURACY = Precondition(
+    lambda scenario, _: scenario.accuracy, "the scenario has no accuracy block", adds=Addition.ACCURACY
+)
 COMPLIANT = Precondition(
     lambda scenario, _: scenario.accuracy and scenario.accuracy.compliant_membrane,
     "accuracy.compliant_membrane is false",
 )
 DISTURBANCES = Precondition(
-    lambda scenario, _: scenario.disturbances, "the scenario has no disturbances block (an empty one is enough)"
+    lambda scenario, _: scenario.disturbances,
+    "the scenario has no disturbances block (an empty one is enough)",
+    adds=Addition.DISTURBANCES,
 )
-NO_DISTURBANCES = Precondition(
-    lambda scenario, _: not scenario.disturbances,
-    "the disturbances block asks for the share of the moments and windows",
+DISTORTED = Precondition(
+    lambda scenario, formats: (
+        (scenario.disturbances and formats)
+        or (scenario.requirements and scenario.requirements.withstands_distortion_percent is not None)
+    ),
+    "neither a disturbances block nor requirements.withstands_distortion_percent asks for it",
+    adds=Addition.DISTURBANCES,
 )
 BESIDE = Precondition(
     lambda scenario, formats: (
         scenario.disturbances or (formats and scenario.requirements and scenario.requirements.allowed)
     ),
     DISTURBANCES.otherwise,
+    adds=Addition.DISTURBANCES,
 )
 AT_ONCE = Precondition(
     lambda scenario, _: scenario.disturbances and not scenario.disturbances.ramp_periods,
@@ -307,12 +409,19 @@ MPMATH = _package("mpmath", "mpmath")
 NUMBA = _package("numba", "numba")
 MEASURED = Precondition(lambda scenario, _: scenario.measured, "the scenario has no measured block")
 RECORD = Precondition(lambda scenario, _: scenario.excitation.record, "excitation.record is not given")
-TOLERANCES = Precondition(lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block")
+TOLERANCES = Precondition(
+    lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block", adds=Addition.TOLERANCES
+)
 REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
 BEST = Precondition(lambda scenario, _: scenario.design, "the scenario has no design block")
 NOT_IN_A_RUN = Precondition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
 PICTURES = Precondition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}, "no figure, HTML or PDF is asked for"
+)
+
+CIRCLED = Precondition(
+    lambda scenario, formats: PICTURES.holds(scenario, formats) or MOTIONS.holds(scenario, formats),
+    PICTURES.otherwise,
 )
 
 OUTPUT = Precondition(lambda _, formats: formats, "no output is asked for: designs of a search are only judged")
@@ -328,19 +437,22 @@ SHIFTS = Precondition(
     OUTPUT.otherwise,
 )
 
-PAGES = Precondition(lambda _, formats: formats & {Task.HTML, Task.PDF}, "neither HTML nor PDF is asked for")
+SUMMARISED = Precondition(
+    lambda _, formats: formats & {Task.HTML, Task.PDF, Task.MARKDOWN}, "neither HTML, PDF nor Markdown is asked for"
+)
 
 STEPS = (
     DeclaredStep(Task.BRANCHES, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD, ODD_HARMONICS), "the capsule is horizontal"),
     DeclaredStep(Task.CRITICAL, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
+    DeclaredStep(Task.DISTORTION, (DISTORTED, DESIGN), "a disturbances block, or a requirement, asks for it"),
     DeclaredStep(Task.EFFECTS, (DESIGN, SHIFTS), "the design point is given"),
     DeclaredStep(Task.ENERGY, (BALL,), "the ball mass is given"),
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.SAMPLED_FROM_REST, (FRICTIONLESS,), "a sweep is given, and no design point", (NO_DESIGN,)),
-    DeclaredStep(Task.NEARBY, (DESIGN, PAGES), "a report is asked for", (NO_DISTURBANCES,)),
+    DeclaredStep(Task.MOMENTS, (DISTURBANCES, DESIGN), "the scenario has a disturbances block"),
     DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
     DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
     DeclaredStep(
@@ -352,16 +464,16 @@ STEPS = (
     DeclaredStep(Task.DRIVEN, (DESIGN, OUTPUT), "excitation.record is given", (RECORD,)),
     DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.MEASURED, (OUTPUT,), "the scenario has a measured block", (MEASURED,)),
-    DeclaredStep(Task.REPRODUCTION, (PAGES,), "a report is asked for"),
+    DeclaredStep(Task.REPRODUCTION, (SUMMARISED,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_ANSWER, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
-    DeclaredStep(Task.CIRCLES, (SWEEP, PICTURES), "a sweep is drawn", (NO_SIMULATION,)),
+    DeclaredStep(Task.CIRCLES, (SWEEP, CIRCLED), "a sweep is drawn, or its families are followed", (NO_SIMULATION,)),
     DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block", (), NUMBA, SLOWER),
     DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     DeclaredStep(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
-    DeclaredStep(Task.MOTIONS, (MOTIONS, SWEEP), "a motions block, or a word that is required, asks for them"),
+    DeclaredStep(Task.MOTIONS, (SWEEP, MOTIONS), "a motions block, or a word that is required, asks for them"),
     DeclaredStep(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PICTURES), "the design point is given"),
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
@@ -428,8 +540,11 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
             # A step that is left out for something else, too, lacks no package.
             lacking = [need for need in (*row.needs, row.better) if need and not need.holds(scenario, asked)]
             lacks = lacking[0].package if lacking and all(need.package for need in lacking) else ""
-            steps.append(Step(row.task, runs, what, why, lacks, row.lessened))
-    return Plan(tuple(steps))
+            adds = failing.adds if failing is not None else None
+            steps.append(Step(row.task, runs, what, why, lacks, row.lessened, adds))
+    wanted = {step.adds for step in steps if not step.runs} - {*barred_blocks(scenario)}
+    additions = tuple(addition for addition in Addition if addition in wanted)
+    return Plan(tuple(steps), additions, scenario.parameter.path)
 
 
 def refuse_special(scenario: Scenario, what: str) -> None:

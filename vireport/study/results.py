@@ -76,13 +76,20 @@ DIFFERENCE = 2e-15
 """Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
 
 
-def solution_data(solution: Solution) -> dict[str, Any]:
-    """What the analytic theory says: branches, critical points, design point, ranges and Table 1."""
+def solution_data(solution: Solution, no_distortion: str | None = None) -> dict[str, Any]:
+    """What the analytic theory says: branches, critical points, design point, ranges and Table 1.
+
+    Parameters
+    ----------
+    solution : Solution
+    no_distortion : str or None
+        Why the harmonics that end stable motion were not looked for.
+    """
     bounds = solution.bounds.branches
     return {
         "branches": [_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
         "critical_points": [_critical(point) for point in solution.critical_points],
-        "design_point": _design(solution.design, solution.bounds.design),
+        "design_point": _design(solution.design, solution.bounds.design, no_distortion),
         "stable_range": [
             {**_range(part, SWEEP_END), **_continued(beyond)}
             for part, beyond in zip(solution.stable_ranges, solution.beyond, strict=True)
@@ -318,7 +325,9 @@ def _critical(point: Point) -> dict[str, Any]:
     }
 
 
-def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[str, Any] | None:
+def _design(
+    design: DesignPoint | None, bounds: dict[str, Any] | None, no_distortion: str | None
+) -> dict[str, Any] | None:
     if design is None or bounds is None:
         return None
     return {
@@ -332,7 +341,8 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None) -> dict[s
         "margins": [margin_data(margin) for margin in design.margins],
         "margins_unresolved": list(design.unresolved_inputs),
         "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable_ranges],
-        "distortion": [_distortion(distortion) for distortion in design.distortions],
+        "distortion": None if design.distortions is None else [_distortion(each) for each in design.distortions],
+        "distortion_reason": no_distortion,
         **_by_law(design),
     }
 

@@ -97,7 +97,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     crosscheck : CrossCheck or None
         What the simulation found.
     met : tuple of Met
-        The periodic motions that a ball from rest comes to along the sweep, where it is drawn.
+        What a ball from rest comes to at values along the sweep, where it is drawn or families are followed.
     atlas : Atlas or None
         The families of motions of other impact sequences.
     work : WorkPrecision or None
@@ -194,7 +194,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         """What a report opens with: one sentence, the gravest facts, and the numbers to act on."""
         from vireport.gate import opening_of
 
-        return opening_of(self.verdict, self.alerts, self.reproduction if self.plan.runs(Task.REPRODUCTION) else None)
+        return opening_of(self.verdict, self.alerts, self.reproduction)
 
     @cached_property
     def coexisting(self) -> tuple[Coexisting, ...]:
@@ -221,7 +221,9 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def reproduction(self) -> Reproduction | None:
-        """The stable motion found again by the simulation, in milliseconds; None where there is none."""
+        """The stable motion found again by the simulation, in milliseconds; None where there is none, or no page."""
+        if not self.plan.runs(Task.REPRODUCTION):
+            return None
         from vireport.checks import reproduce
 
         return reproduce(self.solution)
@@ -239,7 +241,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             "schema_version": SCHEMA_VERSION,
             "scenario": to_dict(asked),
             "overrides": list(self.loaded.overrides),
-            **solution_data(solution),
+            **solution_data(solution, self.plan.reason(Task.DISTORTION)),
             "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
             **_motions_data(self.atlas, solution.membrane, shown),
             **_accuracy_data(self.work, self.compliance),
@@ -385,7 +387,10 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     device, tolerances = Device.of(scenario), scenario.tolerances
     at_design = steps.runs(Task.DESIGN)
     say("solving for the 1:1 motions")
-    solution = solution_of(device, Membrane.of(scenario), sweep_of(scenario), at_design, tolerances)
+    distortion = steps.runs(Task.DISTORTION)
+    solution = solution_of(
+        device, Membrane.of(scenario), sweep_of(scenario), at_design, tolerances, distortion=distortion
+    )
     study = Study(loaded, steps, solution, measured=measured)
     if scenario.simulation is not None:
         from vireport.checks import crosscheck
@@ -441,9 +446,9 @@ def _measured(loaded: Loaded, say: Progress) -> tuple[MeasuredAt, ...]:
 def _with_disturbances(study: Study) -> Study:
     from vireport.disturbances import disturbances_of
 
-    asked, windows = study.scenario.disturbances, study.plan.runs(Task.WINDOWS)
-    along = study.met if study.plan.runs(Task.NEARBY) else None
-    found = disturbances_of(study.solution, asked, compiled=windows, windows=windows, along=along)
+    windows = study.plan.runs(Task.WINDOWS)
+    asked = study.scenario.disturbances if study.plan.runs(Task.MOMENTS) else None
+    found = disturbances_of(study.solution, asked, compiled=windows, windows=windows)
     return replace(study, disturbances=found)
 
 
@@ -512,13 +517,12 @@ def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
 def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
     """The motions that the simulation comes to along a sweep, and at the design point: from rest and from starts."""
     from vireport.atlas import motion_of_cycle
-    from vireport.disturbances import met_along
 
     check, told, design = study.crosscheck, study.disturbances, study.solution.design
     if check is not None:
         ends = [(value, end.cycle) for value, end in check.attractors()]
-    else:  # whether or not they are drawn: families are the same in all formats
-        ends = [(met.value, met.motion) for met in study.met or met_along(sweep)]
+    else:
+        ends = [(met.value, met.motion) for met in study.met]
     if told is not None and told.from_rest is not None and design is not None:
         ends.append((design.value, told.from_rest.cycle))
     for value, cycle in ends:
