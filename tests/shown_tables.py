@@ -1676,24 +1676,26 @@ def headline(x: Results) -> Iterator[Said]:
 
 
 def ranking(named: dict[str, Results]) -> list[Row]:
-    """The ranking of scenarios with requirements: those that miss fewer come first, then larger margins."""
+    """The ranking of scenarios with requirements: those that miss fewer come first, then larger margins to use."""
     rows = []
     for name, x in named.items():
         criteria = x.data["requirements"]["criteria"]
         met = sum(of["passed"] for of in criteria)
-        end, (part,) = x.ending[0], x.data["stable_range"]
+        use, (part,) = x.data["margin_to_use"], x.data["stable_range"]
         average = min(mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds)
-        share = abs(end["sweep_value"] / getattr(x.device, end["parameter"]) - 1)
+        room = 0.0 if use["gone"] else use["relative"]
+        said = Said(f"{{}} in {SYMBOLS[use['parameter']][0]}", percentage(room))
         row = {
             "Scenario": name,
-            "Verdict": "Requirements not met" if met < len(criteria) else ANYTHING,
+            "Verdict": ANYTHING,
             "Requirements": f"{met} of {len(criteria)}",
-            "Smallest margin": Said(f"{{}} in {SYMBOLS[end['parameter']][0]}", percentage(share)),
-            "Mean voltage": Said("{}", Amount(average, "V", 4)),
-            "Per second": Said("{}", Amount(2 * x.device.frequency_hz / x.device.period_ratio * average, "V/s", 4)),
+            "Margin to use": "none" if use["gone"] else said,
+            "Limited by": ANYTHING,
+            "Mean voltage": Said("{}", Amount(average, "V", 3)),
+            "Per second": Said("{}", Amount(2 * x.device.frequency_hz / x.device.period_ratio * average, "V/s", 3)),
             "Stable range": inequality(x, part, x.parameter),
         }
-        rows.append((len(criteria) - met, -share, row))
+        rows.append((len(criteria) - met, -room, row))
     return [{"Rank": str(k), **row} for k, (_, _, row) in enumerate(sorted(rows, key=lambda of: of[:2]), 1)]
 
 

@@ -312,13 +312,13 @@ def test_a_comparison_shows_what_the_results_of_its_scenarios_say() -> None:
     wrong = []
     for caption, expected in {
         "Ranking, the best first": ranking(named),
-        "Margins in each input": nearest_ends(named),
+        "Margins in each input, by rigid impacts": nearest_ends(named),
     }.items():
         table = page.tables[caption]
         wrong += [f"{caption}: {fault}" for fault in table_faults(table.rows[0], table.rows[1:], expected)]
-    (table,) = [table for table in terminal_tables(terminal_summary(both)) if table.head[0] == "Scenario"]
+    (table,) = [table for table in terminal_tables(terminal_summary(both, tables=True)) if table.head[0] == "Scenario"]
     wrong += [f"terminal: {fault}" for fault in table_faults(table.head, table.rows, ranking(named))]
-    text = plain(terminal_summary(both))
+    text = plain(terminal_summary(both, tables=True))
     wrong += [fault for said in compared(named) if (fault := said.faults(text))]
     assert not wrong, "\n".join(wrong)
 
@@ -328,7 +328,7 @@ def test_a_ranking_has_the_least_voltage_of_several_motions_and_counts_impacts_b
         "a": "two stable motions, and a field above breakdown",
         "b": "three forcing periods, no sweep, valid voltages",
     }
-    text = terminal_summary(compare([study_of(name) for name in named.values()]))
+    text = terminal_summary(compare([study_of(name) for name in named.values()]), tables=True)
     (table,) = [table for table in terminal_tables(text) if table.head[0] == "Scenario"]
     column, wrong = {title: k for k, title in enumerate(table.head)}, []
     shown = sorted((row[column["Mean voltage"]], row[column["Per second"]]) for row in table.rows)
@@ -337,7 +337,7 @@ def test_a_ranking_has_the_least_voltage_of_several_motions_and_counts_impacts_b
         x = results_of(name)
         average = min(mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds)
         rate = 2 * x.device.frequency_hz / x.device.period_ratio * average
-        expected.append((Amount(average, "V", 4), Amount(rate, "V/s", 4)))
+        expected.append((Amount(average, "V", 3), Amount(rate, "V/s", 3)))
     for cells, amounts in zip(shown, expected, strict=True):
         wrong += [
             fault for cell, of in zip(cells, amounts, strict=True) if (fault := Said("{}", of).faults(cell, True))

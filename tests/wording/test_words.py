@@ -17,6 +17,7 @@ from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.chart.words import Naming
+from vireport.comparison import Merit
 from vireport.design import MeasuredShare, Solution, Unmoved
 from vireport.disturbances import (
     Destination,
@@ -526,6 +527,7 @@ def test_an_opening_is_worded(name: str, taken) -> None:
 
 
 FREQUENCY = thing(quantity="frequency", show=lambda value, digits: f"{value:g} Hz")
+ANGLE = thing(quantity="inclination", show=lambda value, digits: f"{value:.{digits}g}°")
 USE = thing(relative=0.0123, parameter=FREQUENCY)
 PLACED = thing(place=lambda end: "1.91 Hz", end_shown=lambda part, side: ("1.5 Hz", "2.5 Hz")[side], inequality=str)
 PART = thing(parameter=FREQUENCY, start_point=thing(event=Event.FOLD), end_point=thing(event=Event.GRAZING))
@@ -587,6 +589,17 @@ OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
         (thing(inequality=lambda part: "1 Hz < f"), (PART, PART)),
         "Stable frequency | in 2 ranges | the first: 1 Hz < f",
     ),
+    ("room", (thing(relative=0.0123, parameter=FREQUENCY),), "1.2 % in frequency"),
+    ("room_absolute", (thing(parameter=ANGLE, end=thing(distance=-0.79)),), "0.79° in inclination"),
+    ("room_gone", (None,), "none"),
+    ("room_endless", (), "not limited"),
+    ("room_not_known", (), "not known"),
+    ("limited_by_rigid", (), "rigid impacts"),
+    ("limited_by_rigid_only", (), "rigid impacts; with soft membranes not known"),
+    ("limited_by_compliant", (), "soft membranes"),
+    ("limited_by_effect", ("a small effect",), "a small effect"),
+    ("limited_by_rounding", (), "rounding hides the end"),
+    ("limited_by_nothing", (), "nothing"),
     ("tile_margin_effect", (USE, "a small effect"), "Margin to use | 1.2 % in frequency | with a small effect"),
     ("tile_margin_none_effect", (USE, "a large effect"), "Margin to use | none | with a large effect"),
     ("tile_margin_soft", (USE,), "Margin to use | 1.2 % in frequency | with soft membranes"),
@@ -598,6 +611,92 @@ OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
 @pytest.mark.parametrize(("macro", "given", "text"), OPENING_SAID, ids=[row[0] for row in OPENING_SAID])
 def test_a_macro_of_openings_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
     assert said("opening", macro, *given).replace("\u00a0", " ") == text
+
+
+COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    *(
+        (f"best_{merit}", ("a", "b"), f"Best: a{text}.")
+        for merit, text in (
+            ("requirements", ", with the fewest requirements missed"),
+            ("stability", "; the next, b, is not stable"),
+            ("from_rest", ", reached from rest"),
+            ("recovery", "; disturbances die out soonest"),
+            ("shock", ", withstanding the largest bumps"),
+            ("margin", ", with the largest margin to use"),
+            ("margin_rigid", ", by its margin with rigid membranes"),
+            ("range", ", with the widest stable range"),
+            ("voltage", ", with the highest voltage at equal margin"),
+            ("rate", ", with the most voltage per second"),
+        )
+    ),
+    ("equally_good", ("a and b",), "Equally good: a and b."),
+    ("none_stable", (), "None is stable at its design point or in its sweep."),
+    ("word_best", ("a",), "Best: a"),
+    ("word_none_stable", (), "No stable motion"),
+    ("why_requirements", ("1 of 2", "b", "2 of 2"), "Requirements missed: 1 of 2; by the next, b, 2 of 2."),
+    ("why_from_rest", ("BT", "b", "BBT"), "It starts by itself; the next, b, comes to BBT."),
+    (
+        "why_recovery",
+        ("9 periods", "b", "12 periods"),
+        "A small disturbance dies out in 9 periods; in the next, b, in 12 periods.",
+    ),
+    ("why_shock", ("2 m/s", "b", "1 m/s"), "It withstands bumps of 2 m/s; the next, b, 1 m/s."),
+    ("why_margin", ("5 % in force", "b", "none"), "Margin to use 5 % in force; of the next, b: none."),
+    ("why_range", ("1 m < s", "b", "2 m < s"), "Stable for 1 m < s; the next, b: 2 m < s."),
+    ("why_voltage", ("2 kV", "b", "1 kV"), "Mean voltage 2 kV; of the next, b, 1 kV."),
+    ("why_rate", ("2 kV/s", "b", "1 kV/s"), "Voltage per second 2 kV/s; of the next, b, 1 kV/s."),
+    (
+        "traded_voltage",
+        ("b", "3 kV", "+50 %", "none"),
+        "The highest mean voltage is that of b: 3 kV (+50 %), margin none.",
+    ),
+    (
+        "traded_rate",
+        ("b", "3 kV/s", "+50 %", "none"),
+        "The most voltage per second is that of b: 3 kV/s (+50 %), margin none.",
+    ),
+    ("lacking", (["not stable: a", "margin small: b"],), "Not stable: a; margin small: b."),
+    ("of", ("not stable", "a and b"), "not stable: a and b"),
+    *(
+        (f"lacks_{conclusion}", (), text)
+        for conclusion, text in (
+            ("not_verified", "contradicted by the simulation"),
+            ("not_stable", "not stable"),
+            ("not_settable", "range too narrow to be set"),
+            ("not_met", "requirements missed"),
+            ("more_energy_than_lost", "more energy than the impacts lose"),
+            ("breakdown", "above the breakdown field"),
+            ("other_motion", "not 1:1"),
+            ("not_compliant", "lost with soft membranes"),
+            ("not_from_rest", "does not start by itself"),
+            ("from_rest_unknown", "start from rest not known"),
+            ("not_every_device", "not every device within tolerances"),
+            ("tolerances_open", "tolerances not decided"),
+            ("compliant_unknown", "soft membranes not known"),
+            ("margin_unknown", "margin not known"),
+            ("margin_rigid", "margin with soft membranes not known"),
+            ("margin_small", "margin small"),
+            ("window_narrow", "starts within narrow limits only"),
+            ("not_rigid", "rigid model not good enough"),
+            ("stretched_far", "stretched farther than demonstrated"),
+            ("end_unknown", "end with soft membranes not known"),
+            ("record_doubtful", "doubtful record of the shaker"),
+            ("stable", "stable"),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), COMPARE_SAID, ids=[row[0] for row in COMPARE_SAID])
+def test_a_macro_of_comparisons_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("compare", macro, *given).replace("\u00a0", " ") == text
+
+
+def test_every_macro_of_comparisons_is_said_above() -> None:
+    named = set(re.findall(r"macro (\w+)\(", (TEMPLATES / "words" / "compare.j2").read_text(encoding="utf-8")))
+    assert named == {macro for macro, *_ in COMPARE_SAID}
+    assert named >= {f"lacks_{conclusion.name.lower()}" for conclusion in Conclusion}
+    assert named >= {f"best_{merit.name.lower()}" for merit in Merit}
 
 
 def test_every_conclusion_has_its_sentence() -> None:
@@ -1553,9 +1652,12 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         said(words, macro, *given)
     for macro, given, _ in OPENING_SAID:
         said("opening", macro, *given)
+    for macro, given, _ in COMPARE_SAID:
+        said("compare", macro, *given)
     branches, told = taken()
     assert branches - told == set()
     decided = {branch.partition(":")[0] for branch in branches}
     assert decided == {str(file.relative_to(TEMPLATES)) for file in WORDS} - {
-        "words/opening.j2"
+        "words/opening.j2",
+        "words/compare.j2",
     }  # Python decides there

@@ -234,7 +234,7 @@ def compare(
     with progress(quiet, verbose) as say:
         comparison = compare_scenarios(items, vary or None, None, set_ or (), say, rank_by or (), allow_outside)
         if not json:
-            outcome = compare_outcome(comparison, formats, command, templates, say, paper, width_mm)
+            outcome = compare_outcome(comparison, formats, command, templates, say, paper, width_mm, verbose)
     if json:
         outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command)))
     if not (quiet or vary or set_):

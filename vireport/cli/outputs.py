@@ -196,14 +196,15 @@ def compare_outcome(
     say: Progress,
     paper: str,
     width_mm: float | None = None,
+    tables: bool = False,
 ) -> CommandOutcome:
-    """The files of a comparison, and what differs."""
+    """The files of a comparison, and which scenario is best; with `tables`, the numbers on the terminal too."""
     from vireport.comparison import COMPARISON_FILES, render_comparison, terminal_summary
 
     files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
-    stale = file_names(formats, COMPARISON_FILES)
+    stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
     beside = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
-    return CommandOutcome(files=files, stale=stale, beside=beside, summary=terminal_summary(comparison))
+    return CommandOutcome(files=files, stale=stale, beside=beside, summary=summary)
 
 
 def _judged(

@@ -17,8 +17,9 @@ from msgspec import Struct
 
 from vireport.base import NumericalError, UsageError, WorkStep
 from vireport.comparison.messages import Message
+from vireport.comparison.opening import comparison_opening
 from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
-from vireport.comparison.ranking import RANK_BY, Merit, Ranked, best_and_why, rank_studies, ranking_table
+from vireport.comparison.ranking import RANK_BY, Merit, Ranked, rank_studies, ranking_table, remarks
 from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.scenario import to_dict
@@ -27,6 +28,7 @@ from vireport.text import html_table, visible
 
 if TYPE_CHECKING:
     from vireport.base import Progress
+    from vireport.gate import Opening
 
 COMPARED_FIGURES = ("figure-2", "figure-4", "figure-7")
 """Figures that are drawn of each scenario, beside one another."""
@@ -36,9 +38,6 @@ OVERLAY = "figure-variants"
 
 BESIDE_ONE_ANOTHER = 4
 """Scenarios beside one another in a table or a figure; of more there are several."""
-
-SENTENCES = 2
-"""Sentences with which a comparison opens; others follow the ranking."""
 
 FEW_NAMES = 3
 """Files up to which their names stand in the provenance, and scenarios up to which theirs stand in the title."""
@@ -96,19 +95,19 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
         return rank_studies(self.by_name, self.rank_by)
 
     @cached_property
-    def _told(self) -> tuple[str, ...]:
-        """What there is to say of the ranking, sentence by sentence, what matters most first."""
-        return tuple(best_and_why(self.ranking))
+    def opening(self) -> Opening:
+        """What its report opens with: the best scenario and why, what others lack, and the numbers of the best."""
+        return comparison_opening(self.ranking)
 
     @property
     def headline(self) -> str:
-        """Which scenario is best, and why: two sentences at most."""
-        return " ".join(self._told[:SENTENCES])
+        """Which scenario is best, and why: one sentence."""
+        return self.opening.worded().sentence
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What else is to be known of the ranking: what is traded for it, what is not stable, or cannot be compared."""
-        return self._told[SENTENCES:]
+        """Which scenarios have no margin, or no voltage, to compare."""
+        return tuple(remarks(self.ranking))
 
     def to_dict(self) -> dict[str, Any]:
         """Give the comparison as plain data, ready for JSON."""

@@ -86,7 +86,7 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     unstable = [name for name, drawing in shown.items() if not has_stable(drawing)]
     if 0 < len(unstable) < len(shown):
         remarks.append(Message.NO_STABLE_VOLTAGE.format(names=listed(unstable)))
-    caption = f"{axis}: {Message.OVERLAID}."
+    caption = Message.CAPTION.format(axis=axis)
     if remarks:
         caption = f"{caption} {capital('; '.join(remarks))}."
     ranked = [scenario for scenario in comparison.ranking if scenario.name in shown]

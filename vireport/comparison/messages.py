@@ -54,47 +54,20 @@ class Message(StrEnum):
     NOT_IDENTICAL = "not identical to the results in {baseline}: {count} value{s} ({paths})"
     OF_BASELINE = "{label} of the baseline"
 
-    # Which scenario is best, and why.
-    BEST = "The best is {names}: {reasons}."
-    EQUALLY_GOOD = "Equally good are {names}: {reasons}."
-    NONE_STABLE = "No scenario has stable 1:1 motion {where}."
-    FIRST_OF_THEM = "Of them {names} rank{s} first: {reason}."
-    IN_SWEEP = "in the sweep"
-    AT_DESIGN_POINT = "at the design point"
-    SAME = "margin and voltage are the same"
-    STABLE = "there is stable 1:1 motion {where}"
-    REQUIREMENTS_MET = "{requirements} requirements are met"
-    AND = "{others}, and {last}"
-    STABLE_ALONE = "there is none in {next}"
-    FEWER_MISSED = "fewer requirements are missed ({mine}; next {next}, {theirs})"
-    REACHED_ALONE = "it is reached from rest ({next}: {theirs})"
-    FASTEST_RECOVERY = "disturbances die out soonest ({mine}; next {next}, {theirs})"
-    LARGEST_SHOCK = "the least shock that leads out is the largest ({mine}; next {next}, {theirs})"
+    # The ranking.
     PERIODS = "{count} periods"
     MORE_THAN = "more than {size}"
-    LARGEST_MARGIN = "the margin is the largest ({mine}; next {next}, {theirs})"
-    WIDEST_RANGE = "the stable range is the widest ({mine}; next {next}, {theirs})"
-    HIGHEST_VOLTAGE = (
-        "of those with {margin} the mean voltage by the paper's formulae is the highest ({mine}; next {next}, {theirs})"
-    )
-    MOST_FREQUENT = "of those with {margin} the impacts are the most frequent ({mine}; next {next}, {theirs})"
     OF_THEM = "{part} of {count}"
-    MARGIN_IN = "{share} in {varied}"
-    WITH_MARGIN = "a margin of {margin}"
-    WITH_OTHER_MARGIN = "a margin that is {margin}"
-    NOT_LIMITED = "not limited"
     NOT_KNOWN = "not known"
-    TRADED = "By the paper's formulae the highest {merit} is that of {name}: {voltage} ({more}), with {margin}."
-    NOT_STABLE = "Not stable: {names}."
     NO_DESIGN_POINT = "No design point, and so no margin to compare: {names}."
     NO_BALL_MASS = "No device.ball_mass_kg, and so no voltage to compare: {names}."
-    DEEP = "Deflections beyond the membrane's radius, where voltages rest on an extrapolated force ({code}): {names}."
     ALL = "all"
 
     # Figures.
     ALL_ON_ONE_AXIS = "All scenarios on one axis"
     OVER = "Over the {parameter}"
     OVER_D = "Over d, as the sweeps are of different parameters"
+    CAPTION = "{axis}: impact velocity at the bottom and U_ave of the branches with stable motion, numbered as ranked."
     OVERLAID = (
         "impact velocity on the bottom membrane, and U_ave by the paper's formulae, of the branches with stable 1:1 "
         "motion, or of all where none is stable, numbered as they are ranked"
@@ -107,18 +80,17 @@ class Message(StrEnum):
     PANELS = "{columns} column{cs} of {panels} panel{ps}."
 
     # Captions of tables, and notes below them.
-    BEST_NAMED = "Best: {names}"
-    NO_STABLE_MOTION = "No stable motion"
     SWEEP_END = "sweep"
     TITLE = "Comparison of {names}"
     SCENARIOS = "{count} scenarios"
     RANKING = "Ranking, the best first"
     RANKED_BY = (
-        "Ranked by requirements missed, stable 1:1 motion, {asked}margin (the smallest over all inputs) and voltage. "
-        "The mean voltage is U_ave of the stable motion at the design point, by the paper's formulae; of several "
-        "motions it is the least. The voltage per second is the sum over the impacts of a second."
+        "Ranked by requirements missed, stable 1:1 motion, {asked}margin to use and voltage. The margin to use is the "
+        "least of what rigid impacts, soft membranes and neglected effects leave. The mean voltage is U_ave of the "
+        "stable motion at the design point, by the paper's formulae; of several motions it is the least. The voltage "
+        "per second is the sum over the impacts of a second."
     )
-    MARGINS = "Margins in each input"
+    MARGINS = "Margins in each input, by rigid impacts"
     DISTANCES = (
         "Distance from the design point to the first point at which the stable motion ends, also where another takes "
         "over, over the design value: B period doubling, C fold or pitchfork, G grazing. From an inclination of 0° the "

@@ -62,13 +62,16 @@ def _compared_in(folder: Path) -> str | None:
     return str(digest)
 
 
-def terminal_summary(comparison: Comparison) -> str:
-    """Tell which scenario is best and why, set the ranking, and tell each difference in a line."""
+def terminal_summary(comparison: Comparison, tables: bool = False, templates: Path | None = None) -> str:
+    """Tell which scenario is best and why; with `tables` also the ranking, and each difference in a line."""
+    lines = comparison.opening.worded(templates).lines
+    if not tables:
+        return "\n".join(lines)
     different, count = len(comparison.differences), len(comparison.quantities)
     counted = Message.COUNT.format(different=different, count=count)
-    lines = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
-    opening = plain_text((comparison.headline, ranking_table(comparison.ranking), " ".join(comparison.remarks)))
-    return "\n".join([opening.rstrip("\n"), "", *lines])
+    told = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
+    ranking = plain_text((ranking_table(comparison.ranking), " ".join(comparison.remarks)))
+    return "\n".join([*lines, "", ranking.rstrip("\n"), "", *told])
 
 
 def render_comparison(
@@ -94,7 +97,7 @@ def render_comparison(
         from vireport.report import render_files
 
         origin = with_pages(provenance, drawn=bool(drawn)) if formats & {"html", "pdf"} else provenance
-        report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin)
+        report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin, templates)
         files |= render_files(report, formats, templates, paper)
     if "json" in formats:
         files["compare.json"] = compare_json(comparison, provenance)
@@ -104,7 +107,7 @@ def render_comparison(
         from vireport.comparison.pages import ComparisonReport
         from vireport.report import render_markdown
 
-        report = ComparisonReport(comparison, {}, provenance, "comparison-summary.md.j2")
+        report = ComparisonReport(comparison, {}, provenance, templates, "comparison-summary.md.j2")
         files["summary.md"] = render_markdown(report, templates)
     return files
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -45,11 +45,14 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         Of `compare_pictures`, by their names.
     provenance : Provenance
         Of `comparison_provenance`.
+    templates : Path, optional
+        A folder whose templates come before ours.
     """
 
     comparison: Comparison
     pictures: Mapping[str, Picture]
     provenance: Provenance
+    templates: Path | None = None
     template: str = "comparison.typ.j2"
 
     @property
@@ -72,10 +75,9 @@ class ComparisonReport(Struct, frozen=True, eq=False):
     @property
     def verdict(self) -> WordedOpening:
         """Which scenario is best, and why."""
-        best = [scenario for scenario in self.comparison.ranking if scenario.rank == 1]
-        names = listed([scenario.name for scenario in best])
-        word = Message.BEST_NAMED.format(names=names) if best[0].stable else Message.NO_STABLE_MOTION
-        return WordedOpening(best[0].study.verdict.status, word, self.comparison.headline)
+        worded = self.comparison.opening.worded(self.templates)
+        facts = tuple((status, _plain(text)) for status, text in worded.facts)
+        return replace(worded, word=_plain(worded.word), sentence=_plain(worded.sentence), facts=facts)
 
     @property
     def remarks(self) -> tuple[str, ...]:

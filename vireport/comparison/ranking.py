@@ -15,13 +15,20 @@ from msgspec.structs import replace
 
 from vireport.comparison.messages import Message, listed
 from vireport.design import DesignPoint, Margin
+from vireport.gate import Conclusion, Said, margin_said
 from vireport.scenario import DesignInput
 from vireport.shocks import Withstood
 from vireport.study import Study
-from vireport.text import ABSENT, AlertCode, Table, numbers, percent, quantity, significant, texts, visible
+from vireport.text import ABSENT, Table, capital, numbers, percent, quantity, significant, texts, visible
 
 RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""
+
+VOLTAGE_DIGITS = 3
+"""Significant digits of voltages where contacts are short."""
+
+LIMITED_BY = "Limited by"
+"""Head of the column on what leaves the least margin."""
 
 IMPACTS_PER_PERIOD = 2
 """Impacts of a 1:1 motion in one of its periods."""
@@ -34,28 +41,25 @@ class Merit(StrEnum):
     ----------
     head : str
         Of its column; "" for stable motion, which the verdict says.
-    reason : Message
-        Why the scenario that has more of it comes first.
     """
 
     head: str
-    reason: Message
 
-    def __new__(cls, words: str, head: str, reason: Message) -> Merit:
+    def __new__(cls, words: str, head: str) -> Merit:
         """Make the member whose value is what it is in words."""
         member = str.__new__(cls, words)
-        member._value_, member.head, member.reason = words, head, reason
+        member._value_, member.head = words, head
         return member
 
-    REQUIREMENTS = "requirements", "Requirements", Message.FEWER_MISSED
-    STABILITY = "stability", "", Message.STABLE_ALONE
-    FROM_REST = "reached from rest", "From rest", Message.REACHED_ALONE
-    RECOVERY = "recovery", "Recovery", Message.FASTEST_RECOVERY
-    SHOCK = "least shock", "Least shock", Message.LARGEST_SHOCK
-    MARGIN = "smallest margin", "Smallest margin", Message.LARGEST_MARGIN
-    RANGE = "stable range", "Stable range", Message.WIDEST_RANGE
-    VOLTAGE = "mean voltage", "Mean voltage", Message.HIGHEST_VOLTAGE
-    RATE = "voltage per second", "Per second", Message.MOST_FREQUENT
+    REQUIREMENTS = "requirements", "Requirements"
+    STABILITY = "stability", ""
+    FROM_REST = "reached from rest", "From rest"
+    RECOVERY = "recovery", "Recovery"
+    SHOCK = "least shock", "Least shock"
+    MARGIN = "margin to use", "Margin to use"
+    RANGE = "stable range", "Stable range"
+    VOLTAGE = "mean voltage", "Mean voltage"
+    RATE = "voltage per second", "Per second"
 
 
 RANK_BY = {"from-rest": Merit.FROM_REST, "recovery": Merit.RECOVERY, "shock": Merit.SHOCK}
@@ -80,15 +84,15 @@ class Ranked(Struct, frozen=True, eq=False):
         From 1; the same for scenarios that differ in no merit.
     study : Study
     margin : Margin or None
-        To the nearest end of stable motion over all inputs; None where the design point has no stable motion, or it
-        ends nowhere, or where is not known.
+        To the nearest end of stable motion over all inputs by rigid impacts; None where the design point has no stable
+        motion, or it ends nowhere, or where is not known.
     merits : mapping of Merit to float or None
         Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; 1 where
         1:1 motion is reached from rest, else 0; forcing periods until 1 % of a small disturbance is left, as a negative
         number; least shock found [m/s] of the stable 1:1 motions, or else of what is reached from rest, at most what
-        was tried in every scenario without one; smallest margin [1],
-        infinite where stable motion ends nowhere; width of the widest stable range, where there is no margin; U_ave [V]
-        and voltage per second [V/s] of the stable motion at the design point, of several the least.
+        was tried in every scenario without one; margin to use [1], 0 where nothing is left, infinite where stable
+        motion ends nowhere; width of the widest stable range, where there is no margin; U_ave [V] and voltage per
+        second [V/s] of the stable motion at the design point, of several the least.
     order : tuple of Merit
         What it is ranked by, what matters most first.
     """
@@ -130,18 +134,17 @@ class Ranked(Struct, frozen=True, eq=False):
             return "; ".join(self.study.verdict.inequalities) or ABSENT
         if merit in RANK_BY.values():
             return self._disturbed(merit, value)
+        if merit is Merit.MARGIN:
+            return self.room[0]
         if value is None:
-            design = self.study.solution.design
-            return (
-                Message.NOT_KNOWN
-                if merit is Merit.MARGIN and design is not None and design.unresolved_inputs
-                else ABSENT
-            )
-        if merit is not Merit.MARGIN:
-            return quantity(value, "V/s" if merit is Merit.RATE else "V")
-        if self.margin is None:
-            return Message.NOT_LIMITED
-        return Message.MARGIN_IN.format(share=percent(value), varied=self.margin.parameter.quantity)
+            return ABSENT
+        return quantity(value, "V/s" if merit is Merit.RATE else "V", self.study.verdict.motion_digits(VOLTAGE_DIGITS))
+
+    @property
+    def room(self) -> tuple[str, str]:
+        """The margin to use, and what limits it, in words; dashes where there is no stable motion at a design point."""
+        told = margin_said(self.study.verdict) if self.stable else None
+        return (ABSENT, ABSENT) if told is None else (told[0].words(), told[1].words())
 
     def _disturbed(self, merit: Merit, value: float | None) -> str:
         """Print what becomes of the motion as the device is switched on, or bumped."""
@@ -158,16 +161,20 @@ class Ranked(Struct, frozen=True, eq=False):
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
-        room, found, withstood = self.merits[Merit.MARGIN], self.study.disturbances, _withstood(self.study)
+        rigid, verdict = _rigid_room(self.study), self.study.verdict
+        use = verdict.margin.data.to_use if verdict.margin is not None else None
+        found, withstood = self.study.disturbances, _withstood(self.study)
         return {
             "scenario": self.name,
             "rank": self.rank,
-            "verdict": self.study.verdict.word,
+            "verdict": verdict.word,
+            "conclusions": [conclusion.name.lower() for conclusion in verdict.conclusions],
             "requirements_met": self.passed,
             "requirements": len(self.study.criteria),
             "stable": self.stable,
-            "smallest_margin": room if room is not None and isfinite(room) else None,
-            "margin_limited": None if room is None else isfinite(room),
+            "margin_to_use": None if use is None else use.to_dict(),
+            "smallest_margin": rigid if rigid is not None and isfinite(rigid) else None,
+            "margin_limited": None if rigid is None else isfinite(rigid),
             "margin_parameter": None if self.margin is None else str(self.margin.parameter),
             "margin_kind": None if self.margin is None else str(self.margin.event),
             "u_ave_v": self.merits[Merit.VOLTAGE],
@@ -216,7 +223,8 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     solution, check = study.solution, study.crosscheck
     design = solution.design
     stable = bool(design.motions.stable_mask.any()) if design is not None else bool(solution.stable_ranges)
-    margin, room = _room(design) if design is not None and stable else (None, None)
+    margin = _room(design)[0] if design is not None and stable else None
+    room = _room_to_use(study) if stable else None
     # Metres and newtons have no order: ranges of different parameters are compared by their width over their middle.
     widths = [
         (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
@@ -240,6 +248,28 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     }
 
 
+def _room_to_use(study: Study) -> float | None:
+    """The margin to use as a share: 0 where nothing is left, infinite where there is no end, None where not known."""
+    margin = study.verdict.margin
+    if margin is None or margin.data.unresolved:
+        return None
+    use = margin.data.to_use
+    if use is None or (use.relative is None and not use.gone):
+        return inf
+    return 0.0 if use.gone else use.relative
+
+
+def _rigid_room(study: Study) -> float | None:
+    """The margin by rigid impacts; see `_room`."""
+    design = study.solution.design
+    return _room(design)[1] if design is not None and design.motions.stable_mask.any() else None
+
+
+def held_against(conclusion: Conclusion) -> str:
+    """A conclusion in a few words, as they stand in the column of verdicts and before names."""
+    return Said(f"lacks_{conclusion.name.lower()}", (), "compare").words()
+
+
 def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     """Find the nearest end of stable motion and its relative distance, infinite where there is no end."""
     # An end that rounding does not resolve may be nearer than all that are known.
@@ -249,95 +279,14 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     return ends[0] if ends else (None, inf)
 
 
-def best_and_why(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """Tell which scenario is best and why, what is traded for it, and which cannot be compared, in sentences."""
-    yield from _best(ranked)
-    yield from _traded(ranked)
-    yield from _remarks(ranked)
-
-
-def _best(ranked: Sequence[Ranked]) -> Iterator[str]:
-    first = ranked[0]
-    best = [scenario.name for scenario in ranked if scenario.rank == 1]
-    following = ranked[len(best)] if len(best) < len(ranked) else None
-    names, where = listed(best), _where(first)
-    reasons = [Message.SAME if following is None else _reason(first, following)]
-    if not any(scenario.stable for scenario in ranked):
-        yield Message.NONE_STABLE.format(where=where)
-        if following is not None:
-            yield Message.FIRST_OF_THEM.format(names=names, s="s" * (len(best) == 1), reason=reasons[0])
-        return
-    if first.stable:
-        reasons.insert(0, Message.STABLE.format(where=where))
-    if first.study.criteria and (following is None or _decisive(first, following) is not Merit.REQUIREMENTS):
-        reasons.insert(0, Message.REQUIREMENTS_MET.format(requirements=first.show(Merit.REQUIREMENTS)))
-    *others, last = reasons
-    why = Message.AND.format(others=", ".join(others), last=last) if others else last
-    yield (Message.BEST if len(best) == 1 else Message.EQUALLY_GOOD).format(names=names, reasons=why)
-
-
-def _where(scenario: Ranked) -> str:
-    return Message.IN_SWEEP if scenario.study.solution.design is None else Message.AT_DESIGN_POINT
-
-
-def _decisive(better: Ranked, following: Ranked) -> Merit:
-    """Find the merit that puts one scenario before another."""
-    pairs = zip(better.order, better.key, following.key, strict=True)
-    return next(merit for merit, mine, theirs in pairs if mine != theirs)
-
-
-def _reason(better: Ranked, following: Ranked) -> str:
-    """Tell what puts a scenario before the following one, with the numbers of both."""
-    merit = _decisive(better, following)
-    mine, theirs = _told(better, merit), _told(following, merit)
-    return merit.reason.format(mine=mine, next=following.name, theirs=theirs, margin=_with_margin(better))
-
-
-def _told(scenario: Ranked, merit: Merit) -> str:
-    """Print a merit within a reason."""
-    if merit is Merit.REQUIREMENTS:
-        # Those that are missed, not those that are met: 1 of 1 met comes before 3 of 4, and so does nothing required.
-        count = len(scenario.study.criteria)
-        return Message.OF_THEM.format(part=count - scenario.passed, count=count)
-    shown = scenario.show(merit)
-    return Message.NONE if shown == ABSENT else shown
-
-
-def _with_margin(scenario: Ranked) -> str:
-    """Print the margin of a stable motion at a design point within a sentence; it may be unlimited, or not known."""
-    message = Message.WITH_OTHER_MARGIN if scenario.margin is None else Message.WITH_MARGIN
-    return message.format(margin=scenario.show(Merit.MARGIN))
-
-
-def _traded(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """Tell what gives more voltage than the best, of those as good in requirements and stability, with its margin."""
-    first = ranked[0]
-    rivals = [scenario for scenario in ranked if scenario.key[: len(FIRST)] == first.key[: len(FIRST)]]
-    told = {first.name}
-    for merit in VOLTAGES:
-        top = max(rivals, key=lambda scenario: scenario.merits[merit] or 0.0)
-        mine, most = first.merits[merit] or 0.0, top.merits[merit] or 0.0
-        if mine > 0 and round(most / mine - 1, RANKED_DIGITS) > 0 and top.name not in told:
-            told.add(top.name)
-            more, margin = percent(most / mine - 1, signed=True), _with_margin(top)
-            voltage = top.show(merit)
-            yield Message.TRADED.format(name=top.name, merit=merit, voltage=voltage, more=more, margin=margin)
-
-
-def _remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """Tell what cannot be compared, or only with reserve."""
+def remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
+    """Tell which scenarios cannot be compared in margin or voltage."""
     for message, concerned in (
-        (Message.NOT_STABLE, [scenario for scenario in ranked if not scenario.stable]),
         (Message.NO_DESIGN_POINT, [scenario for scenario in ranked if scenario.study.solution.design is None]),
         (Message.NO_BALL_MASS, [scenario for scenario in ranked if scenario.study.solution.membrane is None]),
     ):
         if 0 < len(concerned) < len(ranked):
             yield message.format(names=listed([scenario.name for scenario in concerned]))
-    alerts = {scenario.name: {alert.code for alert in scenario.study.alerts} for scenario in ranked}
-    deep = [name for name, codes in alerts.items() if AlertCode.DEEP_DEFLECTION in codes]
-    if deep:
-        names = Message.ALL if len(deep) == len(ranked) else listed(deep)
-        yield Message.DEEP.format(code=AlertCode.DEEP_DEFLECTION, names=names)
 
 
 def ranking_table(ranked: Sequence[Ranked]) -> Table:
@@ -346,12 +295,21 @@ def ranking_table(ranked: Sequence[Ranked]) -> Table:
     asked = [merit for merit in RANKING_COLUMNS if merit in order]
     shown = [merit for merit in asked if any(scenario.show(merit) != ABSENT for scenario in ranked)]
     extra = "".join(f"{merit}, " for merit in order if merit in RANK_BY.values())
-    rows = tuple(
-        (scenario.name, str(scenario.rank), scenario.study.verdict.word, *map(scenario.show, shown))
-        for scenario in ranked
-    )
-    columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *(merit.head for merit in shown)))
-    return Table(Message.RANKING, columns, rows, Message.RANKED_BY.format(asked=extra))
+    heads = [merit.head for merit in shown]
+    rows = [(scenario.name, str(scenario.rank), _verdict(scenario), *map(scenario.show, shown)) for scenario in ranked]
+    if Merit.MARGIN in shown:
+        # What limits the margin stands after it.
+        at = shown.index(Merit.MARGIN) + 1
+        heads.insert(at, LIMITED_BY)
+        at += len(rows[0]) - len(shown)
+        rows = [(*row[:at], scenario.room[1], *row[at:]) for row, scenario in zip(rows, ranked, strict=True)]
+    columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *heads))
+    return Table(Message.RANKING, columns, tuple(rows), Message.RANKED_BY.format(asked=extra))
+
+
+def _verdict(scenario: Ranked) -> str:
+    """All that holds against a scenario."""
+    return capital("; ".join(map(held_against, scenario.study.verdict.conclusions)))
 
 
 def margins_table(ranked: Sequence[Ranked]) -> Table | None:

@@ -20,7 +20,15 @@ if TYPE_CHECKING:
     from vireport.gate.designs import DISPLACED, RINGS, Designs, extreme, keeps_motion
     from vireport.gate.impacts import generated, impacts_of
     from vireport.gate.least_margin import margin_to_use
-    from vireport.gate.opening import Opening, WordedOpening, opening_of
+    from vireport.gate.opening import (
+        Opening,
+        OpeningFact,
+        Said,
+        WordedOpening,
+        gravest,
+        margin_said,
+        opening_of,
+    )
     from vireport.gate.requirements import (
         REQUIREMENTS,
         OfMargin,
@@ -54,8 +62,10 @@ __all__ = [
     "OfRun",
     "OfShaker",
     "Opening",
+    "OpeningFact",
     "Question",
     "Requirement",
+    "Said",
     "Status",
     "Verdict",
     "WordedOpening",
@@ -64,9 +74,11 @@ __all__ = [
     "cause_of",
     "extreme",
     "generated",
+    "gravest",
     "impacts_of",
     "input_alerts",
     "keeps_motion",
+    "margin_said",
     "margin_to_use",
     "named_alerts",
     "opening_of",

@@ -56,12 +56,31 @@ BETWEEN = " | "
 
 
 class Said(Struct, frozen=True, eq=False):
-    """Something to be said: a macro of the words of openings, and what it is told; a `Said` among it is said first."""
+    """Something to be said: a macro of a file of words, and what it is told; a `Said` among it is said first."""
 
     macro: str
     given: tuple[object, ...] = ()
+    file: str = "opening"
 
     __repr__ = brief
+
+    def words(self, templates: Path | None = None) -> str:
+        """What it says.
+
+        Parameters
+        ----------
+        templates : Path, optional
+            A folder whose words come before the package's own.
+
+        Raises
+        ------
+        RenderError
+            Where a macro fails, with the line.
+        """
+        from vireport.wording import Words
+
+        given = (part.words(templates) if isinstance(part, Said) else part for part in self.given)
+        return Words(self.file, templates)(self.macro, *given)
 
 
 class OpeningFact(Struct, frozen=True, eq=False):
@@ -128,17 +147,20 @@ class Opening(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    verdict : Verdict
+    status : Status
+    word : Said
+        The conclusion in a few words.
     sentence : Said
     facts : tuple of OpeningFact
         The gravest first, at most `MOST_FACTS`.
     tiles : tuple of Tile
     """
 
-    verdict: Verdict
+    status: Status
+    word: Said
     sentence: Said
-    facts: tuple[OpeningFact, ...]
-    tiles: tuple[Tile, ...]
+    facts: tuple[OpeningFact, ...] = ()
+    tiles: tuple[Tile, ...] = ()
 
     __repr__ = brief
 
@@ -148,27 +170,25 @@ class Opening(Struct, frozen=True, eq=False):
         Parameters
         ----------
         templates : Path, optional
-            A folder whose ``words/opening.j2`` comes before the package's own.
+            A folder whose words come before the package's own.
 
         Raises
         ------
         RenderError
-            Where that template fails, with the line.
+            Where a macro fails, with the line.
         """
-        from vireport.wording import Words
-
-        words = Words("opening", templates)
-
-        def say(said: Said) -> str:
-            return words(said.macro, *(say(part) if isinstance(part, Said) else part for part in said.given))
-
         return WordedOpening(
-            self.verdict.status,
-            words("word", self.verdict),
-            say(self.sentence),
-            tuple((fact.status, say(fact.said)) for fact in self.facts),
-            tuple(WordedTile(tile.status, *say(tile.said).split(BETWEEN)) for tile in self.tiles),
+            self.status,
+            self.word.words(templates),
+            self.sentence.words(templates),
+            tuple((fact.status, fact.said.words(templates)) for fact in self.facts),
+            tuple(WordedTile(tile.status, *tile.said.words(templates).split(BETWEEN)) for tile in self.tiles),
         )
+
+
+def gravest(facts: Iterable[OpeningFact]) -> tuple[OpeningFact, ...]:
+    """Take as many facts as an opening has, the gravest first."""
+    return tuple(sorted(facts, key=lambda fact: GRAVITY[fact.status])[:MOST_FACTS])
 
 
 def opening_of(verdict: Verdict, alerts: Iterable[Alert] = (), again: Reproduction | None = None) -> Opening:
@@ -182,8 +202,8 @@ def opening_of(verdict: Verdict, alerts: Iterable[Alert] = (), again: Reproducti
     again : Reproduction or None
         What the simulation made of the stable motion.
     """
-    facts = sorted(_facts(verdict, alerts, again), key=lambda fact: GRAVITY[fact.status])
-    return Opening(verdict, _sentence(verdict), tuple(facts[:MOST_FACTS]), tuple(_tiles(verdict, again)))
+    facts, tiles = gravest(_facts(verdict, alerts, again)), tuple(_tiles(verdict, again))
+    return Opening(verdict.status, Said("word", (verdict,)), _sentence(verdict), facts, tiles)
 
 
 def _fact(status: Status, name: str, *given: object) -> OpeningFact:
@@ -317,6 +337,26 @@ def _of_margin(verdict: Verdict) -> Iterator[OpeningFact]:
     else:
         name = f"{use.limited_by}_margin_{'gone' if use.gone else 'small'}"
         yield _fact(Status.CAUTION, name, verdict, use)
+
+
+def margin_said(verdict: Verdict) -> tuple[Said, Said] | None:
+    """The margin to use, and what limits it; None where there is no stable motion at a design point.
+
+    As texts of cells, after a macro for each case.
+    """
+    if verdict.margin is None:
+        return None
+    nearest = verdict.margin.data
+    use, device = nearest.to_use, verdict.evidence.solution.device
+    if nearest.unresolved:
+        return Said("room_not_known"), Said("limited_by_rounding")
+    if use is None:
+        return Said("room_endless"), Said("limited_by_nothing")
+    name = "room_gone" if use.gone else "room_absolute" if use.relative is None else "room"
+    if use.limited_by is LimitedBy.EFFECT:
+        return Said(name, (use,)), Said("limited_by_effect", (_effect(use, device.recoils),))
+    known = "rigid_only" if nearest.not_known and use.limited_by is LimitedBy.RIGID else use.limited_by
+    return Said(name, (use,)), Said(f"limited_by_{known}")
 
 
 def _effect(use: MarginToUse, recoils: bool) -> Said:

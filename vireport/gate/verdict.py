@@ -246,6 +246,8 @@ class Verdict(Struct, frozen=True, eq=False):
     own_stiffness : Fact of OwnStiffness, or None
     rigid : Fact of Grade, or None
     simulated : Fact of CrossCheck, or None
+    conclusions : tuple of Conclusion
+        All that hold, what weighs most first: `conclusion`, and what would be one without it.
     """
 
     conclusion: Conclusion
@@ -264,6 +266,7 @@ class Verdict(Struct, frozen=True, eq=False):
     own_stiffness: Fact[OwnStiffness] | None
     rigid: Fact[Grade] | None
     simulated: Fact[CrossCheck] | None
+    conclusions: tuple[Conclusion, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Verdict {self.word}>"
@@ -384,7 +387,8 @@ def verdict_of(evidence: Evidence) -> Verdict:
         simulated=_simulated(evidence.crosscheck),
     )
     held = {name: _held(fact, criteria) for name, fact in verdict.answers.items()}
-    return replace(verdict, conclusion=_conclusion(verdict), **held)
+    conclusions = tuple(_conclusions(verdict)) or (Conclusion.STABLE,)
+    return replace(verdict, conclusion=conclusions[0], conclusions=conclusions, **held)
 
 
 def _judged(question: Question, criteria: tuple[Criterion, ...]) -> list[Criterion]:
@@ -398,47 +402,51 @@ def _held(fact: Fact[Numbers], criteria: tuple[Criterion, ...]) -> Fact[Numbers]
     return replace(fact, status=Status.BAD) if missed else fact
 
 
-def _conclusion(verdict: Verdict) -> Conclusion:
-    """What weighs most: a contradicted solution, no motion, a requirement, physics, the tolerances, the margin, models.
+def _conclusions(verdict: Verdict) -> Iterator[Conclusion]:
+    """What holds against a design, what weighs most first: no motion, a requirement, physics, the margin, models.
 
     A required yield stands for the tolerances.
     """
     tolerances, margin, generated = verdict.tolerances, verdict.margin, verdict.voltage.data
+    own, evidence = verdict.own_stiffness, verdict.evidence
     if _has(verdict.simulated, Status.BAD):
-        return Conclusion.NOT_VERIFIED
+        yield Conclusion.NOT_VERIFIED
     if _has(verdict.motion, Status.BAD):
-        return Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
+        yield Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
     if _has(verdict.accepted, Status.BAD):
-        return Conclusion.NOT_MET
+        yield Conclusion.NOT_MET
     if generated is not None and generated.status is Status.BAD:
-        return Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
-    if (contradiction := _of_other_motions(verdict.evidence)) is not None:
-        return contradiction
+        yield Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
+    elif (contradiction := _of_other_motions(evidence)) is not None:
+        yield contradiction
     if _has(verdict.motion, Status.CAUTION):
-        return Conclusion.OTHER_MOTION
-    if verdict.own_stiffness is not None and verdict.own_stiffness.data.margin_gone:
-        return Conclusion.NOT_COMPLIANT
-    if _has(verdict.from_rest, Status.CAUTION) and not verdict.evidence.narrow:
-        end = verdict.evidence.from_rest
-        return Conclusion.NOT_FROM_REST if end is not None and end.decided else Conclusion.FROM_REST_UNKNOWN
-    if verdict.own_stiffness is not None and verdict.own_stiffness.data.motion is None:
-        return Conclusion.COMPLIANT_UNKNOWN
-    if _has(tolerances, Status.CAUTION) and not _judged(Question.TOLERANCES, verdict.evidence.criteria):
+        yield Conclusion.OTHER_MOTION
+    if own is not None and own.data.margin_gone:
+        yield Conclusion.NOT_COMPLIANT
+    if _has(verdict.from_rest, Status.CAUTION) and not evidence.narrow:
+        end = evidence.from_rest
+        yield Conclusion.NOT_FROM_REST if end is not None and end.decided else Conclusion.FROM_REST_UNKNOWN
+    if own is not None and own.data.motion is None:
+        yield Conclusion.COMPLIANT_UNKNOWN
+    if _has(tolerances, Status.CAUTION) and not _judged(Question.TOLERANCES, evidence.criteria):
         refuted = tolerances is not None and tolerances.data.worst is not None
-        return Conclusion.NOT_EVERY_DEVICE if refuted else Conclusion.TOLERANCES_OPEN
-    if _has(margin, Status.CAUTION):
-        if margin is not None and margin.data.not_known:
-            return Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
-        return Conclusion.MARGIN_SMALL
-    if _has(verdict.from_rest, Status.CAUTION):
-        return Conclusion.WINDOW_NARROW
+        yield Conclusion.NOT_EVERY_DEVICE if refuted else Conclusion.TOLERANCES_OPEN
+    if margin is not None and margin.status is Status.CAUTION:
+        if margin.data.not_known:
+            yield Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
+        else:
+            yield Conclusion.MARGIN_SMALL
+    if _has(verdict.from_rest, Status.CAUTION) and evidence.narrow:
+        yield Conclusion.WINDOW_NARROW
     if _has(verdict.rigid, Status.BAD):
-        return Conclusion.NOT_RIGID
+        yield Conclusion.NOT_RIGID
     if generated is not None and generated.severity is Severity.WARNING:
-        return Conclusion.STRETCHED_FAR
-    if _has(verdict.own_stiffness, Status.CAUTION):
-        return Conclusion.END_UNKNOWN
-    return Conclusion.RECORD_DOUBTFUL if verdict.evidence.record_doubts else Conclusion.STABLE
+        yield Conclusion.STRETCHED_FAR
+    unsaid = verdict.margin is None or not verdict.margin.data.not_known
+    if own is not None and _has(own, Status.CAUTION) and own.data.motion is not None and unsaid:
+        yield Conclusion.END_UNKNOWN
+    if evidence.record_doubts:
+        yield Conclusion.RECORD_DOUBTFUL
 
 
 def _of_other_motions(evidence: Evidence) -> Conclusion | None:
