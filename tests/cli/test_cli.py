@@ -29,7 +29,7 @@ def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> su
     return subprocess.run([sys.executable, "-m", "vireport", *arguments], input=stdin, capture_output=True, cwd=cwd)
 
 
-FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7", "device", "margins")}
+FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7", "answer", "device", "margins")}
 ALL = {"report.html", "report.pdf", "results.json", "branches.csv"} | FIGURES
 
 
@@ -40,8 +40,8 @@ def test_every_output_of_an_example(name: str, example, tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr.decode()
     folder = tmp_path / name
     assert {path.name for path in folder.iterdir()} == ALL
-    assert run.stdout.startswith(b"Stable 1:1 motion for ")
-    assert run.stdout.count(b"\n") == 1
+    assert run.stdout.startswith(b"It runs, and starts by itself")
+    assert run.stdout.count(b"\n") == 3
     assert b"wrote" in run.stderr
     assert (folder / "report.pdf").read_bytes().startswith(b"%PDF-")
     assert (folder / "figure-2.png").read_bytes().startswith(b"\x89PNG")

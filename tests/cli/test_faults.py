@@ -192,17 +192,21 @@ Path.write_bytes = write_bytes""",
 }
 
 
+EARLIER = '{"provenance": {"version": "0", "scenario_name": "old"}}'
+"""Results of an earlier run, as far as they are known by their mark."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("moment", first(3, MOMENTS))
 def test_an_interrupt_at_any_moment(moment: str, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "results.json").write_text("old")
+    (tmp_path / "out" / "results.json").write_text(EARLIER)
     run = interrupted(MOMENTS[moment], "run", INCLINED, "-o", "out", "--format", "json,csv", cwd=tmp_path)
     assert run.returncode == 130, run.stderr
     assert run.stderr.startswith(b"vireport: interrupted")
     assert b"Traceback" not in run.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["results.json"]
-    assert (tmp_path / "out" / "results.json").read_text() == "old"
+    assert (tmp_path / "out" / "results.json").read_text() == EARLIER
 
 
 @pytest.mark.slow
@@ -297,8 +301,9 @@ def names(folder: Path) -> set[str]:
 def test_another_scenario_in_the_same_folder_leaves_nothing_of_the_first(tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
     assert main(["run", INCLINED, "-o", str(out), "--format", "json,csv"]) == 0
-    for name in ("figure-2.png", "figure-mine.png", "notes.txt"):
-        (out / name).write_text("of an earlier run, or mine")
+    (out / "figure-2.png").write_bytes(b"\x89PNG\r\n of an earlier run: tEXtSoftware\0vireport 0")
+    for name in ("figure-mine.png", "notes.txt"):
+        (out / name).write_text("mine")
     assert main(["run", DESIGN, "-o", str(out), "--format", "png,json"]) == 0
     assert names(out) == {
         "results.json",
