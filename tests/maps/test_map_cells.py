@@ -41,21 +41,14 @@ def test_cells_do_not_depend_on_the_chunks(sampling: str) -> None:
             assert np.array_equal(a, b)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sampling", ["sobol", "latin_hypercube"])
-def test_the_last_cells_of_the_largest_map_need_none_before_them(sampling: str) -> None:
-    plan = replace(plan_of(sampled(sampling, 256)), cells=2**30)
-    points = np.column_stack(cell_values(plan, 2**30 - 1 - np.arange(5)))
-    assert (points >= BOX[0]).all()
-    assert (points <= BOX[1]).all()
-    assert len(np.unique(points)) == 10
-
-
-def test_sobol_points_are_those_of_scipy() -> None:
-    plan = plan_of(sampled("sobol", 512, seed=3))
-    expected = qmc.Sobol(2, scramble=True, rng=np.random.default_rng(3)).random(512)
+@pytest.mark.parametrize(("sampling", "drawn"), [("sobol", qmc.Sobol), ("latin_hypercube", qmc.LatinHypercube)])
+def test_points_are_those_of_scipy_in_any_order(sampling: str, drawn: type) -> None:
+    plan = plan_of(sampled(sampling, 512, seed=3))
     low, high = BOX
-    assert np.array_equal(np.column_stack(all_cells(plan)), low + (high - low) * expected)
+    expected = low + (high - low) * drawn(2, rng=np.random.default_rng(3)).random(512)
+    assert np.array_equal(np.column_stack(all_cells(plan)), expected)
+    for numbers in (np.array([511, 3, 4, 5, 100]), np.array([0]), np.arange(511, 400, -1)):
+        assert np.array_equal(np.column_stack(cell_values(plan, numbers)), expected[numbers])
 
 
 @pytest.mark.parametrize(("sampling", "samples", "bins"), [("sobol", 256, 64), ("latin_hypercube", 1000, 1000)])
@@ -65,24 +58,16 @@ def test_samples_fill_their_box_evenly(sampling: str, samples: int, bins: int) -
         assert counts.min() == counts.max()
 
 
-@pytest.mark.parametrize("samples", [1, 2, 3, 5, 16, 17, 100, 4097])
+@pytest.mark.parametrize("samples", [1, 17, 4097])
 def test_a_latin_hypercube_has_one_point_in_each_stratum(samples: int) -> None:
     for column in unit_points(plan_of(sampled("latin_hypercube", samples))).T:
         assert sorted(np.floor(column * samples)) == list(range(samples))
 
 
-@pytest.mark.slow
-def test_the_strata_of_a_latin_hypercube_are_paired_at_random() -> None:
-    """Like points drawn independently: no correlation, and a tenth of the square has its share of them."""
-    samples = 20_000
-    seeds = [unit_points(plan_of(sampled("latin_hypercube", samples, seed))) for seed in range(4)]
-    for points in seeds:
-        assert abs(np.corrcoef(points.T)[0, 1]) < 4 / np.sqrt(samples)
-        counts = np.histogram2d(*points.T, bins=10)[0]
-        assert ((counts - samples / 100) ** 2).sum() / (samples / 100) < 160  # chi-squared, 81 degrees of freedom
-        steps = np.abs(np.diff(points, axis=0)).mean(axis=0)
-        assert steps == pytest.approx([1 / 3, 1 / 3], abs=0.02)
-    assert not np.array_equal(seeds[0], seeds[1])
+def test_another_seed_gives_other_points() -> None:
+    for sampling in ("sobol", "latin_hypercube"):
+        first, other = (unit_points(plan_of(sampled(sampling, 64, seed))) for seed in (0, 1))
+        assert not np.isclose(first, other).any()
 
 
 def test_the_example_is_a_map(example) -> None:

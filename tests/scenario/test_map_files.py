@@ -145,6 +145,12 @@ def test_a_mistake_is_named_by_line_and_key(old: str, new: str, expected: tuple[
     [
         ("path: inclination_deg", "path: device.length_m", "map.axes.1.path", "device.length_m is axis 0 already"),
         ("map:\n", "map:\n  sampling: sobol\n  samples: 100\n", "map.samples", "which is no power of 2"),
+        (
+            "map:\n",
+            "map:\n  sampling: latin_hypercube\n  samples: 4194305\n",
+            "map.samples",
+            "got 4194305, which is too large with latin_hypercube (at most 4194304, as they are drawn at once; sobol",
+        ),
         ("map:\n", "map:\n  sampling: list\n", "map.axes.0", "a list needs values"),
     ],
 )

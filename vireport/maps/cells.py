@@ -6,7 +6,8 @@ A plan is all that a process needs to compute any part of a map; no cell is stor
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from threading import Lock
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -27,7 +28,9 @@ from vireport.text import significant
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-RandomBits = NDArray[np.uint64]
+
+DRAWING = Lock()
+"""Held while Sobol points are drawn: the sequence remembers where it is, and a worker of a cluster may have threads."""
 
 CHUNK_CELLS = 32_768
 """Cells of a chunk: some tenths of a second of work, beside which starting and storing it is little."""
@@ -38,12 +41,6 @@ CHUNK_IMPACTS = 4_000_000
 FROM_REST_IMPACTS, SHOCK_IMPACTS = 2_000, 100_000
 """Impacts that take as long as a cell from rest, and as its least shock: a millisecond, and some hundredths of a
 second."""
-
-SOBOL_BITS = 30
-"""Binary digits of a Sobol point, SciPy's default: enough for 2^30 points, the most a map file can ask for."""
-
-ROUNDS = 8
-"""Rounds of the permutation of a Latin hypercube; four suffice for large halves, small ones need more."""
 
 
 class AxisName(NamedTuple):
@@ -215,76 +212,35 @@ def cell_values(plan: MapPlan, numbers: Ints) -> list[Floats]:
 
 
 def _sobol_points(plan: MapPlan, numbers: Ints) -> Floats:
-    """Scrambled Sobol points by their numbers, shape (n, axes), bit for bit those that SciPy generates in sequence.
-
-    Point i is the first point, XORed with the direction of each bit that is set in the Gray code of i.
-    """
-    first, directions = _sobol_directions(len(plan.axes), plan.seed, (plan.cells - 1).bit_length())
-    # SciPy draws points in sequence only; a chunk in the middle of a map would need all before it.
-    gray = numbers ^ (numbers >> 1)
-    points = np.repeat(first[None], len(numbers), axis=0)
-    for bit, direction in enumerate(directions):
-        points ^= direction * ((gray >> bit) & 1)[:, None]
-    return np.asarray(points * 2.0**-SOBOL_BITS, dtype=np.float64)
+    """Scrambled Sobol points by their numbers, shape (n, axes)."""
+    parts, engine = [], _sobol_engine(len(plan.axes), plan.seed)
+    with DRAWING:
+        for run in np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1):
+            if run[0] < engine.num_generated:
+                engine.reset()
+            if run[0] > engine.num_generated:
+                engine.fast_forward(int(run[0]) - engine.num_generated)
+            # One by itself, as SciPy warns of any number but a power of two that is drawn at first.
+            parts += [engine.random(1), engine.random(len(run) - 1)]
+    return np.vstack(parts)
 
 
 @lru_cache(maxsize=1)
-def _sobol_directions(dimensions: int, seed: int, bits: int) -> tuple[Ints, list[Ints]]:
-    """The first Sobol point and the directions of its bits, as integers of `SOBOL_BITS` digits.
-
-    The Gray code of 2^k - 1 has bit k - 1 alone, so that this point differs from the first one by that direction.
-    """
+def _sobol_engine(dimensions: int, seed: int) -> Any:
+    """The sequence that the points are drawn from; kept, so that chunks in their order do not begin it anew."""
     from scipy.stats import qmc  # type: ignore[import-untyped]
 
-    engine = qmc.Sobol(dimensions, scramble=True, bits=SOBOL_BITS, rng=np.random.default_rng(seed))
-
-    def point(number: int) -> Ints:
-        if number > engine.num_generated:
-            engine.fast_forward(number - engine.num_generated)
-        return np.asarray(engine.random(1)[0] * 2.0**SOBOL_BITS, dtype=np.int64)
-
-    first = point(0)
-    return first, [first ^ point(2**k - 1) for k in range(1, bits + 1)]
+    return qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
 
 
 def _hypercube_points(plan: MapPlan, numbers: Ints) -> Floats:
-    """Points of a Latin hypercube by their numbers, shape (n, axes): one in each of `cells` strata along every axis.
-
-    Which stratum has which point is a permutation of its own for each axis, computed for any number alone, so that
-    no sample is held in memory; where in its stratum the point lies is a hash of the number.
-    """
-    keys: RandomBits = np.random.SeedSequence(plan.seed).generate_state((ROUNDS + 1) * len(plan.axes), np.uint64)  # type: ignore[assignment]
-    columns = []
-    for own in keys.reshape(len(plan.axes), ROUNDS + 1):
-        # The upper 53 bits make a double in [0, 1); all 64 would round to 1 for some.
-        within = (_mixed(numbers.astype(np.uint64) ^ own[0]) >> np.uint64(11)) * 2.0**-53
-        columns.append((_permuted(numbers, plan.cells, own[1:]) + within) / plan.cells)
-    return np.column_stack(columns)
+    """Points of a Latin hypercube by their numbers, shape (n, axes): one in each of `cells` strata along every axis."""
+    return np.asarray(_hypercube(len(plan.axes), plan.seed, plan.cells)[numbers])
 
 
-def _permuted(numbers: Ints, count: int, keys: RandomBits) -> RandomBits:
-    """Images of numbers below `count` under a keyed pseudo-random permutation of all of them.
+@lru_cache(maxsize=1)
+def _hypercube(dimensions: int, seed: int, cells: int) -> Floats:
+    """The whole hypercube, which can only be drawn at once: `MOST_IN_HYPERCUBE` limits it."""
+    from scipy.stats import qmc
 
-    A Feistel network permutes the numbers of an even number of bits; what leaves the range is permuted again until it
-    is back in it (cycle walking: Black and Rogaway, CT-RSA 2002).
-    """
-    half = np.uint64(max(-(-(count - 1).bit_length() // 2), 1))
-    mask = (np.uint64(1) << half) - np.uint64(1)
-    images = numbers.astype(np.uint64)
-    walking = np.arange(len(images))
-    while len(walking):
-        left, right = images[walking] >> half, images[walking] & mask
-        for key in keys:
-            left, right = right, left ^ (_mixed(right ^ key) & mask)
-        images[walking] = (left << half) | right
-        # The network permutes all numbers of its bits, fewer than four times `count`: on average a walk ends within
-        # four steps.
-        walking = walking[images[walking] >= count]
-    return images
-
-
-def _mixed(words: RandomBits) -> RandomBits:
-    """Hash of 64 bits: the output function of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014)."""
-    words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return words ^ (words >> np.uint64(31))
+    return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(cells))

@@ -56,7 +56,7 @@ seconds. With start and end of the command, less than a minute."""
 SCHEMES = ("tcp", "tls", "ucx", "ucxx", "ws", "wss")
 """Protocols of a scheduler's address."""
 
-SAME_VERSIONS = ("vireport", "numpy")
+SAME_VERSIONS = ("vireport", "numpy", "scipy")
 """Packages on whose versions the bits of the results depend."""
 
 NEEDED = (*SAME_VERSIONS, "pyarrow", "filelock")

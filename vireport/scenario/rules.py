@@ -42,6 +42,7 @@ STIFFEST = 1e12
 """Largest factor on a membrane's stiffness."""
 
 MOST_CELLS = 10**11
+MOST_IN_HYPERCUBE = 2**22  # 200 MB in six dimensions, drawn in seconds
 
 MEMBRANE = "device.membrane."
 
@@ -816,6 +817,9 @@ def _cells(tree: _Tree) -> Iterator[Finding]:
             yield _rule("map.axes", f"the axes of a list have {counts} values (as many each)")
     if sampling == Sampling.SOBOL:
         yield from _power_of_two("map.samples", samples)
+    if sampling == Sampling.LATIN_HYPERCUBE and type(samples) is int and samples > MOST_IN_HYPERCUBE:
+        most = f"at most {MOST_IN_HYPERCUBE}, as they are drawn at once; {Sampling.SOBOL} takes more"
+        yield _rule("map.samples", f"got {samples}, which is too large with {sampling} ({most})")
     if sampling == Sampling.GRID:
         cells = math.prod(count for count in lengths if isinstance(count, int) and count > 0)
         if cells > MOST_CELLS:
