@@ -150,15 +150,13 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
     from vireport.base import NumericalError
     from vireport.extremes import catalogue
-    from vireport.extremes.judge import Case, CaseFinding
+    from vireport.extremes.rows import Case
 
     def refused():
         raise NumericalError("a reason")
 
-    case = Case(
-        "test", "made up", "refused", refused, lambda answer: CaseFinding(""), refusal="reason" if alone else "other"
-    )
-    monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (case,))
+    row = Case("test", "made up", refused, refusal="reason" if alone else "other")
+    monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (row,))
     assert main(["verify", "--extremes"]) == (0 if alone else 1)
     assert "made up" in capsys.readouterr().out
     assert main(["verify", "--extremes", "--set", "inclination_deg=1"]) == 2
@@ -166,19 +164,18 @@ def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
 
 def test_extremes_that_could_not_be_run_are_no_pass(monkeypatch, capsys) -> None:
     from vireport.extremes import catalogue
-    from vireport.extremes.judge import Case, CaseFinding, NotThereError
+    from vireport.extremes.rows import Case, CaseFinding, NotThereError
 
     def absent():
         raise NotThereError("no such point")
 
-    def case(answer=list, needs: str = "") -> Case:
-        return Case("test", "made up", "anything", answer, lambda answer: CaseFinding(""), needs=needs)
-
+    monkeypatch.setattr("vireport.extremes.rows.find_spec", lambda name: None)
+    right, not_there = Case("test", "right", lambda: CaseFinding("")), Case("test", "absent", absent)
     for cases, code in (
-        ([case(), case()], 0),
-        ([case(), case(absent)], 0),
-        ([case(absent)], 3),
-        ([case(), case(needs="no_such_package")], 3),
+        ([right, right], 0),
+        ([right, not_there], 0),
+        ([not_there], 3),
+        ([right, right._replace(simulated=True)], 3),
     ):
         monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None, cases=cases: cases)
         assert main(["verify", "--extremes"]) == code

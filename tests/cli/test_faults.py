@@ -24,8 +24,8 @@ ENTRY = [sys.executable, "-m", "vireport"]
 
 # Two commands that would take long: they do the same with one case, and one method.
 QUICK = (
-    "import sys; from vireport.extremes import catalogue; from vireport.extremes.judge import Case, CaseFinding;"
-    "catalogue.catalogue = lambda loaded=None: [Case('a', 'b', 'c', list, lambda answer: CaseFinding(''))];"
+    "import sys; from vireport.extremes import catalogue; from vireport.extremes.rows import Case, CaseFinding;"
+    "catalogue.catalogue = lambda loaded=None: [Case('a', 'b', lambda: CaseFinding(''))];"
     "from vireport.checks import workprecision as w; w.METHODS = w.METHODS[:1];"
     "from vireport.__main__ import entry; sys.exit(entry())"
 )

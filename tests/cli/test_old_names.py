@@ -46,10 +46,10 @@ SLOW = ("sweep", "chart")
 def place(tmp_path: Path, study_of, monkeypatch) -> Path:
     """A folder with an earlier run and a map; what is measured takes no time, and one extreme case is run."""
     from vireport.extremes import catalogue
-    from vireport.extremes.judge import Case, CaseFinding
+    from vireport.extremes.rows import Case, CaseFinding
 
-    case = Case("test", "made up", "anything", list, lambda answer: CaseFinding(""))
-    monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (case,))
+    row = Case("test", "made up", lambda: CaseFinding(""))
+    monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (row,))
     monkeypatch.setattr(accuracy_outputs, "measured", lambda *_: study_of("inclined"))
     assert main(["run", INCLINED, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
     (tmp_path / "results.json").rename(tmp_path / "old.json")
