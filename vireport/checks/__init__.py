@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         RK4,
         SIMULATED,
         SIMULATED_TRANSIENT,
+        SOLVERS,
         WHOLE,
     )
     from vireport.checks.rootfinding import Floats, find_root
@@ -40,6 +41,7 @@ __all__ = [
     "RK4",
     "SIMULATED",
     "SIMULATED_TRANSIENT",
+    "SOLVERS",
     "WHOLE",
     "Agreement",
     "CrossCheck",

@@ -63,6 +63,7 @@ PRINTED, EXPLICIT = "Newton on (3.15)–(3.17)", "return map (2.11)–(2.12)"
 SIMULATED_TRANSIENT, SIMULATED = "simulated transient", "simulated return map"
 RK4 = "RK4, fixed steps"
 SOLVERS = ("RK45", "DOP853", "Radau", "LSODA")
+"""Adaptive solvers of SciPy, the first two explicit; LSODA switches between explicit and implicit formulae."""
 
 STOPS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 """Newton corrections at which a method without an error of its own stops; with the last only rounding is left."""

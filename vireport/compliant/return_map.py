@@ -1,4 +1,4 @@
-"""The return map of the compliant motion in a millisecond, with exact derivatives: for reports.
+"""The return map of the compliant motion in a few milliseconds, with exact derivatives.
 
 Contacts take a few per cent of the period, and flights are known in closed form. A contact is integrated in four
 legs whose ends are known beforehand: from the touch to a depth, by the root of the depth, in which delta^h is smooth;
@@ -13,7 +13,7 @@ is linear with real coefficients, so that one line serves both.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import ceil, cos, pi, prod, sin
 
 import numpy as np
@@ -28,9 +28,9 @@ from vireport.simulation import BOTTOM, TOP
 
 Floats = NDArray[np.float64]
 
-SUBSTEPS = (2, 4, 6, 8, 10, 12, 14, 16)
-"""Numbers of steps per leg that are extrapolated from. With all of them the return map of the paper's device is right
-to 4e-7, with the first six to 5e-6, at six tenths of the cost."""
+SUBSTEPS = (2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28)
+"""Numbers of steps per leg that are extrapolated from. With the first six the return map of the paper's device is right
+to 5e-6, with eight to 3e-7 at 1.7 times the cost, with all to 1e-10 at five times; there rounding takes over."""
 
 LOADED = 0.75
 """Depth at which the first leg ends, over the largest of a contact without other forces: there the ball is slow enough
@@ -44,7 +44,13 @@ SETTLED = 1e-13
 """Last relative correction of a flight time."""
 
 MOST_CORRECTIONS = 30
-"""Newton's steps for a flight time; about four are usual."""
+"""Newton's steps for a flight time, or for the place where the force is cut off; about four are usual."""
+
+SWITCHED = 1e-7
+"""Last correction of the place in a leg where the force of the membrane is cut off."""
+
+MOST_SWITCHES = 4
+"""Times that the force of the membrane may end or begin again in a part of a leg; once is usual."""
 
 State = tuple[float, float, complex, complex]
 """Two unknowns of a leg, and the derivatives of either."""
@@ -52,12 +58,19 @@ State = tuple[float, float, complex, complex]
 Rates = Callable[[float, float, float, complex, complex], State]
 """Derivatives of a state by the variable of a leg, as a function of that variable and of the state."""
 
+PushedRates = Callable[[float, float, float, complex, complex, bool], State]
+"""The same of a leg on which the ball moves out, with and without the force of the membrane."""
+
 
 class Bounce(Struct, frozen=True, eq=False):
     """A contact from its touch, dimensionless.
 
     Attributes
     ----------
+    wall : int
+        1 at the bottom, -1 at the top.
+    velocity, phase : float
+        Z' and forcing phase [rad] at the touch.
     duration : float
         Until the ball leaves [t_c].
     leaving : float
@@ -68,10 +81,18 @@ class Bounce(Struct, frozen=True, eq=False):
         Derivatives of velocity and forcing phase [rad] at the end by those at the touch, (2, 2).
     """
 
+    wall: int
+    velocity: float
+    phase: float
     duration: float
     leaving: float
     deflection: float
     jacobian: Floats
+
+    @property
+    def restitution(self) -> float:
+        """Speed after over speed before: r but for what gravity and the forcing do during the contact."""
+        return -self.leaving / self.velocity
 
 
 class ReturnTrip(Struct, frozen=True, eq=False):
@@ -80,8 +101,6 @@ class ReturnTrip(Struct, frozen=True, eq=False):
     Attributes
     ----------
     bottom, top : Bounce
-    phase_top, velocity_top : float
-        Forcing phase [rad] and Z' at the touch of the top.
     flights : tuple of float
         Flight times up and down [t_c].
     time : float
@@ -94,8 +113,6 @@ class ReturnTrip(Struct, frozen=True, eq=False):
 
     bottom: Bounce
     top: Bounce
-    phase_top: float
-    velocity_top: float
     flights: tuple[float, float]
     time: float
     velocity: float
@@ -127,16 +144,15 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     harmonics = model.harmonics
     spring, damping, pull, speed, turning = units.spring, units.damping, units.pull, units.speed, pi * units.time
 
-    def acceleration(phase: float, y: float, v: float) -> tuple[float, float, float, float]:
-        # and its derivatives by the three
+    def acceleration(phase: float, y: float, v: float, pushed: bool = True) -> tuple[float, float, float, float]:
+        # and its derivatives by phase, depth and velocity
         a, by_phase = pull * (gbar + cos(phase)), -pull * sin(phase)
         if harmonics:
             at = sin(phase), cos(phase), harmonics
             a, by_phase = pull * (gbar + wave(*at).force), pull * force_rate(*at)
-        resisting = 1 + damping * v
-        if not (y > 0 and resisting > 0):
+        if not (pushed and y > 0):
             return a, by_phase, 0.0, 0.0
-        force = spring * y**h
+        resisting, force = 1 + damping * v, spring * y**h
         return a - force * resisting, by_phase, -h * force * resisting / y, -force * damping
 
     def in_depth(v: float, speed_sign: int) -> None:
@@ -161,43 +177,94 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
         d_rate = -(d_fast + rate * d_a) / a
         return turning * rate, rate * v, turning * d_rate, d_rate * v + rate * d_v
 
-    def turning_back(w: float, y: float, v: float, d_y: complex, d_v: complex) -> State:
-        a, by_phase, by_depth, by_velocity = acceleration(stopped + turned * w, y, v)
+    def turning_back(w: float, y: float, v: float, d_y: complex, d_v: complex, pushed: bool) -> State:
+        a, by_phase, by_depth, by_velocity = acceleration(stopped + turned * w, y, v, pushed)
         d_a = by_phase * d_stopped + by_depth * d_y + by_velocity * (d_v - v / speed)
         return span * v, span * a, span * d_v, span * d_a
 
     # The units, though chosen by the velocity, are constants to the derivatives; the damping, as 1/velocity, is not:
     # `d_v - v / speed` is the velocity's derivative as the damping force feels it.
     touched = phase, speed, 1j, 1 + 0j
-    loaded, fast, d_loaded, d_fast = _integrated(loading, touched, columns)
-    stopped, deepest, d_stopped, d_deepest = _integrated(stopping, (loaded, LOADED, d_loaded, 0j), columns)
-    span = UNLOADED * (1 - (stopped - phase) / turning)
-    turned = span * turning
+    loaded, fast, d_loaded, d_fast = _extrapolated(loading, 0.0, 1.0, touched, columns)
+    stopped, deepest, d_stopped, d_deepest = _extrapolated(stopping, 0.0, 1.0, (loaded, LOADED, d_loaded, 0j), columns)
+    span, start = UNLOADED * (1 - (stopped - phase) / turning), (deepest, 0.0, d_deepest, 0j)
     # The damping, D -> 1/r, brings the ball to a velocity of its own in ever shorter a time: unsplit, this leg is wrong
     # by 2e-7 for r = 0.5, by 6 % for r = 0.2.
     parts = ceil(1 / model.restitution_at(wall))
-    end, v, d_end, d_v = _integrated(turning_back, (deepest, 0.0, d_deepest, 0j), columns, parts)
+    while True:
+        turned = span * turning
+        (end, v, d_end, d_v), pushed = _integrated_outwards(turning_back, damping, start, True, columns, parts)
+        if end > 0:
+            break
+        # The other forces have pulled the ball off the membrane before: the last leg must begin on it.
+        span /= 2
 
-    def unloading(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
+    def unloading(w: float, phase: float, v: float, d_phase: complex, d_v: complex, pushed: bool) -> State:
         in_depth(v, -1)
         left = 1 - w
         rate = -2 * end * left / v
         d_rate = -(2 * left * d_end + rate * d_v) / v
-        a, by_phase, by_depth, by_velocity = acceleration(phase, end * left * left, v)
+        a, by_phase, by_depth, by_velocity = acceleration(phase, end * left * left, v, pushed)
         d_a = by_phase * d_phase + by_depth * left * left * d_end + by_velocity * (d_v - v / speed)
         return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
 
-    last, v, d_last, d_v = _integrated(unloading, (stopped + turned, v, d_stopped, d_v), columns)
+    start = stopped + turned, v, d_stopped, d_v
+    (last, v, d_last, d_v), _ = _integrated_outwards(unloading, damping, start, pushed, columns)
     unit = units.depth / units.time
     jacobian = np.array([[d_v.real, wall * unit * d_v.imag], [wall * d_last.real / unit, d_last.imag]])
-    return Bounce((last - phase) / pi, wall * v * unit, deepest * units.depth, jacobian)
+    return Bounce(wall, velocity, phase, (last - phase) / pi, wall * v * unit, deepest * units.depth, jacobian)
 
 
-def _integrated(rates: Rates, state: State, columns: int, parts: int = 1) -> State:
-    """A state over a leg of length 1, in equal parts: the midpoint rule, extrapolated to steps of no length."""
+def _integrated_outwards(
+    rates: PushedRates, damping: float, state: State, pushed: bool, columns: int, parts: int = 1
+) -> tuple[State, bool]:
+    """A state over a leg of length 1, in equal parts, and whether the membrane pushes the ball at its end.
+
+    A membrane cannot pull: it pushes while 1 + damping v > 0, where v is the second unknown. A part in which that
+    changes is split there, as no extrapolation converges across. The force is continuous there, so that the derivatives
+    need not know where it is.
+    """
     for part in range(parts):
-        state = _extrapolated(rates, part / parts, 1 / parts, state, columns)
-    return state
+        start, end = part / parts, (part + 1) / parts
+        for _ in range(MOST_SWITCHES):
+            after = _extrapolated(partial(_pushed, rates, pushed), start, end - start, state, columns)
+            if (1 + damping * after[1] > 0) == pushed:
+                break
+            start, state = _switch(partial(_pushed, rates, pushed), damping, pushed, start, end, state, after, columns)
+            pushed = not pushed
+        else:
+            raise NumericalError("the ball leaves the membrane and meets it again before the contact ends")
+        state = after
+    return state, pushed
+
+
+def _pushed(rates: PushedRates, pushed: bool, w: float, a: float, b: float, d_a: complex, d_b: complex) -> State:
+    return rates(w, a, b, d_a, d_b, pushed)
+
+
+def _switch(
+    rates: Rates, damping: float, pushed: bool, start: float, end: float, state: State, after: State, columns: int
+) -> tuple[float, State]:
+    """Where the force of the membrane ends, or begins again, between two places of a leg, and the state there.
+
+    By Newton's method kept within the bracket. What is left of the error counts only squared, as the force vanishes.
+    """
+    low, w = start, end
+    high = end
+    for _ in range(MOST_CORRECTIONS):
+        resisting = 1 + damping * after[1]
+        if (resisting > 0) == pushed:
+            low = w
+        else:
+            high = w
+        slope = damping * rates(w, *after)[1]
+        before, w = w, w - resisting / slope if slope else high
+        if not low < w < high:
+            w = (low + high) / 2
+        after = _extrapolated(rates, start, w - start, state, columns)
+        if abs(w - before) < SWITCHED:
+            break
+    return w, after
 
 
 def _extrapolated(rates: Rates, start: float, length: float, state: State, columns: int) -> State:
@@ -281,9 +348,8 @@ def return_trip(
     elapsed = bottom.duration
     up, velocity_top, rising = crossing(model, BOTTOM, bottom.leaving, phase + pi * elapsed, flights[0])
     elapsed += up
-    phase_top = phase + pi * elapsed
-    top = bounce(model, TOP, velocity_top, phase_top, columns)
+    top = bounce(model, TOP, velocity_top, phase + pi * elapsed, columns)
     elapsed += top.duration
     down, end, falling = crossing(model, TOP, top.leaving, phase + pi * elapsed, flights[1])
     jacobian = falling @ top.jacobian @ rising @ bottom.jacobian
-    return ReturnTrip(bottom, top, phase_top, velocity_top, (up, down), elapsed + down, end, jacobian)
+    return ReturnTrip(bottom, top, (up, down), elapsed + down, end, jacobian)

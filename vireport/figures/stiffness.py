@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vireport.checks import SOLVERS
 from vireport.figures.captions import pictured
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
@@ -20,7 +21,6 @@ from vireport.figures.style import (
     style,
 )
 from vireport.membranes import (
-    ADAPTIVE,
     FIXED,
     WRONG,
     Compliance,
@@ -35,7 +35,7 @@ from vireport.text import factor_text
 HEIGHTS = 3.4, 2.7
 """Heights of the panels with their ticks and labels [in]."""
 
-MARKERS = dict(zip((FIXED, *ADAPTIVE), ("x", "o", "s", "^", "v", "D", "P"), strict=True))
+MARKERS = dict(zip((FIXED, *SOLVERS), ("x", "o", "s", "^", "D"), strict=True))
 STIFFNESSES = (Color.BLUE, Color.ORANGE, Color.VERMILION)
 SIZES = (3.6, 5.0, 6.8)
 MARK: Look = {"linestyle": "none", "markersize": 5.0, "markeredgewidth": 1.0, "zorder": 3.0}

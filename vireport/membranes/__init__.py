@@ -10,10 +10,9 @@ from vireport.membranes.compliance_tables import (
     solvers_on_stiff_membranes,
     verdict,
 )
-from vireport.membranes.stiff_solvers import ADAPTIVE, FIXED, WRONG, RunOutcome, SolverRun
+from vireport.membranes.stiff_solvers import FIXED, WRONG, RunOutcome, SolverRun
 
 __all__ = [
-    "ADAPTIVE",
     "FIXED",
     "WRONG",
     "Compliance",

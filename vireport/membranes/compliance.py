@@ -1,6 +1,6 @@
 """How far the rigid-impact model is from compliant membranes.
 
-The `compliant_motion` is followed from the rigid one, where the membranes are infinitely stiff, down a ladder of
+The motion is followed from the rigid one, where the membranes are infinitely stiff, down a ladder of
 stiffnesses to the scenario's own. A contact lasts in proportion to epsilon = K^(-1/(h+1)), so everything
 should approach the rigid model at that rate. What the scenario's own membranes change is one table of quantities, each
 rigid and compliant; some of them have limits up to which the rigid model is good enough.
@@ -10,21 +10,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from enum import IntEnum, StrEnum
+from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, WorkStep, brief, plain, portion
-from vireport.checks import Floats
-from vireport.compliant import MULTIPLIER, CompliantModel, Finder, Rigid, compliant_model, descend, rigid_motion
-from vireport.design import Solution
-from vireport.membranes.compliant_motion import (
-    CompliantOrbit,
-    find_critical,
-    find_orbit,
+from vireport.base import WorkStep, brief, plain, portion
+from vireport.compliant import (
+    FINEST,
+    LEAST_RESTITUTION,
+    MULTIPLIER,
+    TOO_LOSSY,
+    Absence,
+    Bounce,
+    CompliantModel,
+    CompliantMotion,
+    Reached,
+    Rigid,
+    compliant_model,
+    descend,
+    end_to_follow,
+    motion_to_follow,
+    rigid_motion,
 )
+from vireport.design import Solution
 from vireport.membranes.stiff_solvers import SolverRun, period_of, run_ladder
 from vireport.motions import Point
 from vireport.physics import (
@@ -34,7 +45,6 @@ from vireport.physics import (
     contacts,
     deflection,
     generated_voltage,
-    law_of,
     wrapped,
 )
 from vireport.scenario import Parameter
@@ -42,7 +52,7 @@ from vireport.scenario import Parameter
 if TYPE_CHECKING:
     from vireport.base import Progress
 
-MOTIONS_SHARE = 0.4
+MOTIONS_SHARE = 0.1
 """Share of the time that motions and critical points take, as measured; the solvers take the rest."""
 
 FITTED = 3
@@ -65,9 +75,20 @@ class StiffnessRung(Struct, frozen=True):
     """The compliant model at `factor` times K: the motion, the critical value, and the reason where one is lost."""
 
     factor: float
-    orbit: CompliantOrbit | None
+    orbit: CompliantMotion | None
     critical_value: float | None
     reason: str
+
+    @classmethod
+    def of(cls, factor: float, motion: Reached | Absence, critical: Reached | Absence | None) -> StiffnessRung:
+        """The rung of what was reached; the first thing that was not gives the reason."""
+        lost = [reached.reason for reached in (motion, critical) if isinstance(reached, Absence)]
+        return cls(
+            factor,
+            motion.motion if isinstance(motion, Reached) else None,
+            float(critical.x[-1]) if isinstance(critical, Reached) else None,
+            "there is no period doubling and no fold to follow" if not lost and critical is None else "".join(lost[:1]),
+        )
 
 
 class Convergence(Struct, frozen=True):
@@ -264,21 +285,17 @@ def compliance(
     if chosen is None:
         return Compliance("there is no stable 1:1 motion whose impacts could be compared")
     rigid, device = chosen
-    try:
-        for restitution in by_wall(device.restitution):
-            law_of(membrane.exponent, restitution)
-    except NumericalError as error:
-        return Compliance(str(error), rigid)
+    if min(by_wall(device.restitution)) < LEAST_RESTITUTION:
+        return Compliance(TOO_LOSSY.reason, rigid)
     varied, critical = _followed(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
     tell(WorkStep("compliant membranes: periodic motions", 0.0))
-    orbits = descend(factors, membrane.exponent, *_orbit_at(device, membrane, rigid))
+    orbits = descend(motion_to_follow(device, membrane, rigid), factors, FINEST)
     tell("compliant membranes: critical points")
-    values = descend(factors, membrane.exponent, *_critical_at(device, varied, membrane, critical))
-    rungs = tuple(
-        StiffnessRung(factor, orbit, value, why or why_not)
-        for factor, (orbit, why), (value, why_not) in zip(factors, orbits, values, strict=True)
-    )
+    values: Sequence[Reached | Absence | None] = [None] * len(factors)
+    if critical is not None:
+        values = descend(end_to_follow(device, membrane, varied, critical), factors, FINEST)
+    rungs = tuple(StiffnessRung.of(*row) for row in zip(factors, orbits, values, strict=True))
     comparison = Compliance(
         rigid=rigid,
         critical=critical,
@@ -323,42 +340,10 @@ def _followed(solution: Solution, device: Device) -> tuple[Parameter, Point | No
     return solution.parameter, None
 
 
-def _orbit_at(device: Device, membrane: Membrane, rigid: Rigid) -> tuple[Floats, Finder]:
-    """The rigid motion's velocity and phase, and how to find the compliant motion."""
-
-    def find(factor: float, guess: Floats) -> tuple[CompliantOrbit, Floats]:
-        model = compliant_model(device, rigid.parameter, rigid.value, membrane, factor)
-        orbit = find_orbit(model, guess)
-        # The phase stays on the branch of the guess: extrapolated across a jump by 2 pi it would point nowhere.
-        turns = np.round((guess[1] - orbit.bottom.phase) / (2 * np.pi))
-        return orbit, np.array([orbit.bottom.velocity, orbit.bottom.phase + 2 * np.pi * turns])
-
-    return np.array([rigid.velocity_bottom, rigid.phase_bottom]), find
-
-
-def _critical_at(
-    device: Device, varied: Parameter, membrane: Membrane, critical: Point | None
-) -> tuple[Floats | None, Finder]:
-    """Velocity, phase and swept value at the rigid critical point, and how to find the compliant one.
-
-    What is found is the swept value; without a critical point there is no start.
-    """
-
-    def find(factor: float, guess: Floats) -> tuple[float, Floats]:
-        assert critical is not None
-        x = find_critical(device, varied, membrane, factor, guess, MULTIPLIER[critical.event])
-        return float(x[-1]), x
-
-    if critical is None:
-        return None, find
-    closed = critical.closed
-    return np.array([closed.velocity_bottom, closed.phi_bottom, critical.sweep_value]), find
-
-
 def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[StiffnessRung]) -> Iterator[Convergence]:
     """Distances from the rigid model on all rungs, and the rates at which they vanish."""
 
-    def of_orbit(distance: Callable[[CompliantOrbit], float]) -> tuple[float | None, ...]:
+    def of_orbit(distance: Callable[[CompliantMotion], float]) -> tuple[float | None, ...]:
         return tuple(None if rung.orbit is None else abs(distance(rung.orbit)) for rung in rungs)
 
     at = critical.sweep_value if critical is not None else 1.0
@@ -384,7 +369,7 @@ def _shift(value: float, rigid: float, phase: bool = False) -> float:
     return float(wrapped(value - rigid)) if phase else value / rigid - 1
 
 
-def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane: Membrane) -> Volts:
+def _volts(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel, membrane: Membrane) -> Volts:
     """U_ave with the scenario's own stiffness, Eq. (5.1)."""
     touches = orbit.bottom, orbit.top
     depth = model.length_unit * np.array([touch.deflection for touch in touches])
@@ -397,7 +382,7 @@ def _volts(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel, membrane:
     return Volts(*(float(generated_voltage(speed, membrane).mean()) for speed in speeds))
 
 
-def _motion_rows(rigid: Rigid, orbit: CompliantOrbit, model: CompliantModel) -> Iterator[Compared]:
+def _motion_rows(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel) -> Iterator[Compared]:
     """What changes at either membrane."""
     (r_bottom, r_top), length = by_wall(model.restitution), model.length_unit
     for name, touch, speed, phase, r in (
@@ -435,6 +420,35 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     yield Compared(f"margin to {label}", varied, margin, side * (comparison.design_value - value), criterion)
 
 
+def _rung_data(rung: StiffnessRung) -> dict[str, Any]:
+    motion = rung.orbit
+    return {
+        "factor": rung.factor,
+        "orbit": motion
+        and {
+            "bottom": _touch_data(motion.bottom),
+            "top": _touch_data(motion.top),
+            "flight_down": motion.flight_down,
+            "residual": motion.residual,
+            "trace": motion.trace,
+            "determinant": motion.determinant,
+        },
+        "critical_value": rung.critical_value,
+        "reason": rung.reason,
+    }
+
+
+def _touch_data(touch: Bounce) -> dict[str, Any]:
+    return {
+        "wall": touch.wall,
+        "velocity": touch.velocity,
+        "phase": touch.phase % (2 * pi),
+        "duration": touch.duration,
+        "leaving": touch.leaving,
+        "deflection": touch.deflection,
+    }
+
+
 def compliance_data(comparison: Compliance) -> dict[str, Any]:
     """The compliant motion beside the rigid one, and every run of a solver, as plain data for JSON."""
     return {
@@ -444,10 +458,10 @@ def compliance_data(comparison: Compliance) -> dict[str, Any]:
         "varied": comparison.varied,
         "design_value": comparison.design_value,
         "order": comparison.order,
-        "rungs": [plain(rung) for rung in comparison.rungs],
+        "rungs": [_rung_data(rung) for rung in comparison.rungs],
         "convergence": [plain(convergence) for convergence in comparison.convergence],
         "volts": None if comparison.volts is None else plain(comparison.volts),
         "runs": [plain(run) for run in comparison.runs],
-        "error_bounds": [None if rung.orbit is None else rung.orbit.error_bound for rung in comparison.rungs],
+        "error_bounds": [None if rung.orbit is None else rung.orbit.error for rung in comparison.rungs],
         "criteria": [{**plain(criterion), "grade": criterion.grade} for criterion in comparison.criteria],
     }

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, ClassVar, cast
 
 from msgspec import Struct
 
+from vireport.compliant import CompliantMotion
 from vireport.membranes.compliance import (
     Compared,
     Compliance,
     Convergence,
     Unit,
 )
-from vireport.membranes.compliant_motion import CompliantOrbit
 from vireport.membranes.stiff_solvers import (
     EXPLICIT_SOLVERS,
     FIXED,
@@ -241,7 +241,7 @@ def _fastest_of_each(runs: list[SolverRun]) -> list[SolverRun]:
 
 def _contact_steps(comparison: Compliance, run: SolverRun) -> float:
     """How many steps of a fixed-step run fall into the shorter contact."""
-    orbit = cast(CompliantOrbit, next(rung.orbit for rung in comparison.rungs if rung.factor == run.factor))
+    orbit = cast(CompliantMotion, next(rung.orbit for rung in comparison.rungs if rung.factor == run.factor))
     return run.setting * min(orbit.bottom.duration, orbit.top.duration) / (2 * comparison.periods)
 
 

@@ -1,7 +1,7 @@
 """The equation with compliant membranes over one period in one go, by the solvers an engineer would take off the shelf.
 
 Nothing is split at the contacts: the solver meets the membranes as it goes. A ladder of solvers and settings is judged
-by one function: each run starts and ends on the accurate `compliant_motion`, so that its error is known. A solver that
+by one function: each run starts and ends on the accurate motion, so that its error is known. A solver that
 gives up, overflows or passes a membrane by is a result like any other.
 """
 
@@ -12,24 +12,18 @@ from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from math import cos, hypot, inf, isfinite, pi, sin
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.checks import Floats, timed_in_turns
-from vireport.compliant import CompliantModel
-from vireport.membranes.compliant_motion import CompliantOrbit
+from vireport.checks import SOLVERS, Floats, timed_in_turns
+from vireport.compliant import CompliantModel, CompliantMotion
 from vireport.physics import damping_number, flight
 from vireport.simulation import BOTTOM, TOP
 
 FIXED = "RK4"
 """The classical fourth-order method with fixed steps."""
-
-ADAPTIVE = ("RK45", "DOP853", "Radau", "BDF", "LSODA", "Radau + J")
-"""Adaptive solvers of scipy, the first two explicit; the last is given the Jacobian, which the others estimate by
-differences where they need one."""
 
 EXPLICIT_SOLVERS = (FIXED, "RK45", "DOP853")
 """Solvers that are explicit throughout; LSODA switches between explicit and implicit formulae."""
@@ -40,7 +34,7 @@ RTOLS = (1e-4, 1e-7, 1e-10)
 STEPS = (300, 3_000, 30_000)
 """Steps per period of RK4: the coarsest takes a few per contact with a membrane as soft as the paper's."""
 
-LADDER = (*((FIXED, float(steps)) for steps in STEPS), *((name, rtol) for name in ADAPTIVE for rtol in RTOLS))
+LADDER = (*((FIXED, float(steps)) for steps in STEPS), *((name, rtol) for name in SOLVERS for rtol in RTOLS))
 """Solvers with their settings."""
 
 MOST_EVALUATIONS = 50_000
@@ -124,7 +118,7 @@ class _ExhaustedError(Exception):
     """The evaluations are used up."""
 
 
-def period_of(model: CompliantModel, orbit: CompliantOrbit) -> Period:
+def period_of(model: CompliantModel, orbit: CompliantMotion) -> Period:
     """Start on a motion in mid-flight."""
     # From mid-flight, where nothing is stiff and the state is known in closed form.
     left, half = orbit.top, orbit.flight_down / 2
@@ -160,22 +154,6 @@ def acceleration(period: Period, seen: Seen) -> Force:
         return a
 
     return force
-
-
-def jacobian(period: Period) -> Callable[[float, Floats], Floats]:
-    """Derivative of (Z', Z'') in (Z, Z'), as scipy's solvers take it."""
-    model, (bottom, top) = period.model, period.damping
-    half, k, h = model.d / 2, model.membrane.stiffness, model.membrane.exponent
-
-    def matrix(_: float, state: Floats) -> Floats:
-        z, v = state.tolist()
-        depth, damping, inward = (z - half, bottom, v) if z > 0 else (-half - z, top, -v)
-        rate = np.array([[0.0, 1.0], [0.0, 0.0]])
-        if depth > 0 and 1 + damping * inward > 0:
-            rate[1] = -k * h * depth ** (h - 1) * (1 + damping * inward), -k * depth**h * damping
-        return rate
-
-    return matrix
 
 
 def run_ladder(period: Period, factor: float, repeats: int) -> tuple[SolverRun, ...]:
@@ -236,13 +214,12 @@ def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float
         z, v = state.tolist()
         return v, force(t, z, v)
 
-    start, (method, _, given) = [period.position, period.velocity], solver.partition(" + ")
-    settings: dict[str, Any] = {"rtol": rtol, "atol": rtol} | ({"jac": jacobian(period)} if given else {})
+    start, span = [period.position, period.velocity], (0.0, period.model.period)
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             # What solvers warn of, overflow and steps too small, is what is measured: it goes into the outcome.
             warnings.simplefilter("ignore")
-            run = solve_ivp(system, (0.0, period.model.period), start, method=method, **settings)
+            run = solve_ivp(system, span, start, method=solver, rtol=rtol, atol=rtol)
     except _ExhaustedError:
         return RunOutcome.BUDGET, NOWHERE, 0
     except (ValueError, OverflowError, np.linalg.LinAlgError):  # infinities in a matrix

@@ -530,7 +530,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
             elif runs and row.task is Task.ACCURACY:
                 what = _methods()
             elif runs and row.task is Task.COMPLIANT:
-                what = f"{Task.COMPLIANT.what}: about a minute"
+                what = f"{Task.COMPLIANT.what}: some ten seconds"
             elif row.task is Task.OPTIMISE:
                 what = _search(scenario)
             elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):

@@ -1,25 +1,23 @@
-"""The motion with the membranes' own stiffness in every report: against the slow, independent integration of it."""
+"""The motion with the membranes' own stiffness in every report: against the independent integration of it."""
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
+from adaptive_contacts import contact, lap, linearised, mismatch
 from conftest import first, solved
 from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.compliant import compliant_model, own_stiffness, own_stiffness_data
-from vireport.compliant.own_stiffness import Missing
+from vireport.compliant.descent import Missing
 from vireport.compliant.return_map import SUBSTEPS, bounce, return_trip
 from vireport.design import design_point
-from vireport.gate import Evidence, Question, verdict_of
-from vireport.membranes import compliance
-from vireport.membranes.compliant_motion import BOTTOM, TOP, contact, lap, linearised
+from vireport.gate import Evidence, verdict_of
 from vireport.motions import Event
 from vireport.physics import Harmonic
 from vireport.scenario import Parameter
+from vireport.simulation import BOTTOM, TOP
 from vireport.study import FORMATS
 
 ALL = len(SUBSTEPS)
@@ -34,20 +32,78 @@ def inclined():
     return solution, own_stiffness(solution)
 
 
-def test_a_contact_is_that_of_the_adaptive_integration() -> None:
-    """Also where the ball is nearly elastic, strongly damped, or the contact takes a quarter of the period."""
+def random_contact(solution, rng: np.random.Generator):
+    """A model, a wall, and velocity and phase of a touch, of any restitution that is followed."""
+    device = solution.device.with_values({"restitution": rng.uniform(0.1, 0.99)})
+    model = compliant_model(device, Parameter.LENGTH, 0.7, solution.membrane, 10 ** rng.uniform(-2, 4))
+    membrane = replace(model.membrane, exponent=rng.uniform(1.2, 3))
+    wall = int(rng.choice([BOTTOM, TOP]))
+    model = replace(model, membrane=membrane, gbar=rng.uniform(-1, 1))
+    return model, wall, wall * rng.uniform(0.5, 2), rng.uniform(0, 2 * np.pi)
+
+
+def errors_by_columns(model, wall: int, velocity: float, phase: float) -> list[float]:
+    """Relative error of a contact with 4, 6, 8 and all columns, against the adaptive integration."""
+    slow, errors = contact(model, wall, velocity, phase), []
+    for columns in (4, 6, 8, ALL):
+        fast = bounce(model, wall, velocity, phase, columns)
+        pairs = ((fast.duration, slow.duration), (fast.leaving, slow.leaving), (fast.deflection, slow.deflection))
+        errors.append(max(abs(value / exact - 1) for value, exact in pairs))
+    return errors
+
+
+@pytest.mark.parametrize(
+    ("restitution", "factor", "speed", "phase"),
+    [
+        (0.5, 1.0, 1.0, 0.7),
+        (0.9, 1.0, 0.6, 0.7),
+        # The forces pull the ball off so fast that the membrane, which cannot pull, lets it go before it is flat again.
+        (0.2, 1.0, 1.5, 0.7),
+        (0.2, 1.0, 1.0, 3.0),
+        (0.1, 1.0, 1.0, 0.7),
+        (0.5, 1e4, 1.0, 0.7),
+        (0.5, 0.01, 1.0, 0.7),
+    ],
+)
+def test_a_contact_converges_to_that_of_the_adaptive_integration(restitution, factor, speed, phase) -> None:
+    """Also where the ball is nearly elastic, let go early, or the contact takes a quarter of the period."""
     solution = solved("inclined")
-    device, membrane = solution.device, solution.membrane
-    contacts = ((0.5, 1.0, 1.0), (0.9, 1.0, 0.6), (0.2, 1.0, 1.5), (0.35, 1.0, 1.0), (0.5, 1e4, 1.0), (0.5, 0.01, 1.0))
-    for restitution, factor, speed in contacts:
-        one = device.with_values({"restitution": restitution})
-        model = compliant_model(one, Parameter.LENGTH, 0.7, membrane, factor)
-        for wall in (BOTTOM, TOP):
-            fast = bounce(model, wall, wall * speed, 0.7, ALL)
-            slow = contact(model, wall, wall * speed, 0.7)
-            assert fast.duration == pytest.approx(slow.duration, rel=2e-5)
-            assert fast.leaving == pytest.approx(slow.leaving, rel=2e-5)
-            assert fast.deflection == pytest.approx(slow.deflection, rel=2e-5)
+    device = solution.device.with_values({"restitution": restitution})
+    model = compliant_model(device, Parameter.LENGTH, 0.7, solution.membrane, factor)
+    for wall in (BOTTOM, TOP):
+        four, six, eight, finest = errors_by_columns(model, wall, wall * speed, phase)
+        assert four < 1e-3
+        assert six < 3e-5
+        assert eight < 2e-6
+        assert finest < 1e-8
+
+
+@pytest.mark.slow
+def test_random_contacts_converge_to_the_stated_accuracy() -> None:
+    rng, let_go = np.random.default_rng(4), 0
+    for _ in range(60):
+        model, wall, velocity, phase = random_contact(solved("inclined"), rng)
+        _, six, eight, finest = errors_by_columns(model, wall, velocity, phase)
+        assert six < 2e-4
+        assert eight < max(0.3 * six, 1e-6)
+        assert finest < 2e-7
+        # Faster than the membrane comes after it, with the damping D/v that gives r.
+        let_go += abs(bounce(model, wall, velocity, phase, 8).leaving) > abs(velocity) * model.restitution_at(wall)
+    assert let_go > 20
+
+
+@pytest.mark.slow
+def test_derivatives_are_those_of_the_map_where_the_membrane_lets_go() -> None:
+    solution = solved("inclined")
+    model = compliant_model(solution.device.with_values({"restitution": 0.2}), Parameter.LENGTH, 0.7, solution.membrane)
+    exact, step = bounce(model, TOP, -1.5, 0.7, ALL), 1e-4
+
+    def ends(velocity: float, phase: float) -> np.ndarray:
+        end = contact(model, TOP, velocity, phase)
+        return np.array([end.leaving, phase + np.pi * end.duration])
+
+    faster, later = ends(-1.5 + step, 0.7) - ends(-1.5 - step, 0.7), ends(-1.5, 0.7 + step) - ends(-1.5, 0.7 - step)
+    assert exact.jacobian == pytest.approx(np.stack([faster, later], axis=1) / (2 * step), abs=1e-6)
 
 
 def test_a_force_with_harmonics_drives_contacts_and_flights() -> None:
@@ -75,7 +131,7 @@ def test_a_force_with_harmonics_drives_contacts_and_flights() -> None:
 def test_the_return_map_and_its_derivatives_are_those_of_the_adaptive_integration(inclined) -> None:
     solution, found = inclined
     model = compliant_model(solution.device, Parameter.LENGTH, solution.device.length_m, solution.membrane)
-    x = found.motion.velocity_bottom, found.motion.phase_bottom
+    x = found.motion.bottom.velocity, found.motion.bottom.phase
     fast = return_trip(model, *x, (0.9, 0.8), ALL)
     slow = lap(model, *x)
     assert fast.velocity == pytest.approx(slow.velocity, abs=2e-6)
@@ -83,22 +139,77 @@ def test_the_return_map_and_its_derivatives_are_those_of_the_adaptive_integratio
     assert fast.jacobian == pytest.approx(linearised(model, np.array(x)), abs=2e-5)
 
 
-@pytest.mark.slow
-def test_motion_and_end_are_those_of_the_accuracy_block_to_their_stated_error(inclined) -> None:
+def distances(solution, found) -> list[tuple[float, float]]:
+    """By how much motion and period doublings are off, by a Newton step on the reference, and the stated errors."""
+    device = solution.device.with_values({found.rigid.parameter: found.rigid.value})
+    pairs = []
+
+    def model_where(**values: float):
+        changed = device.with_values(values)
+        return compliant_model(changed, Parameter.LENGTH, changed.length_m, solution.membrane)
+
+    def exact_map(model, x: np.ndarray) -> np.ndarray:
+        flights = found.rigid.time_up, model.period - found.rigid.time_up
+        return return_trip(model, *x, flights, 8).jacobian
+
+    def doubling(jacobian: np.ndarray) -> float:
+        return float(1 + np.trace(jacobian) + np.linalg.det(jacobian))
+
+    if found.motion is not None:
+        x, model = np.array([found.motion.bottom.velocity, found.motion.bottom.phase]), model_where()
+        step = np.linalg.solve(exact_map(model, x) - np.eye(2), mismatch(model, x))
+        pairs.append((float(np.max(np.abs(step))), found.motion.error))
+    for end in found.ends:
+        if end.compliant is not None and end.point.event is Event.PERIOD_DOUBLING:
+            x, conditions = np.array([end.point.closed.velocity_bottom, end.point.closed.phi_bottom]), []
+            for value in (end.compliant * 1.001, end.compliant):
+                model = model_where(**{end.parameter: value})
+                for _ in range(6):
+                    x = x - np.linalg.solve(exact_map(model, x) - np.eye(2), mismatch(model, x))
+                conditions.append(doubling(exact_map(model, x)))
+            slope = (conditions[0] - conditions[1]) / (0.001 * end.compliant)
+            pairs.append((abs(doubling(linearised(model, x)) / slope), end.error))
+    return pairs
+
+
+def test_a_motion_is_that_of_the_adaptive_integration_to_its_stated_error(inclined) -> None:
     solution, found = inclined
-    slow = compliance(solution, (1,), repeats=1)
-    orbit, motion = slow.own.orbit, found.motion
-    assert abs(motion.velocity_bottom - orbit.bottom.velocity) < motion.error < 1e-4
-    assert abs(motion.phase_bottom - orbit.bottom.phase) < motion.error
-    assert motion.velocity_top == pytest.approx(orbit.top.velocity, abs=1e-6)
-    assert motion.trace == pytest.approx(orbit.trace, abs=1e-4)
-    assert motion.contact_share == pytest.approx(orbit.longest_contact / 2, rel=1e-4)
-    (swept,) = found.swept_ends
-    assert swept.point.event is Event.PERIOD_DOUBLING
-    assert abs(swept.compliant - slow.own.critical_value) < swept.error < 1e-4
+    ((distance, error),) = distances(solution, replace(found, ends=()))
+    assert 1e-9 < distance < error < 1e-5
+
+
+@pytest.mark.slow
+def test_motion_and_ends_are_those_of_the_adaptive_integration_to_their_stated_error(inclined) -> None:
+    solution, found = inclined
+    pairs = distances(solution, found)
+    assert len(pairs) == 3
+    assert all(distance < error < 1e-4 for distance, error in pairs)
+    swept = found.swept_ends[0]
     assert (f"{swept.rigid:.3f}", f"{swept.compliant:.3f}") == ("0.629", "0.582")
     assert swept.rigid_margin == pytest.approx(0.6934 / 0.6934 - swept.rigid / 0.6934)
     assert swept.compliant_margin == pytest.approx(1 - swept.compliant / 0.6934)
+
+
+@pytest.mark.slow
+def test_stated_errors_hold_on_random_devices(example) -> None:
+    """Of any restitution and exponent, with contacts that take up to a tenth of the period."""
+    rng, pairs = np.random.default_rng(11), []
+    for _ in range(40):
+        changes = {
+            "device.restitution": rng.uniform(0.12, 0.9),
+            "inclination_deg": rng.uniform(0, 60),
+            "device.length_m": rng.uniform(0.3, 1.2),
+            "device.membrane.exponent": rng.uniform(1.5, 3),
+        }
+        solution = analyse(load(example("inclined"), {name: float(value) for name, value in changes.items()}), ["json"])
+        solution = solution.solution
+        membrane = replace(solution.membrane, stiffness=solution.membrane.stiffness * 10 ** rng.uniform(-3, 3))
+        solution = replace(solution, membrane=membrane)
+        found = own_stiffness(solution)
+        if found is not None:
+            pairs += distances(solution, found)
+    assert len(pairs) > 50
+    assert [pair for pair in pairs if not pair[0] < pair[1] < 2e-3] == []
 
 
 def test_an_end_that_the_ball_does_not_reach_is_lost() -> None:
@@ -112,13 +223,6 @@ def test_an_end_that_the_ball_does_not_reach_is_lost() -> None:
     assert own_stiffness_data(found)["ends"][0]["missing"] == "lost"
 
 
-@pytest.mark.slow
-def test_the_slow_solver_loses_the_same_end() -> None:
-    own = compliance(solved("horizontal"), (1,), repeats=1).own
-    assert own.critical_value is None
-    assert "falls back" in own.reason
-
-
 @pytest.mark.parametrize(("length", "lost"), first(1, [(0.8678, True), (0.75, False)], unpacked=True))
 def test_a_margin_that_the_own_stiffness_takes_is_a_caution(length: float, lost: bool, example) -> None:
     study = analyse(load(example("inclined"), [*GONE, f"device.length_m={length}"]))
@@ -128,12 +232,10 @@ def test_a_margin_that_the_own_stiffness_takes_is_a_caution(length: float, lost:
     assert end.rigid_margin > 0
     assert (end.compliant_margin < 0) == lost
     assert study.own_stiffness.margin_gone == lost
-    said = next(fact for fact in study.verdict.facts if fact.question == Question.OWN_STIFFNESS)
+    said = study.verdict.own_stiffness
     if lost:
         assert rigid.word != study.verdict.word == "Stable by rigid impacts, but not with the membranes' own stiffness"
         assert study.verdict.status == said.status == "caution"
-        assert said.answer == "The motion is lost"
-        assert "compliant −" in study.verdict.headline
     else:
         assert said.status == "neutral"
         assert study.verdict.word == rigid.word
@@ -147,7 +249,6 @@ def test_a_range_whose_end_is_lost_is_not_called_good(example) -> None:
     assert study.solution.within_membrane
     assert study.verdict.status == "caution"
     assert study.verdict.word == "Stable, but not to the same end with the membranes' own stiffness"
-    assert "B1 in s: rigid 0.282 m, compliant lost" in study.verdict.headline
 
 
 def test_what_is_not_found_is_not_called_lost(example) -> None:
@@ -164,15 +265,17 @@ def test_what_is_not_found_is_not_called_lost(example) -> None:
 def test_what_is_not_followed_is_said(example) -> None:
     """Restitutions below the least one, and ends of other kinds than the two that are followed."""
     study = analyse(
-        load(example("inclined"), ["device.restitution=0.15", "inclination_deg=20", "sweep.from=0.1", "sweep.to=4"])
+        load(
+            example("inclined"),
+            ["device.restitution=0.08", "device.length_m=0.51", "inclination_deg=20", "sweep.from=0.1", "sweep.to=4"],
+        )
     )
     found = study.own_stiffness
     assert found.motion is None
     assert {end.absence.missing for end in found.ends} == {found.absence.missing} == {Missing.NOT_FOLLOWED}
     assert study.verdict.status == "caution"
-    assert "not followed with the membranes' own stiffness" in study.verdict.headline
-    said = next(fact for fact in study.verdict.facts if fact.question == Question.OWN_STIFFNESS)
-    assert said.detail == "Restitutions below 0.2 are not followed"
+    assert "not known with the membranes' own stiffness" in study.verdict.word
+    assert found.absence.reason == "restitutions below 0.1 are not followed"
 
 
 def test_ends_of_a_sweep_are_compliant_though_the_design_point_is_not_stable(example) -> None:
@@ -182,8 +285,6 @@ def test_ends_of_a_sweep_are_compliant_though_the_design_point_is_not_stable(exa
     assert end.compliant < 0.6 < end.rigid
     assert (end.rigid_margin, end.compliant_margin) == (None, None)
     assert not study.own_stiffness.margin_gone
-    assert "0.629 m < s" in study.verdict.headline
-    assert "rigid 0.629 m, compliant 0.582 m" in study.verdict.headline
 
 
 @pytest.mark.slow
@@ -207,5 +308,4 @@ def test_the_newcomers_device_stays_within_its_membrane(example) -> None:
     assert design.conversion_by_motion.efficiency[stable].max() < 1
     assert design.conversion_by_motion.field_v_m[stable].max() < membrane.dielectric.breakdown_field_v_m
     assert study.verdict.status == "good"
-    assert re.search(r"U_ave = [\d.]+ V\.$", study.verdict.headline)
     assert {alert.severity for alert in study.alerts} <= {"note"}
