@@ -8,14 +8,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base import json_text, plain
-from vireport.motions import Point, Sweep, solve
 from vireport.physics import RESTITUTIONS, Device, Groups, Membrane
 from vireport.scenario import Loaded, Parameter, loads
-from vireport.study import (
-    Study,
-    Task,
-    analyse,
-)
+from vireport.study import Study, Task, analyse
 
 WIDE = (0.02, 3.0)
 """Range of d in which 1:1 motions begin and end."""
@@ -98,11 +93,6 @@ class Harvester(Struct, frozen=True):
     def over(self, d: tuple[float, float] = WIDE) -> Study:
         """The study with the length swept over a range of d."""
         return self.study((Parameter.LENGTH, self.length(d[0]), self.length(d[1])))
-
-    def critical_points(self) -> tuple[Point, ...]:
-        """Those over the range `WIDE` of d, without all else that a run finds out."""
-        low, high = WIDE
-        return solve(Sweep(self.device, Parameter.LENGTH, self.length(low), self.length(high))).critical_points
 
 
 PAPER = Harvester(
