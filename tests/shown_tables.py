@@ -562,40 +562,30 @@ def energy(x: Results) -> list[Row]:
 # The sweep.
 
 
-def points_where(x: Results) -> list[Row]:
-    rows = []
+def points(x: Results) -> list[Row]:
+    rows, digits = [], motion_digits(x, 6)
     for point in x.points:
         value = point["sweep_value"]
-        device = x.device.at(x.parameter, value)
-        row = {"Point": point["label"], "Kind": WORDS_OF[point["kind"]], "Motion": point["family"]}
-        if x.data["own_stiffness"] is None:
-            row[x.symbol] = Amount(value, x.unit, 9)
-            row |= {"± bound": Bound(point["error_bound"]), "d": number(device.d, 12), "ḡ": number(device.gbar, 8)}
-        else:
-            end, digits = compliant_end(x, x.parameter, value), digits_of(x, x.parameter, value, 9)
-            row[f"{x.symbol} rigid"] = Amount(value, x.unit, digits)
-            of_compliant = "—" if end is None else end["missing"] or Amount(end["compliant"], x.unit, digits)
-            row[f"{x.symbol} compliant"] = of_compliant
-            row |= {"d rigid": number(device.d, digits), "ḡ rigid": number(device.gbar, digits)}
-        rows.append(row)
-    return rows
-
-
-def points_motion(x: Results) -> list[Row]:
-    rows, digits = [], motion_digits(x, 8)
-    for point in x.points:
+        of_d = digits_of(x, x.parameter, value, 8)
+        place = {x.symbol: Amount(value, x.unit, 9), "± bound": Bound(point["error_bound"])}
+        if x.data["own_stiffness"] is not None:
+            end, shown = compliant_end(x, x.parameter, value), digits_of(x, x.parameter, value, 9)
+            of_compliant = "—" if end is None else end["missing"] or Amount(end["compliant"], x.unit, shown)
+            place = {f"{x.symbol} rigid": Amount(value, x.unit, shown), f"{x.symbol} compliant": of_compliant}
         for mirrored in (False, True)[: 1 + (point["mirror"] is not None)]:
             motion = point["mirror"] if mirrored else point
             top = (point["phi_bottom_rad"] + pi) % (2 * pi) if mirrored else point["phi_top_rad"]
+            happens = "its mirror image" if mirrored else f"{point['family']}: {WORDS_OF[point['kind']]}"
             rows.append(
-                {
-                    "Point": point["label"],
+                {"Point": point["label"], "What happens": happens}
+                | place
+                | {
+                    "d": number(x.device.at(x.parameter, value).d, of_d),
                     "q": number(motion["q"], digits),
                     "φB": number(motion["phi_bottom_rad"], digits),
                     "φT": number(top, digits),
                     "ŻB": _or_zero(motion["velocity_bottom"], digits),
                     "ŻT": _or_zero(motion["velocity_top"], digits),
-                    "What happens": "its mirror image" if mirrored else _happens(point),
                 }
             )
     return rows
@@ -603,11 +593,6 @@ def points_motion(x: Results) -> list[Row]:
 
 def _or_zero(value: float, digits: int) -> Amount:
     return number(0.0 if abs(value) < 1e-13 else value, digits)
-
-
-def _happens(point: dict[str, Any]) -> str:
-    text = point["detail"].replace("lambda", "λ").replace("Delta", "Δ")
-    return re.sub(r"(?<![\w.])-(?=\d)", "−", text)
 
 
 def table_1(x: Results) -> list[Row]:
@@ -641,21 +626,6 @@ def table_1(x: Results) -> list[Row]:
 def _ended_in_sweep(x: Results, why: str) -> str:
     kinds = {point["label"]: WORDS_OF[point["kind"]] for point in x.points}
     return "the sweep" if why == "end of the sweep" else f"{why}, {kinds[why]}" if why in kinds else why
-
-
-def stable_ranges(x: Results) -> list[Row]:
-    quantity, symbol, unit = SYMBOLS[x.parameter]
-    return [
-        {
-            "Parameter": f"{quantity[0].upper()}{quantity[1:]} {symbol}",
-            "Unit": unit,
-            "From": number(part["from"], digits_of(x, x.parameter, part["from"], 8)),
-            "ended by": _ended_in_sweep(x, part["from_reason"]),
-            "To": number(part["to"], digits_of(x, x.parameter, part["to"], 8)),
-            "ended by 2": _ended_in_sweep(x, part["to_reason"]),
-        }
-        for part in x.data["stable_range"]
-    ]
 
 
 ACCELERATION = {
@@ -1120,10 +1090,8 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Voltages of the stable motions": voltages,
     "How Uave depends on the ball mass: .*": mass_effects,
     "Electrical energy of the stable motions at the design point: upper bounds": energy,
-    "Critical points: where": points_where,
-    "Critical points: the motion there": points_motion,
+    "Critical points, and the motion there": points,
     "Table 1 for this scenario": table_1,
-    "Ranges of stable 1:1 motion": stable_ranges,
     "Around the design point: where the outcome from rest changes": edges_of_outcome,
     "Along the sweep: what switching on from rest leads to": outcomes_along,
     "Stable motions at the design point": attracting_motions,
@@ -1778,8 +1746,8 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
         free = "m = {}, capsule free, "
         amounts.insert(-len(names), Amount(1e3 * x.device.ball_mass_kg, "g", 3))
     conditions = Said(f"{held}, M = {{}}, {free}{restitutions}; {x.symbol} from {{}} to {{}}", *amounts, *ends)
+    yield "figure-2", conditions
     for figure in ("figure-2", "figure-4", "figure-7"):
-        yield figure, conditions
         places = [f"{point['label']} {{}}" for point in x.points]
         values = [(value := of["sweep_value"], digits_of(x, x.parameter, value, 6)) for of in x.points]
         shown = (in_input(x.parameter, value, digits) for value, digits in values)
@@ -1789,9 +1757,10 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
             amounts = (amount for part in ranges for amount in part.amounts)
             yield figure, Said(f"Stable 1:1 motion for {' and for '.join(part.words for part in ranges)}.", *amounts)
     if (simulated := x.data["simulation"]) is not None:
-        # Starts that come to one cycle share its residual to the last digit. A word that sticks has a "~" in it.
+        # Starts that come to one cycle share its residual to the last digit; other words are not drawn.
+        drawn = {"BT"} | {of["word"] for of in x.data["families"] or () if re.fullmatch("(BT){2,}", of["word"])}
         cycles = [
-            {(end["word"], end["residual"]) for end in sample["ends"] if "~" not in (end["word"] or "~")}
+            {(end["word"], end["residual"]) for end in sample["ends"] if end["word"] in drawn}
             for sample in simulated["samples"]
         ]
         impacts = sum(len(word) for found in cycles for word, _ in found)

@@ -38,7 +38,7 @@ from vireport.study import Study, analyse
 WIDTHS = 86, 178
 """A column and a page of a paper [mm]."""
 
-LEGIBLE = 6.0
+LEGIBLE = 6.5
 """Size of type that journals ask for at least [pt]."""
 
 SCENARIOS = {
@@ -116,7 +116,6 @@ def test_figures_of_a_sweep_are_readable_and_leave_what_is_held_to_the_caption(n
         assert_readable(figure)
         held = [text for text in texts_of(figure) if text.startswith(("F = ", "s = ", "β = "))]
         assert held == []
-        assert [text for text in texts_of(draw(study_of(name))) if text.startswith(("F = ", "s = "))] != []
 
 
 @pytest.mark.slow

@@ -726,6 +726,7 @@ ALONG = {
     "swept": LENGTH,
     "ranges": [],
     "points": [],
+    "kinds": [],
     "extents": [],
     "mirrored": False,
     "level": False,
@@ -741,6 +742,7 @@ ALONG = {
 """What figures 2, 4 and 7 show where there is nothing to be said."""
 
 WITH_ALL = ALONG | {
+    "kinds": [Event.NODE_FOCUS, Event.PERIOD_DOUBLING],
     "doubled": ["BTBT"],
     "mirrored": True,
     "simulated": Circles(8, 1, False),
@@ -806,7 +808,8 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     (
         "figure_2_caption",
         {**WITH_ALL, "unit_m_s": 6.0241, "level": True},
-        "; F/(2 M f) = 6.024 m/s; both impacts of a motion are equally fast; thin: motions that come of period "
+        "; F/(2 M f) = 6.024 m/s; A: node to focus, B: period doubling; "
+        "both impacts of a motion are equally fast; thin: motions that come of period "
         "doublings "
         "(BTBT); each asymmetric motion is drawn with its mirror image, in which bottom and top are "
         "exchanged; circles: 8 impacts of periodic motions at 1 "
@@ -819,14 +822,9 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         {**ALONG, "largest": 87.12, "mirrored": True},
         "|λ| reaches 87.1; mirror images share one",
     ),
-    ("figure_4_caption", {**ALONG, "largest": 2e6}, "0.6 m; |λ| exceeds 10000."),
-    ("figure_4_caption", ALONG, "the real part that they share where Δ < 0. F = 3 N"),
-    ("figure_7_caption", ALONG, "; m = 4.1 g, U_in = 2 kV."),
-    (
-        "figure_7_caption",
-        {**ALONG, "simulated": Circles(8, 2, True)},
-        "circles: voltages of 8 impacts of periodic motions that a ball from rest comes to at 2 values of the swept",
-    ),
+    ("figure_4_caption", {**ALONG, "largest": 2e6}, "as in Figure 2; |λ| exceeds 10000."),
+    ("figure_4_caption", ALONG, "the real part that they share where Δ < 0. Device, sweep and letters as in Figure 2."),
+    ("figure_7_caption", ALONG, ". Device, sweep and signs as in Figure 2, with m = 4.1 g and U_in = 2 kV."),
     (
         "figure_2_alt",
         {**ALONG, "from_rest": 0.623},

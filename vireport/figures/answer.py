@@ -30,9 +30,6 @@ SIDES = ("bottom", BOTTOM), ("top", TOP | {"linewidth": 2.0})
 ALIKE_WITHIN = 1e-3
 """Relative difference of the speeds at both membranes up to which one curve stands for both."""
 
-AT_EDGE = 0.12
-"""Share of the panel's width within which a text beside a line is set on the line's other side."""
-
 ROOM_AT = 0.12
 """Height of the arrow that shows the room of the design point, over that of the panel."""
 
@@ -41,6 +38,9 @@ BEHIND: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8,
 
 ARROW_FROM = 0.04
 """Share of the panel's width from which the room is drawn: a shorter arrow would be its heads alone."""
+
+NAMED_FROM = 0.12
+"""Share of the panel's width from which the room is written over its arrow."""
 
 MOST_ENDS = 4
 """Ends of stable motion that are named; with more, none would be read."""
@@ -150,12 +150,11 @@ def _beside(
     """Write a text beside a vertical line, on the side where there is room, and for an end outside stable motion."""
     low, high = axes.get_xlim()
     share = (value - low) / (high - low)
+    needed = (len(text) + 1) * sheet().letter / sheet().across
     stable_right = any(part.start <= value < part.end for part in study.solution.settable_ranges)
     left = stable_right != towards_stable
-    if share < AT_EDGE:
-        left = False
-    elif share > 1 - AT_EDGE:
-        left = True
+    if needed > (share if left else 1 - share):
+        left = share > 1 - share
     axes.annotate(
         text,
         (value, height),
@@ -200,8 +199,15 @@ def _design(axes: Axes, study: Study) -> None:
     axes.annotate(
         "", (nearest, ROOM_AT), (design.value, ROOM_AT), xycoords=transform, textcoords=transform, arrowprops=arrow
     )
-    if abs(nearest - design.value) > AT_EDGE * (high - low):
+    if abs(nearest - design.value) > NAMED_FROM * (high - low):
         middle = (nearest + design.value) / 2
         axes.text(
-            middle, ROOM_AT + 0.02, f"{room} of room", transform=transform, ha="center", va="bottom", size=sheet().small
+            middle,
+            ROOM_AT + 0.02,
+            f"{room} of room",
+            transform=transform,
+            ha="center",
+            va="bottom",
+            size=sheet().small,
+            bbox=BEHIND,
         )

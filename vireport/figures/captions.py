@@ -217,6 +217,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "swept": swept,
         "ranges": study.verdict.inequalities,
         "points": [(point, study.verdict.digits(swept, point)) for point in solution.critical_points],
+        "kinds": sorted({point.event for point in solution.critical_points}, key=lambda kind: kind.letter),
         "extents": list(_extents(study, figure, parts)),
         "mirrored": any(part.branch.mirror_of is not None for part in parts),
         "level": solution.device.inclination_deg == 0 and swept is not Parameter.INCLINATION,

@@ -39,9 +39,6 @@ ROUNDING = 1e-9
 CUT_DISTANCE = 0.15
 """Distance from the nearest curve at which the circle of phases is cut where it cannot be at 0 [rad]."""
 
-MOST_IMPACTS = 16
-"""Impacts in a period up to which a simulated motion is drawn as points; longer ones would be a cloud."""
-
 NO_PARTNER = np.nan
 """Stands where an impact has no partner on the other membrane."""
 
@@ -233,11 +230,13 @@ def joined(parts: Sequence[DrawnCurve]) -> DrawnCurve:
 
 
 def simulated_points(study: Study) -> PairedImpacts | None:
-    """Every periodic motion that the simulation of a sweep found, once at each value; None where there is none.
+    """The motions of drawn branches that the simulation of a sweep found, once at each value; None where there is none.
 
-    An impact on the bottom shares a row with the impact on the top that follows it.
+    These are the 1:1 motions, and what comes of their period doublings where that is known. Others would be points
+    without a curve; the bifurcation diagram has all. An impact on the bottom shares a row with the impact on the top
+    that follows it.
     """
-    check = study.crosscheck
+    check, ratio = study.crosscheck, study.solution.device.period_ratio
     if study.solution.sweep is None:
         return None
     if check is not None:
@@ -248,7 +247,9 @@ def simulated_points(study: Study) -> PairedImpacts | None:
         ]
     else:
         met = [(each.value, each.d, each.motion) for each in study.met if each.motion is not None]
-    met = [(value, d, cycle) for value, d, cycle in met if len(cycle.wall) <= MOST_IMPACTS]
+    families = () if study.atlas is None else study.atlas.doubled(ratio)
+    drawn = {("BT", ratio), *((family.word.letters, family.word.periods) for family in families)}
+    met = [(value, d, cycle) for value, d, cycle in met if (cycle.word, cycle.period) in drawn]
     if check is None and not met:
         return None
     rows: list[tuple[float, float, Floats]] = []

@@ -6,7 +6,7 @@ Only motions are drawn: what is not admissible is neither a line nor a point her
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import chain, cycle
+from itertools import chain
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from vireport.design import DesignPoint
 from vireport.disturbances import Destination, OutcomeRange
 from vireport.figures import curves
-from vireport.figures.captions import LAMBDA_LIMIT, conditions
+from vireport.figures.captions import LAMBDA_LIMIT
 from vireport.figures.curves import (
     CUT_DISTANCE,
     TURN,
@@ -73,7 +73,7 @@ UNSTABLE_LOOK: Look = {"linestyle": DASH_DOTTED, "zorder": 2.2, "alpha": 0.7}
 UNSTABLE_WIDTH = 0.5
 """Of curves of unstable motions, over that of stable ones: as thick, their dashes would run together."""
 
-AVERAGE: Look = {"color": Color.VERMILION, "linewidth": 4.4}
+AVERAGE: Look = {"color": Color.VERMILION, "linewidth": 2.0}
 
 VISIBLE = 1e-3
 """Difference of two curves below which they are drawn as one, over the largest of their values."""
@@ -109,17 +109,17 @@ INSIDE = 0.03
 FULL_SIZE_UP_TO = 60
 """Simulated values along a sweep up to which their markers have their full size."""
 
-BRANCH_COLORS = (Color.BLACK, Color.PURPLE, Color.SKY, Color.ORANGE, Color.GREY)
-"""Not those of an impact or a voltage; the first two are also apart in grey."""
-
 THIN, THICK = 1.5, 3.4
 """Widths of curves in figure 4 [pt]; thick where the eigenvalues are complex."""
 
 DOUBLED = 0.9
 """Width of the curves of motions that come of period doublings [pt]."""
 
-STRIP = 0.05
-"""Height of the strip of outcomes from rest at the bottom of figure 2, over that of its panel."""
+STRIP = 0.12
+"""Height of the panel of outcomes from rest under those of figure 2, over theirs."""
+
+NAMED_AT = 24
+"""Places along a stretch at which the name of its branch may stand."""
 
 OUTCOMES: dict[Destination, tuple[str, str]] = {
     Destination.ONE_TO_ONE: ("1:1", Color.SKY),
@@ -131,10 +131,12 @@ OUTCOMES: dict[Destination, tuple[str, str]] = {
 }
 """What the ball comes to that the device is switched on with: its name in the legend, and the colour of the strip."""
 
+DESIGN_ENTRY: Entry = ("design point", DESIGN | {"markerfacecolor": "white"})
+
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
-HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 2.05, Task.FIGURE_7: 2.7}
-"""Heights of the panels with the letter over them, for `ROOM_FOR` critical points [in]: figure 2 fits a first page."""
+HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 1.45, Task.FIGURE_7: 2.3}
+"""Heights of the panels with the letter over them, for `ROOM_FOR` critical points [in]."""
 
 ROOM_FOR = 15
 """Critical points whose labels a panel has room for; with more it is higher in proportion."""
@@ -174,7 +176,7 @@ def drawing_of(study: Study, simulated: PairedImpacts | None = None) -> Drawing:
     solution, sweep = curves.swept_solution(study)
     parts = curves.stretches(solution)
     branches = {
-        branch.number: f"branch {branch.number}, {branch.symmetry}"
+        branch.number: f"{branch.symmetry} {branch.number}"
         for branch in solution.branches
         if branch.mirror_of is None and any(part.branch is branch for part in parts)
     }
@@ -238,7 +240,7 @@ def sweep_figure(
     drawings: Sequence[Drawing],
     titles: Sequence[str] = (),
     remarks: Sequence[str] = (),
-    lines: Sequence[tuple[str, str]] | None = None,
+    lines: Sequence[tuple[str, str]] = (),
 ) -> Figure:
     """Draw figure 2, 4 or 7 of one study, or of several as columns whose rows share their vertical axes.
 
@@ -249,8 +251,8 @@ def sweep_figure(
     drawings : sequence of Drawing
     titles, remarks : sequence of str
         Over each column, the remark under the title.
-    lines : sequence of (str, str), optional
-        Texts over all of them, with their colours; by default what the one study holds along its sweep.
+    lines : sequence of (str, str)
+        Texts over all of them, with their colours.
     """
     # A mirror image has the same multipliers: its curve would lie on that of the motion.
     if figure == Task.FIGURE_4:
@@ -260,16 +262,26 @@ def sweep_figure(
         ]
     with style():
         rows, legends = _rows(figure, drawings)
-        page, panels = blank(len(rows), len(drawings), sharex="col", sharey="row")
+        heights = [1.0] * len(rows)
+        if figure == Task.FIGURE_2 and any(map(_outcomes, drawings)):
+            heights.append(STRIP)
+        page, panels = blank(
+            len(heights), len(drawings), sharex="col", sharey="row", gridspec_kw={"height_ratios": heights}
+        )
         labels = [
-            (axes, _draw(axes, row, drawing, _named(rows, row, drawing), linked=lines is None))
-            for row, axes_of_row in zip(rows, panels, strict=True)
+            (
+                axes,
+                _draw(axes, row, drawing, _named(rows, row, drawing), linked=not titles)
+                + _branch_labels(rows, row, drawing),
+            )
+            for row, axes_of_row in zip(rows, panels, strict=False)
             for axes, drawing in zip(axes_of_row, drawings, strict=True)
         ]
-        if figure == Task.FIGURE_2:
+        if len(heights) > len(rows):
+            panels[-1, 0].set_ylabel("from rest", rotation=0, ha="right", va="center")
             for axes, drawing in zip(panels[-1], drawings, strict=True):
                 _draw_outcomes(axes, drawing)
-        for row, axes_of_row in zip(rows, panels, strict=True):
+        for row, axes_of_row in zip(rows, panels, strict=False):
             axes_of_row[0].set_ylabel(row.label)
             if row.cut is None:
                 fit_vertically(axes_of_row)
@@ -283,13 +295,16 @@ def sweep_figure(
             if titles:
                 panels[0, k].set_title(fill(titles[k], int(letters / BOLD)), weight="bold")
             if panels.size > 1:
-                letter_panels(panels[:, k], k * len(rows), drawing.axis.scales_on_top)
+                letter_panels(panels[: len(rows), k], k * len(rows), drawing.axis.scales_on_top)
             drawing.axis.dress(panels[:, k], len(drawings), fill(remarks[k], letters) if remarks else "")
-        page.align_ylabels(panels[:, 0])
+        page.align_ylabels(panels[: len(rows), 0])
         crowded = max(len(drawing.events) for drawing in drawings) / ROOM_FOR
-        height = HEIGHTS[figure] * len(rows) * max(1.0, crowded) + AXES_HEIGHT
-        head = [(conditions(drawings[0].study), Color.BLACK)] if lines is None else lines
-        return finished(page, height, head, [*legends, point_legend(drawings)], labels)
+        height = HEIGHTS[figure] * sum(heights) * max(1.0, crowded) + AXES_HEIGHT
+        # Of one study the caption says what the letters of critical points mean.
+        points = point_legend(drawings) if titles else []
+        if not titles and any(drawing.design_at is not None for drawing in drawings):
+            legends[0].append(DESIGN_ENTRY)
+        return finished(page, height, lines, [*legends, points], labels)
 
 
 class _Row(Struct, frozen=True):
@@ -317,6 +332,8 @@ class _Row(Struct, frozen=True):
         Which curves are of the bottom and of the top impact, where both may be one.
     measured : callable
         What is drawn of measured motions.
+    branches : bool
+        Whether the names of branches are written along their curves.
     """
 
     label: str
@@ -329,6 +346,7 @@ class _Row(Struct, frozen=True):
     cut: float | None = None
     sides: tuple[int, int] | None = None
     measured: Callable[[Sequence[MeasuredAt]], Iterable[Marks]] = lambda known: ()
+    branches: bool = False
 
 
 def _draw(axes: Axes, row: _Row, drawing: Drawing, named: Sequence[DrawnPoint], linked: bool) -> list[Label]:
@@ -358,6 +376,30 @@ def _draw(axes: Axes, row: _Row, drawing: Drawing, named: Sequence[DrawnPoint], 
 
         draw(axes, row.measured(drawing.study.measured), drawing.axis.of_value, row.limits)
     return _mark_critical_points(axes, row, drawing, named, linked)
+
+
+def _branch_curves(row: _Row, drawing: Drawing) -> dict[str, DrawnCurve]:
+    """The longest curve of each branch that a panel shows, by the name of the branch."""
+    low, high = row.limits
+    shown: dict[str, list[DrawnCurve]] = {}
+    for part in drawing.parts:
+        x = drawing.axis.of(part.branch.motions)[part.rows]
+        for values in row.values(drawing, part.branch):
+            y = values[part.rows]
+            inside = (low <= y) & (y <= high)
+            if inside.any():
+                shown.setdefault(drawing.branches[part.branch.number], []).append((x[inside], y[inside]))
+    return {name: max(drawn, key=lambda curve: np.ptp(curve[0])) for name, drawn in shown.items()}
+
+
+def _branch_labels(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[Label]:
+    """The names of the branches, where there are several, in the first row from the top that shows them."""
+    if not row.branches or len(drawing.branches) < 2:
+        return []
+    above = {name for other in rows[: rows.index(row)] for name in _branch_curves(other, drawing)}
+    shown = ((name, curve) for name, curve in _branch_curves(row, drawing).items() if name not in above)
+    some = ((name, x, y, max(len(x) // NAMED_AT, 1)) for name, (x, y) in shown)
+    return [Label(name, x[::step], y[::step], size=sheet().small, color=Color.GREY) for name, x, y, step in some]
 
 
 def _named(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[DrawnPoint]:
@@ -480,10 +522,11 @@ def _outcomes(drawing: Drawing) -> tuple[OutcomeRange, ...]:
 
 
 def _draw_outcomes(axes: Axes, drawing: Drawing) -> None:
-    """Draw a strip of what switching on leads to along the lower edge of a panel."""
+    """Fill a panel with what switching on leads to."""
+    axes.set_yticks([])
     for stretch in _outcomes(drawing):
         ends = drawing.axis.of_value(stretch.start), drawing.axis.of_value(stretch.end)
-        axes.axvspan(*ends, ymax=STRIP, facecolor=OUTCOMES[stretch.outcome.destination][1], linewidth=0, zorder=1.2)
+        axes.axvspan(*ends, facecolor=OUTCOMES[stretch.outcome.destination][1], linewidth=0, zorder=1.2)
 
 
 def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
@@ -563,16 +606,16 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
         row(1, "phase φ [rad]", phases=True),
         row(2, "flight time Δt/2 [periods]"),
     ]
-    legend: list[Entry] = [("impact k−1, bottom", BOTTOM), ("impact k, top", TOP)]
+    legend: list[Entry] = [("bottom", BOTTOM), ("top", TOP)]
     if any(True in _alike(row, drawings) for row in rows):
-        legend.append(("both alike", ALIKE))
+        legend.append(("both", ALIKE))
     legend += stability_legend(drawings) + _doubled_legend(drawings)
     if any(drawing.simulated for drawing in drawings):
-        legend.append(("simulation", CIRCLE))
+        legend.append(("simulated", CIRCLE))
     legend += _measured_legend(drawings)
     occurring = {stretch.outcome.destination for drawing in drawings for stretch in _outcomes(drawing)}
     strip: list[Entry] = [
-        (f"from rest: {name}", {"color": color, "linewidth": 5.0})
+        (name, {"color": color, "linewidth": 5.0})
         for destination, (name, color) in OUTCOMES.items()
         if destination in occurring
     ]
@@ -580,8 +623,6 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
 
 
 def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
-    names = dict.fromkeys(chain.from_iterable(drawing.branches.values() for drawing in drawings))
-    colors = dict(zip(names, cycle(BRANCH_COLORS), strict=False))
     sizes = [part.branch.motions.discriminant[part.rows] for drawing in drawings for part in drawing.parts]
     least = min((float(size.min()) for size in sizes), default=0.0)
     # The discriminant is (λ₁ - λ₂)², and λ₁ λ₂ the determinant: its axis ends where that of the eigenvalues does.
@@ -589,37 +630,34 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     determinants += [float(part.branch.motions.determinant.min()) for drawing in drawings for part in drawing.parts]
     highest = max((LAMBDA_LIMIT - determinant / LAMBDA_LIMIT) ** 2 for determinant in determinants)
 
-    def look(drawing: Drawing, part: Stretch, width: float) -> Look:
-        color = colors[drawing.branches[part.branch.number]]
-        return {"color": color, "linewidth": width}
-
     discriminant = _Row(
         "discriminant Δ [–]",
         lambda x, branch: [branch.motions.discriminant],
-        lambda x, part, k: look(x, part, THIN),
-        (Color.GREY,),
+        lambda x, part, k: ALIKE | {"linewidth": THIN},
+        (ALIKE["color"],),
         limits=(-np.inf, highest) if least < highest else EVERYTHING,
         bounds=(0.0,),
         measured=_discriminants,
+        branches=True,
     )
     eigenvalue = _Row(
         "eigenvalues λ₁, λ₂ or Re λ [–]",
         lambda x, branch: eigenvalues(branch.motions.trace, branch.motions.decay),
-        lambda x, part, k: look(x, part, THICK if part.focus else THIN),
-        (Color.GREY, Color.GREY),
+        lambda x, part, k: ALIKE | {"linewidth": THICK if part.focus else THIN},
+        (ALIKE["color"], ALIKE["color"]),
         limits=(-LAMBDA_LIMIT, LAMBDA_LIMIT),
         bounds=(-1.0, 1.0),
         measured=_eigenvalues,
+        branches=True,
     )
-    branches: list[Entry] = [(name, {"color": color, "linewidth": THIN}) for name, color in colors.items()]
     legend = stability_legend(drawings)
     if any(part.focus for drawing in drawings for part in drawing.parts):
         legend.append(("Re λ", {"color": Color.GREY, "linewidth": THICK}))
-    legend.append(("criterion: Δ = 0, λ = ±1", BOUND))
+    legend.append(("Δ = 0, λ = ±1", BOUND))
     if any(_leaves(row, drawing) for row in (discriminant, eigenvalue) for drawing in drawings):
         legend.append(("off the scale", LEAVES | {"marker": "^", "color": Color.GREY}))
     legend += _measured_legend(drawings, one_to_one=True)
-    return [discriminant, eigenvalue], [branches, legend]
+    return [discriminant, eigenvalue], [legend]
 
 
 def _discriminants(known: Sequence[MeasuredAt]) -> Iterable[Marks]:
@@ -667,13 +705,13 @@ def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:
         sides=(1, 2),
     )
     alike = _alike(row, drawings)
-    names = "Uₐᵥₑ", "Uᵢₘₚ − Uᵢₙ, bottom", "Uᵢₘₚ − Uᵢₙ, top"
+    names = "Uₐᵥₑ", "bottom", "top"
     legend: list[Entry] = list(zip(names, looks, strict=True)) if alike != {True} else []
     if True in alike:
-        legend.append(("Uₐᵥₑ = Uᵢₘₚ − Uᵢₙ at both", ALIKE))
+        legend.append(("both, and Uₐᵥₑ", ALIKE))
     legend += stability_legend(drawings) + _doubled_legend(drawings)
     if overlays:
-        legend.append(("simulation", CIRCLE))
+        legend.append(("simulated", CIRCLE))
     return [row], [legend]
 
 
@@ -697,5 +735,5 @@ def point_legend(drawings: Sequence[Drawing]) -> list[Entry]:
     points = [(f"{kind.letter} {kind.words}", POINT | MARKERS[kind]) for kind in kinds]
     points.sort(key=lambda entry: entry[0])
     if any(drawing.design_at is not None for drawing in drawings):
-        points.append(("design point", DESIGN | {"markerfacecolor": "white"}))
+        points.append(DESIGN_ENTRY)
     return points

@@ -78,6 +78,9 @@ OF_LAW = "device.restitution_exponent"
 
 NOT_A_QUANTITY = ("schema_version", "title")
 
+EFFECTS = ("device.capsule", "device.friction", "excitation.harmonics")
+"""Inputs by which the model has one more effect, and none unless they are given."""
+
 NOTHING = 1e-30
 """Below this, a number is what 45-digit arithmetic leaves of an exact zero."""
 
@@ -305,15 +308,21 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return max((critical.error_bound for critical in self.solution.critical_points), default=0.0)
 
     def inputs(self) -> Iterator[InputRow]:
-        """Every value of the scenario, in the order of the format, but `OF_LAW` where that is 0."""
+        """The values that were given or count by default, in the order of the format."""
+        without = *NOT_A_QUANTITY, *self.unused
         for entry in inputs(self.study.scenario):
-            if entry.path not in NOT_A_QUANTITY and (entry.value or entry.path != OF_LAW):
+            if entry.path not in without and (entry.value or entry.path != OF_LAW):
                 swept = entry.unit == UNIT_OF_SWEPT
                 unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
                 symbol, origin = SYMBOLS.get(entry.path, ""), _origin(self.study, entry.path)
                 sweep = self.solution.sweep
                 chosen = sweep is not None and entry.path.rpartition(".")[2] == sweep.parameter
                 yield InputRow(entry.title, symbol, written(entry.value), unit, origin, chosen, entry.path)
+
+    @cached_property
+    def unused(self) -> tuple[str, ...]:
+        """Keys of the `EFFECTS` that were not given."""
+        return tuple(path for path in EFFECTS if _origin(self.study, path) == "default")
 
     def derived(self) -> tuple[dict[str, float], ...]:
         """What follows at the design point, and at both ends of the sweep, as far as there are these."""
