@@ -19,7 +19,7 @@ numpydoc_show_class_members = False
 autodoc_default_options = {"members": True, "no-value": True, "exclude-members": "__init__, __new__"}
 autodoc_typehints = "none"  # the docstrings have them, with units and shapes
 autodoc_class_signature = "separated"  # none: records are made by functions, and their docstrings have the fields
-pygments_style, pygments_dark_style = "friendly", "github-dark"
+pygments_style, pygments_dark_style = "xcode", "github-dark"  # of enough contrast
 
 root_doc = "README"
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md"]

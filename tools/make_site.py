@@ -30,6 +30,17 @@ PACKAGES = (
 )
 """Those whose records a user of `vireport.analyse` and its neighbours comes to hold."""
 
+ACCESSIBLE = {
+    '<p class="caption" role="heading">': '<p class="caption" role="heading" aria-level="2">',
+    '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',
+    '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
+    "<pre>": '<pre tabindex="0">',
+    '<div class="table-wrapper colwidths-auto docutils container">': (
+        '<div class="table-wrapper colwidths-auto docutils container" tabindex="0">'
+    ),
+}
+"""Tags as the theme writes them, and with the level of a heading, the name of a region, and focus where they scroll."""
+
 
 def cell(text: object) -> str:
     """Text as a cell of a table in Markdown, in which nothing is markup."""
@@ -109,6 +120,15 @@ def write_pages() -> None:
             (MADE / name).write_text(text, encoding="utf-8")
 
 
+def complete() -> None:
+    """Write into the pages what the theme leaves out for readers with a keyboard or a screen reader."""
+    for page in SITE.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        for left_out, whole in ACCESSIBLE.items():
+            text = text.replace(left_out, whole)
+        page.write_text(text, encoding="utf-8")
+
+
 def main() -> int:
     """Make the site; returns the exit code of Sphinx."""
     from sphinx.cmd.build import main as sphinx
@@ -118,6 +138,7 @@ def main() -> int:
     folders = ["--conf-dir", str(ROOT / "docs"), "--doctree-dir", str(SITE.parent / "doctrees"), str(ROOT), str(SITE)]
     code = sphinx([*options, *folders])
     if not code:
+        complete()
         shutil.copy(SITE / "README.html", SITE / "index.html")
         print(f"{SITE / 'index.html'}")
     return code

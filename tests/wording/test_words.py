@@ -822,6 +822,11 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         {**ALONG, "largest": 87.12, "mirrored": True},
         "|λ| reaches 87.1; mirror images share one",
     ),
+    (
+        "figure_2_caption",
+        {**ALONG, "simulated": Circles(8, 2, True)},
+        "circles: 8 impacts of periodic motions that a ball from rest comes to at 2 values of the swept",
+    ),
     ("figure_4_caption", {**ALONG, "largest": 2e6}, "as in Figure 2; |λ| exceeds 10000."),
     ("figure_4_caption", ALONG, "the real part that they share where Δ < 0. Device, sweep and letters as in Figure 2."),
     ("figure_7_caption", ALONG, ". Device, sweep and signs as in Figure 2, with m = 4.1 g and U_in = 2 kV."),
