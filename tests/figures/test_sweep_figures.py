@@ -102,13 +102,14 @@ def test_the_plan_decides_which_are_drawn() -> None:
         "figure-2",
         "figure-4",
         "figure-7",
+        "figure-answer",
         "figure-device",
         "figure-margins",
     ]
     path = ROOT / "examples" / "inclined.yaml"
     without_mass = load(path, ("device.ball_mass_kg=", "device.membrane="))
     drawn = [picture.name for picture in pictures(analyse(without_mass))]
-    assert drawn == ["figure-2", "figure-4", "figure-device", "figure-margins"]
+    assert drawn == ["figure-2", "figure-4", "figure-answer", "figure-device", "figure-margins"]
     assert pictures(analyse(load(path), ["json", "csv"])) == ()
     alone = pictures(analyse(load(ROOT / "examples" / "design-point.yaml")))
     assert [picture.name for picture in alone] == ["figure-device", "figure-margins"]
@@ -352,7 +353,7 @@ def test_simulated_motions_are_drawn_over() -> None:
         assert [len(line.get_xdata()) for line in circles] == [3, 3]
     (panel,) = figure_7(study, simulated).axes
     assert [line.get_marker() for line in panel.lines if line.get_zorder() == 3.5] == ["o", "o", "o"]
-    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-device", "figure-margins"]
+    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-answer", "figure-device", "figure-margins"]
 
 
 # The axis along the sweep
