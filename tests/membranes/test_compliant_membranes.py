@@ -123,7 +123,7 @@ def test_contact_without_gravity_and_forcing_gives_the_restitution(models) -> No
         model = replace(models[K_STEEP], restitution=restitution, membrane=membrane)
         alone = contacts(np.array(speed), membrane, restitution)
         for wall in (BOTTOM, TOP):
-            touch = bounce(model, wall, wall * speed, 0.0, ALL)
+            touch, _ = bounce(model, wall, wall * speed, 0.0, ALL)
             assert touch.restitution == pytest.approx(restitution, abs=3e-9)
             assert touch.deflection == pytest.approx(float(alone.deflection), rel=1e-8)
 
@@ -182,6 +182,7 @@ def test_a_motion_of_two_forcing_periods_tends_to_the_rigid_one(study) -> None:
     orbit = followed(device, study.solution.membrane, K_STEEP, row)
     assert orbit.bottom.velocity == pytest.approx(motions.velocity_bottom[row], abs=1e-3)
     assert orbit.bottom.phase == pytest.approx(motions.phi_bottom[row], abs=5e-3)
+    assert orbit.top.phase == pytest.approx(motions.phi_top[row], abs=5e-3)
 
 
 def test_flight_meets_a_membrane_that_is_only_grazed(models) -> None:
@@ -227,6 +228,8 @@ def test_own_membrane_moves_the_period_doubling_more_than_the_motion(effects) ->
         "B1",
     ]
     rows = {quantity.name: quantity for quantity in effects.quantities}
+    for wall, phase in (("bottom", effects.rigid.phase_bottom), ("top", effects.rigid.phase_top)):
+        assert rows[f"phase at the {wall}"].compliant == pytest.approx(phase, abs=0.1)
     assert rows["margin to B1"].compliant == pytest.approx(0.6934 - own.critical_value)
     assert rows["margin to B1"].criterion.shift == pytest.approx(-rows["margin to B1"].shift)
     assert "−7.61 %" in plain_text(comparison_with_rigid(effects))

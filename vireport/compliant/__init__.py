@@ -21,7 +21,6 @@ from vireport.compliant.own_stiffness import (
     own_stiffness,
     own_stiffness_data,
 )
-from vireport.compliant.return_map import Bounce
 
 __all__ = [
     "FINEST",
@@ -29,7 +28,6 @@ __all__ = [
     "MULTIPLIER",
     "TOO_LOSSY",
     "Absence",
-    "Bounce",
     "CompliantModel",
     "CompliantMotion",
     "OwnStiffness",

@@ -119,7 +119,7 @@ class Rigid(Struct, frozen=True, eq=False):
     time_up: float
 
 
-class CompliantMotion(Struct, frozen=True, eq=False):
+class CompliantMotion(Struct, frozen=True):
     """A periodic motion with one contact on each membrane, dimensionless.
 
     Attributes

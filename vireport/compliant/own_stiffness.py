@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from decimal import Decimal
-from math import copysign, pi
+from math import copysign
 from typing import Any
 
 from msgspec import Struct
@@ -218,8 +218,8 @@ def own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
         else {
             "velocity_bottom": motion.bottom.velocity,
             "velocity_top": motion.top.velocity,
-            "phi_bottom_rad": motion.bottom.phase % (2 * pi),
-            "phi_top_rad": motion.top.phase % (2 * pi),
+            "phi_bottom_rad": motion.bottom.phase,
+            "phi_top_rad": motion.top.phase,
             "contact_share": motion.contact_share,
             "trace": motion.trace,
             "determinant": motion.determinant,

@@ -62,7 +62,7 @@ PushedRates = Callable[[float, float, float, complex, complex, bool], State]
 """The same of a leg on which the ball moves out, with and without the force of the membrane."""
 
 
-class Bounce(Struct, frozen=True, eq=False):
+class Bounce(Struct, frozen=True):
     """A contact from its touch, dimensionless.
 
     Attributes
@@ -70,15 +70,13 @@ class Bounce(Struct, frozen=True, eq=False):
     wall : int
         1 at the bottom, -1 at the top.
     velocity, phase : float
-        Z' and forcing phase [rad] at the touch.
+        Z' and forcing phase [rad], in [0, 2 pi), at the touch.
     duration : float
         Until the ball leaves [t_c].
     leaving : float
         Z' then.
     deflection : float
         The largest one.
-    jacobian : ndarray
-        Derivatives of velocity and forcing phase [rad] at the end by those at the touch, (2, 2).
     """
 
     wall: int
@@ -87,7 +85,6 @@ class Bounce(Struct, frozen=True, eq=False):
     duration: float
     leaving: float
     deflection: float
-    jacobian: Floats
 
     @property
     def restitution(self) -> float:
@@ -119,8 +116,10 @@ class ReturnTrip(Struct, frozen=True, eq=False):
     jacobian: Floats
 
 
-def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, columns: int) -> Bounce:
-    """Integrate a contact from its touch to the departure.
+def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, columns: int) -> tuple[Bounce, Floats]:
+    """Integrate a contact from its touch to the departure, with its Jacobian.
+
+    The Jacobian is that of velocity and forcing phase [rad] at the end by those at the touch, (2, 2).
 
     Parameters
     ----------
@@ -212,7 +211,8 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     (last, v, d_last, d_v), _ = _integrated_outwards(unloading, damping, start, pushed, columns)
     unit = units.depth / units.time
     jacobian = np.array([[d_v.real, wall * unit * d_v.imag], [wall * d_last.real / unit, d_last.imag]])
-    return Bounce(wall, velocity, phase, (last - phase) / pi, wall * v * unit, deepest * units.depth, jacobian)
+    duration, leaving = (last - phase) / pi, wall * v * unit
+    return Bounce(wall, velocity, phase % (2 * pi), duration, leaving, deepest * units.depth), jacobian
 
 
 def _integrated_outwards(
@@ -301,7 +301,7 @@ def _weights(columns: int) -> tuple[tuple[int, float], ...]:
 def crossing(
     model: CompliantModel, wall: int, leaving: float, phase: float, guess: float
 ) -> tuple[float, float, Floats]:
-    """Fly from a membrane to the other one: time near a guess [t_c], Z' there, and the Jacobian as in `Bounce`.
+    """Fly from a membrane to the other one: time near a guess [t_c], Z' there, and the Jacobian as of `bounce`.
 
     Whether the ball touches a membrane before is not looked at: `model.free_flight` does.
 
@@ -344,12 +344,12 @@ def return_trip(
     model: CompliantModel, velocity: float, phase: float, flights: tuple[float, float], columns: int
 ) -> ReturnTrip:
     """Apply the return map to a touch of the bottom; the flights take about the times given."""
-    bottom = bounce(model, BOTTOM, velocity, phase, columns)
+    bottom, pressed_bottom = bounce(model, BOTTOM, velocity, phase, columns)
     elapsed = bottom.duration
     up, velocity_top, rising = crossing(model, BOTTOM, bottom.leaving, phase + pi * elapsed, flights[0])
     elapsed += up
-    top = bounce(model, TOP, velocity_top, phase + pi * elapsed, columns)
+    top, pressed_top = bounce(model, TOP, velocity_top, phase + pi * elapsed, columns)
     elapsed += top.duration
     down, end, falling = crossing(model, TOP, top.leaving, phase + pi * elapsed, flights[1])
-    jacobian = falling @ top.jacobian @ rising @ bottom.jacobian
+    jacobian = falling @ pressed_top @ rising @ pressed_bottom
     return ReturnTrip(bottom, top, (up, down), elapsed + down, end, jacobian)

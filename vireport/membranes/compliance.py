@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from enum import IntEnum, StrEnum
-from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,7 +23,6 @@ from vireport.compliant import (
     MULTIPLIER,
     TOO_LOSSY,
     Absence,
-    Bounce,
     CompliantModel,
     CompliantMotion,
     Reached,
@@ -420,35 +418,6 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     yield Compared(f"margin to {label}", varied, margin, side * (comparison.design_value - value), criterion)
 
 
-def _rung_data(rung: StiffnessRung) -> dict[str, Any]:
-    motion = rung.orbit
-    return {
-        "factor": rung.factor,
-        "orbit": motion
-        and {
-            "bottom": _touch_data(motion.bottom),
-            "top": _touch_data(motion.top),
-            "flight_down": motion.flight_down,
-            "residual": motion.residual,
-            "trace": motion.trace,
-            "determinant": motion.determinant,
-        },
-        "critical_value": rung.critical_value,
-        "reason": rung.reason,
-    }
-
-
-def _touch_data(touch: Bounce) -> dict[str, Any]:
-    return {
-        "wall": touch.wall,
-        "velocity": touch.velocity,
-        "phase": touch.phase % (2 * pi),
-        "duration": touch.duration,
-        "leaving": touch.leaving,
-        "deflection": touch.deflection,
-    }
-
-
 def compliance_data(comparison: Compliance) -> dict[str, Any]:
     """The compliant motion beside the rigid one, and every run of a solver, as plain data for JSON."""
     return {
@@ -458,7 +427,7 @@ def compliance_data(comparison: Compliance) -> dict[str, Any]:
         "varied": comparison.varied,
         "design_value": comparison.design_value,
         "order": comparison.order,
-        "rungs": [_rung_data(rung) for rung in comparison.rungs],
+        "rungs": [plain(rung) for rung in comparison.rungs],
         "convergence": [plain(convergence) for convergence in comparison.convergence],
         "volts": None if comparison.volts is None else plain(comparison.volts),
         "runs": [plain(run) for run in comparison.runs],
