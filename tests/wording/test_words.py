@@ -687,6 +687,50 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
 ]
 
 
+OPTIMISE_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("best_starts", ("length 1 m",), "Best: length 1 m; it starts by itself."),
+    ("best_does_not_start", ("length 1 m",), "Best: length 1 m; it does not start by itself."),
+    ("best_not_known", ("length 1 m",), "Best: length 1 m; whether it starts by itself is not known."),
+    ("best_runs", ("length 1 m",), "Best: length 1 m."),
+    ("none_meets", (), "No design found in these ranges meets the requirements."),
+    ("none_stable", (), "No design with a stable 1:1 motion was found in these ranges."),
+    ("many_inputs", (5,), "5 inputs, in the table"),
+    ("numbers", ("stroke 0.3 m", "5 %"), "Stroke 0.3 m; smallest margin 5 %."),
+    ("number", ("smallest margin 5 %",), "Smallest margin 5 %."),
+    (
+        "rounded",
+        (),
+        "Rounded so that it still meets all requirements; best.yaml, and a report of it, have all digits.",
+    ),
+    ("lower", (), "lower limit"),
+    ("upper", (), "upper limit"),
+    ("inside", (), "no"),
+    ("limits", (["length", "frequency"],), "At its limit: length, frequency. A wider range may give more."),
+    ("proved", ("0.1 %",), "No design in these ranges is better by more than 0.1 %: proved."),
+    ("proved_best", (), "No design in these ranges is better: proved."),
+    ("on_grid", ("900",), "None of 900 designs on a grid is better."),
+    ("elsewhere", (2,), "Parts of the ranges between them that may hold a better one: 2."),
+    ("not_judged", (7,), "Designs that may be better or meet the requirements, and were not judged: 7."),
+    ("widest", ("9 %",), "No design of the grid that meets the limits has a margin of 9 %."),
+    (
+        "none_tolerates",
+        ("25 %",),
+        "No design of the grid keeps stable motion at all corners of 25 % of the tolerances.",
+    ),
+    ("yielding", ("25 %",), "The required yield takes stable motion at all corners of 25 % of the tolerances."),
+]
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), OPTIMISE_SAID, ids=[row[0] for row in OPTIMISE_SAID])
+def test_a_macro_of_searches_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("optimise", macro, *given).replace("\u00a0", " ") == text
+
+
+def test_every_macro_of_searches_is_said_above() -> None:
+    named = set(re.findall(r"macro (\w+)\(", (TEMPLATES / "words" / "optimise.j2").read_text(encoding="utf-8")))
+    assert named == {macro for macro, *_ in OPTIMISE_SAID}
+
+
 @pytest.mark.parametrize(("macro", "given", "text"), COMPARE_SAID, ids=[row[0] for row in COMPARE_SAID])
 def test_a_macro_of_comparisons_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
     assert said("compare", macro, *given).replace("\u00a0", " ") == text
@@ -1657,10 +1701,13 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         said("opening", macro, *given)
     for macro, given, _ in COMPARE_SAID:
         said("compare", macro, *given)
+    for macro, given, _ in OPTIMISE_SAID:
+        said("optimise", macro, *given)
     branches, told = taken()
     assert branches - told == set()
     decided = {branch.partition(":")[0] for branch in branches}
     assert decided == {str(file.relative_to(TEMPLATES)) for file in WORDS} - {
         "words/opening.j2",
         "words/compare.j2",
+        "words/optimise.j2",
     }  # Python decides there

@@ -400,7 +400,8 @@ def optimise(
         study = outputs.run_of(result, pages, say)
         files = {} if json else outputs.files(result, study, provenance, formats, width_mm)
         if study is not None and pages:
-            files |= run_files(study, command, templates, say, None, paper, *outputs.section(result))
+            found = outputs.sentence(result, study)
+            files |= run_files(study, command, templates, say, None, paper, *outputs.section(result), sentence=found)
     failure = outputs.shortcoming(result)
     beside = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
     outcome = CommandOutcome(

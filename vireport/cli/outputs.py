@@ -138,11 +138,12 @@ def run_files(
     search: tuple[str | Table, ...] = (),
     more: tuple[Picture, ...] = (),
     width_mm: float | None = None,
+    sentence: str = "",
 ) -> dict[str, bytes]:
     """The files of a study by their names, its figures as wide as a column of a paper where a width is given.
 
     The reports tell what has changed since a baseline, if there is one, and of the search for the best design, if it is
-    one, with `more` pictures.
+    one, with `more` pictures, and open with its `sentence`.
     """
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
     pictures = more
@@ -159,7 +160,7 @@ def run_files(
         paged = plan.runs(Task.HTML, Task.PDF)
         origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
         drawn = {picture.name: picture for picture in pictures}
-        report = Report(study, drawn, origin, changes, search, templates)
+        report = Report(study, drawn, origin, changes, search, templates, sentence=sentence)
         drawn_in = {task for task in NAMES if plan.runs(task)}
         files |= render_files(report, drawn_in, templates, paper, lambda: _data_files(study, provenance))
     else:

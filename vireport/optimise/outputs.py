@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
-from math import isfinite
+from math import isfinite, prod
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
 from vireport.design import Tolerances
-from vireport.gate import OfMotions, OfShaker, Question, named_alerts
+from vireport.gate import named_alerts
 from vireport.optimise.grid import SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
-from vireport.scenario import Objective, loads
+from vireport.scenario import DesignInput, DesignPath, Objective, loads
 from vireport.study import FIGURE_FORMATS, Provenance, Study, Task, analyse, json_bytes
 from vireport.text import (
     Table,
     capital,
+    error_bound,
     numbers,
     percent,
     plain_text,
     significant,
     texts,
 )
+from vireport.wording import Words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,6 +37,14 @@ ROUNDED_UP = 1 + 5e-6
 
 MOST_SHOWN = 8
 """Digits of the inputs of the best design in a table; best.yaml has all."""
+
+MOST_NAMED = 3
+"""Inputs up to which each stands in the sentence."""
+
+OBJECTIVE_DIGITS = 3
+"""Significant digits of the objective; optimise.json has all."""
+
+WORDS = Words("optimise")
 
 PAGES = Task.HTML, Task.PDF
 """Reports on the best design."""
@@ -126,6 +136,7 @@ def optimise_json(result: SearchResult, study: Study | None, provenance: Provena
             "unit": problem.objective.unit,
             "limits_by_default": {row.key: limit.value if limit.numbers else True for row, limit in problem.usual},
             "best": _data(result, result.best, study),
+            "built": _data(result, result.built, None),
             "nearest": _data(result, result.nearest, study),
             "front": [_data(result, point, point.study) for point in result.front],
             "evidence": {
@@ -200,7 +211,8 @@ def _beyond_tolerances(tolerances: Tolerances) -> str:
 
 def text(result: SearchResult, study: Study | None) -> str:
     """The result for a terminal, with what a run says of the best design: `study` is `run_of` it."""
-    return plain_text([*_parts(result), *(() if study is None else _as_a_run_says(study))]) + "\n"
+    said = () if study is None else _as_a_run_says(study)
+    return plain_text([sentence(result, study), *_parts(result), *said]) + "\n"
 
 
 def _as_a_run_says(study: Study) -> Iterator[str]:
@@ -209,44 +221,78 @@ def _as_a_run_says(study: Study) -> Iterator[str]:
         yield named_alerts(study.alerts)
 
 
+def sentence(result: SearchResult, study: Study | None) -> str:
+    """What a search comes to, in one sentence: the best design and whether it starts by itself."""
+    point = result.built if result.built is not None else result.best
+    if point is None:
+        return WORDS("none_stable" if result.nearest is None else "none_meets")
+    # Of a rounded design it is known only where that is required.
+    own = point.study if result.built is not None else study
+    evidence = None if own is None else own.evidence
+    end = None if evidence is None else evidence.from_rest
+    if evidence is None or end is None:
+        name = "best_runs"
+    else:
+        name = "best_starts" if evidence.is_reached else "best_does_not_start" if end.decided else "best_not_known"
+    names = [
+        f"{_named(path)} {value}" for path, value in zip(result.problem.paths, _values(result, point), strict=True)
+    ]
+    return WORDS(name, ", ".join(names) if len(names) <= MOST_NAMED else WORDS("many_inputs", len(names)))
+
+
+def _named(path: DesignPath) -> str:
+    """What an input is called within a sentence; by its key where it has no name."""
+    known = next((own.quantity for own in DesignInput if own.path == path), None)
+    return known or path.rpartition(".")[2].replace("_", " ")
+
+
+def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
+    """The inputs of a design with their units, in as many digits as they have, up to `MOST_SHOWN`."""
+    units = {own.path: own for own in DesignInput}
+    values = zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)
+    return [
+        units[path].show(value, MOST_SHOWN) if path in units else significant(value, MOST_SHOWN)
+        for path, value in values
+    ]
+
+
 def _parts(result: SearchResult) -> Iterator[str | Table]:
     problem, best = result.problem, result.best
-    point = best if best is not None else result.nearest
-    if best is None:
+    shown = result.built if result.built is not None else best
+    point = shown if shown is not None else result.nearest
+    if shown is None:
         yield f"{capital(shortcoming(result))}."
     else:
-        margin = f"; smallest margin {significant(100 * best.margin, 4)} %" if isfinite(best.margin) else ""
-        value = f"{problem.objective.words} {_in_unit(result, best.value, 4)}"
-        yield f"Best design: {value}{'' if problem.objective is Objective.MARGIN else margin}."
+        objective = f"{problem.objective.words} {_in_unit(result, shown.value, OBJECTIVE_DIGITS)}"
+        if problem.objective is Objective.MARGIN or not isfinite(shown.margin):
+            yield WORDS("number", objective)
+        else:
+            yield WORDS("numbers", objective, percent(shown.margin, 2))
     if point is not None:
+        ends = dict(problem.at_limits(point.t))
         rows = tuple(
             (
                 varied.path.value,
                 significant(value, MOST_SHOWN),
                 significant(now, MOST_SHOWN),
                 *map(significant, sorted((varied.from_, varied.to))),
+                WORDS({True: "upper", False: "lower", None: "inside"}[ends.get(varied.path)]),
             )
             for varied, value, now in zip(
                 problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True
             )
         )
         caption = "The best design" if best is not None else "The nearest design"
-        yield Table(caption, (*texts("Input"), *numbers("Value", "In the scenario", "From", "To")), rows)
-    if best is not None and (ends := _ends_text(result, best)):
-        yield ends
+        note = WORDS("rounded") if result.built is not None else ""
+        head = (*texts("Input"), *numbers("Value", "In the scenario", "From", "To"), *texts("At its limit"))
+        yield Table(caption, head, rows, note)
+    if best is not None and (ends_of_best := [_named(path) for path, _ in problem.at_limits(best.t)]):
+        yield WORDS("limits", ends_of_best)
     if problem.usual:
         yield _usual_text(result)
-    yield _evidence_text(result)
+    yield " ".join(_evidence(result))
     if len(result.front) > 1:
         yield _front_table(result)
-
-
-def _ends_text(result: SearchResult, best: JudgedDesign) -> str:
-    """Which inputs end the search where the best design is at an end of their range."""
-    ends = [
-        f"{path} is at its {'upper' if upper else 'lower'} limit" for path, upper in result.problem.at_limits(best.t)
-    ]
-    return f"{', '.join(ends)}; a wider range may give more." if ends else ""
 
 
 def _usual_text(result: SearchResult) -> str:
@@ -255,10 +301,6 @@ def _usual_text(result: SearchResult) -> str:
         f"{row.title}{f' {limit.text}' if limit.numbers else ''} ({row.key})" for row, limit in result.problem.usual
     )
     return f"Required because the scenario does not say otherwise: {limits}."
-
-
-def _better(result: SearchResult) -> str:
-    return "more" if result.problem.sign > 0 else "less"
 
 
 def _extreme(result: SearchResult) -> str:
@@ -270,67 +312,30 @@ def _in_unit(result: SearchResult, value: float, digits: int) -> str:
     return f"{significant(abs(value), digits)} {result.problem.objective.unit}".rstrip()
 
 
-def _evidence_text(result: SearchResult) -> str:
-    """What was evaluated, what follows from it, and what does not."""
-    evidence = result.evidence
-    said = (
-        f"Evaluated: {' × '.join(map(str, evidence.counts))} designs on a grid, by the closed form; {evidence.stable} "
-        f"have a stable motion, {evidence.within} of them meet the limits {_decided(result)}."
-    )
+def _evidence(result: SearchResult) -> Iterator[str]:
+    """What is known of other designs; optimise.json has all numbers."""
+    evidence, cells = result.evidence, prod(result.evidence.counts)
+    shown = result.built if result.built is not None else result.best
     if evidence.yielding is not None:
-        said += (
-            f" The required yield takes stable motion at all corners of {percent(evidence.yielding)} of the "
-            f"tolerances, as designs with more and with less show; {evidence.tolerated} of these keep that, and "
-            f"{evidence.judged} designs were judged in full."
-        )
-    elif evidence.tolerated is not None:
-        share = "" if evidence.tolerances == 1 else f" even {percent(evidence.tolerances)} of"
-        said += (
-            f" {evidence.tolerated or 'None'} of these keep stable motion at all corners of{share} the tolerances; for "
-            f"each design judged in full, {evidence.judged}, the proof over the tolerances was tried."
-        )
+        yield WORDS("yielding", percent(evidence.yielding))
+    elif evidence.tolerated == 0:
+        yield WORDS("none_tolerates", percent(evidence.tolerances))
     if evidence.widest is not None:
-        ruled_out = " that may meet the other requirements" if result.problem.rules_out else ""
-        said += f" None of these{ruled_out} has a margin of {significant(100 * evidence.widest, 4)} %."
-    if evidence.candidates:
-        said += f" {_candidates_text(result)}"
-    if evidence.best_cell is None:
-        return said
-    if evidence.bound is not None and result.best is not None:
-        above = percent(max(evidence.bound / result.best.value - 1, 0.0))
-        said += (
-            f" No design in the ranges that meets the requirements, on the grid or between, has more than "
-            f"{_in_unit(result, ROUNDED_UP * evidence.bound, 6)}, {above} above the best: proved in affine arithmetic."
-        )
-    kept = "meets all requirements" if evidence.yielding is None else "keeps that and meets the other requirements"
-    count = evidence.elsewhere
-    others = f"{count} other parts of the grid may" if count else "No other part of the grid can"
-    return (
-        f"{said} No cell that {kept} has {_better(result)} than {_in_unit(result, evidence.best_cell, 6)}; around the "
-        f"best design neighbouring cells differ by at most {_in_unit(result, evidence.step, 3)}. {others} hold a "
-        "better design, by the differences between neighbouring cells, to first order; what is narrower than a cell "
-        "may be missed."
-    )
+        yield WORDS("widest", _not_less(evidence.widest))
+    if evidence.bound is not None and shown is not None:
+        above = ROUNDED_UP * evidence.bound / shown.value - 1
+        yield WORDS("proved", _not_less(above)) if above > SAME_VALUE else WORDS("proved_best")
+    elif evidence.best_cell is not None:
+        yield WORDS("on_grid", f"{cells:,}")
+    if evidence.elsewhere:
+        yield WORDS("elsewhere", evidence.elsewhere)
+    if not evidence.complete:
+        yield WORDS("not_judged", evidence.candidates - evidence.candidates_judged)
 
 
-def _decided(result: SearchResult) -> str:
-    """What the limits are on that every cell is judged by."""
-    usual = {Question.VOLTAGE, Question.SHAKER}
-    exact = (row for row, _ in result.problem.required if isinstance(row.quantity, OfMotions | OfShaker))
-    return "on voltage, energy and shaker" if {row.question for row in exact} <= usual else "that the grid decides"
-
-
-def _candidates_text(result: SearchResult) -> str:
-    """What is known of the cells that only runs could judge."""
-    count, judged = result.evidence.candidates, result.evidence.candidates_judged
-    could = "could meet the requirements" if result.best is None else "could be better than the best design"
-    if judged == count:
-        each = "1 cell" if count == 1 else f"{count} cells"
-        return f"By the grid {each} {could}; judged one by one as a run does, none meets the requirements."
-    return (
-        f"By the grid {count} cells {could}; {judged} of them were judged one by one as a run does, and none of these "
-        f"meets the requirements. The other {count - judged} are open."
-    )
+def _not_less(share: float) -> str:
+    """A share in per cent, rounded up: what none exceeds none exceeds as it is printed."""
+    return f"{error_bound(100 * share)} %"
 
 
 def _front_table(result: SearchResult) -> Table:

@@ -18,6 +18,7 @@ from vireport.base import Progress
 from vireport.gate import OfMargin
 from vireport.motions import CRITICAL
 from vireport.optimise.bound import largest_value
+from vireport.optimise.built import built_design
 from vireport.optimise.evolution import POPULATION, evolve
 from vireport.optimise.grid import APART, CHUNK, DesignGrid, JudgedDesign, grid_of
 from vireport.optimise.problem import Problem
@@ -114,6 +115,8 @@ class SearchResult(Struct, frozen=True, eq=False):
     front : tuple of JudgedDesign
         The best designs for rising margins.
     evidence : SearchEvidence
+    built : JudgedDesign or None
+        The best design rounded to few digits, with which it still meets all requirements; None where there is none.
     """
 
     problem: Problem
@@ -121,6 +124,7 @@ class SearchResult(Struct, frozen=True, eq=False):
     nearest: JudgedDesign | None
     front: tuple[JudgedDesign, ...]
     evidence: SearchEvidence
+    built: JudgedDesign | None = None
 
 
 def optimise(problem: Problem, progress: Progress | None = None) -> SearchResult:
@@ -133,6 +137,15 @@ def optimise(problem: Problem, progress: Progress | None = None) -> SearchResult
         Called with each long step as it begins.
     """
     say = progress or (lambda what: None)
+    result = _searched(problem, say)
+    if result.best is None:
+        return result
+    say("rounding the best design")
+    return replace(result, built=built_design(problem, result.best))
+
+
+def _searched(problem: Problem, say: Progress) -> SearchResult:
+    """The outcome of a search, before its best design is rounded."""
     say("evaluating the grid")
     grid = grid_of(problem)
     within = grid.within()

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.checks import (
     PAPER,
@@ -156,6 +157,8 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         Where the scenario is the best design: what it was looked for in, and with what evidence; else nothing.
     templates : Path or None
         A folder whose words come before ours.
+    sentence : str
+        What it opens with instead of the sentence on the run, "" for that.
     """
 
     study: Study
@@ -165,6 +168,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     search: tuple[str | Table, ...] = ()
     templates: Path | None = None
     template: str = "report.typ.j2"
+    sentence: str = ""
     decimals: ClassVar[int] = DIGITS
     paper_title: ClassVar[str] = PAPER
 
@@ -224,7 +228,8 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def verdict(self) -> WordedOpening:
         """What the report opens with, in words."""
-        return self.study.opening.worded(self.templates)
+        worded = self.study.opening.worded(self.templates)
+        return replace(worded, sentence=self.sentence) if self.sentence else worded
 
     @property
     def proof(self) -> Picture | None:
