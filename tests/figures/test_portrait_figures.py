@@ -254,7 +254,8 @@ def test_long_words_are_shortened() -> None:
 def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
     study = simulated_study()
     drawn = {picture.name: picture for picture in pictures(study, simulated_points(study))}
-    assert list(drawn) == [f"figure-{name}" for name in ("2", "3", "4", "6", "7", "answer", "device", "diagram", "margins")]
+    names = "2", "3", "4", "6", "7", "answer", "device", "diagram", "margins"
+    assert list(drawn) == [f"figure-{name}" for name in names]
     for name in ("figure-3", "figure-6"):
         for part in ("F = 5.87 N, d = 0.2545", "BTBT, every 2 forcing periods", "r = 0.5"):
             assert part in drawn[name].caption

@@ -353,7 +353,8 @@ def test_simulated_motions_are_drawn_over() -> None:
         assert [len(line.get_xdata()) for line in circles] == [3, 3]
     (panel,) = figure_7(study, simulated).axes
     assert [line.get_marker() for line in panel.lines if line.get_zorder() == 3.5] == ["o", "o", "o"]
-    assert [picture.name for picture in pictures(study, simulated)] == [*FIGURES, "figure-answer", "figure-device", "figure-margins"]
+    names = [picture.name for picture in pictures(study, simulated)]
+    assert names == [*FIGURES, "figure-answer", "figure-device", "figure-margins"]
 
 
 # The axis along the sweep
