@@ -1766,11 +1766,11 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
         impacts = sum(len(word) for found in cycles for word, _ in found)
         counted = f"{impacts} impacts of periodic motions at {sum(map(bool, cycles))} value"
         yield "figure-2", Said(f"circles: {counted}")
-        yield "figure-7", Said(f"circles: voltages of {counted}")
+        yield "figure-7", Said(f"Circles: voltages of {counted}")
     if x.parameter == "length_m":
         yield "figure-2", Said("F/(2 M f) = {}", Amount(x.device.velocity_unit, "m/s", 4))
     yield "figure-7", Said(
-        "m = {}, U_in = {}", Amount(1e3 * x.device.ball_mass_kg, "g", 4),
+        "with m = {} and U_in = {}", Amount(1e3 * x.device.ball_mass_kg, "g", 4),
         Amount(x.device.membrane["bias_voltage_v"], "V", 4),
     )  # fmt: skip
     volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]

@@ -537,7 +537,7 @@ def test_captions_of_figures_along_the_sweep_have_the_numbers_of_the_results(nam
         shown = shown_along(study, Task(figure), simulated_points(study))
         text = f"{pictured(Task(figure), shown, Figure).caption} {alt_text(Task(figure), shown)}"
         wrong += [f"{figure}: {fault}" for fault in [said.faults(text)] if fault]
-        if figure != "figure-4":
+        if figure == "figure-2":
             assert ("equally fast" in text) is (results_of(name).device.inclination_deg == 0)
     assert not wrong, "\n".join(wrong)
 
