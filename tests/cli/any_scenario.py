@@ -109,11 +109,6 @@ def _drawn(rng: np.random.Generator) -> dict[str, Any]:
             place = tree if swept == "inclination_deg" else device if swept in device else drive
             place.pop(swept, None)
     tree |= _blocks(tree, some, number, rng)
-    if "friction" in device and "disturbances" in tree and tree.pop("sweep", None):
-        # What such a ball comes to all along a sweep takes minutes.
-        device.setdefault("length_m", length)
-        drive.update({"amplitude_n": force, "frequency_hz": frequency})
-        tree["inclination_deg"] = inclination
     return tree
 
 

@@ -11,18 +11,17 @@ from conftest import first
 
 SEED = 20261128
 
-PER_TEST = 8
+PER_TEST = 4
 """Scenarios of one test: the tests are spread over processes."""
 
 HEAVY = "report", "certify", "charted", "verify", "compared", "map"
-"""Commands that take seconds: one of them on every eighth scenario."""
+"""Commands that take seconds: one of them on every fourth scenario."""
 
 LIGHT = tuple(command for command in COMMANDS if command not in HEAVY)
 """The others: one of them on each scenario, after the check of it and its plan."""
 
 
-@pytest.mark.parametrize("batch", first(0, range(30)))
-@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("batch", first(0, range(12)))
 def test_every_command_ends_with_an_answer_or_a_sentence(
     batch: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -80,7 +80,7 @@ def every_line(folder: Path) -> Iterator[list[str]]:
     yield ["compare", DESIGN, INCLINED, "--format", formats.replace(",junit", "")]
     yield ["map", INCLINED, "--over", "length_m=0.6..0.75,inclination_deg=40..50"]
     yield ["map", str(folder / "map.yaml")]
-    yield ["optimise", str(EXAMPLES / "best-design.yaml"), "--format", "png,svg,figure-pdf"]
+    yield ["optimise", str(folder / "search.yaml"), "--format", "png,svg,figure-pdf"]
     yield ["identify", DESIGN, "--impacts", str(EXAMPLES / "measured-impacts.csv")]
 
 
@@ -91,6 +91,9 @@ def test_whatever_is_written_says_so(tmp_path: Path) -> None:
     (tmp_path / "plain" / "report.typ.j2").write_text('#set document(title: "x")\n= {{ report.title }}\n')
     text = (EXAMPLES / "maps" / "map.yaml").read_text(encoding="utf-8")
     (tmp_path / "map.yaml").write_text(text.replace("count: 60", "count: 6").replace("count: 80", "count: 8"))
+    text = (EXAMPLES / "design-point.yaml").read_text(encoding="utf-8")
+    search = "{maximise: velocity_bottom, cells: 16, vary: [{path: device.length_m, from: 0.69, to: 0.71}]}"
+    (tmp_path / "search.yaml").write_text(f"{text}\ndesign: {search}\n")
     for k, line in enumerate(every_line(tmp_path)):
         folder = tmp_path / f"out {k}"
         assert main([*line, "-q", "-o", str(folder)]) in (0, 1), line

@@ -10,6 +10,7 @@ import pytest
 from conftest import first
 from exact_friction import Reference
 from mpmath import mp, mpf
+from numpy.typing import NDArray
 
 from vireport.disturbances import Destination
 from vireport.disturbances.from_rest import CREEPS, from_rest
@@ -35,6 +36,8 @@ from vireport.simulation import (
 )
 from vireport.simulation.cycles import jacobians
 
+Array = NDArray[np.float64]
+
 CASES = {
     "turns and sticking": (Groups(0.46, 0.28, 0.5, (), 0.15), 0.9, 0.4),
     "much friction": (Groups(0.6, 0.1, 0.6, (), 0.45), 0.8, 2.0),
@@ -42,6 +45,17 @@ CASES = {
     "unlike membranes": (Groups(0.3, 0.3, Restitutions(0.7, 0.4), (), 0.05), 0.5, 5.0),
     "harmonics": (Groups(0.4, 0.3, 0.5, (Harmonic.of(2, 30.0, 100.0), Harmonic.of(3, 10.0, 0.0)), 0.2), 0.6, 1.0),
 }
+
+CREEPING_BALL = Groups(26.7, 0.0, 0.974, (Harmonic.of(2, 9.0, 40.0),), 0.0134)
+"""Of a long capsule: the force carries the ball to and fro, and the second harmonic a little farther one way."""
+
+
+def free_impacts(groups: Groups[float], velocity: float, phase: float) -> tuple[Array, Array, Array]:
+    """Impacts of a start on the bottom membrane after which the ball is not held, those after them, and the model."""
+    model = check_model(groups)[0]
+    rows, _ = follow_one(model, check_start(Impact(BOTTOM, velocity, phase), groups.d), 40, compiled=False)
+    free = rows[:-1, SETTLING] + rows[:-1, RIDING] == 0
+    return rows[:-1][free], rows[1:][free], model
 
 
 @pytest.mark.parametrize("case", first(2, CASES))
@@ -93,6 +107,24 @@ def test_an_impact_moves_with_the_one_before_as_differences_say(case: str) -> No
     assert seen > 2
 
 
+@pytest.mark.parametrize(("case", "start"), [*CASES.items(), ("creeping", (CREEPING_BALL, 1.0, 0.3))])
+def test_many_impacts_at_once_move_as_those_before_say(case: str, start: tuple[Groups[float], float, float]) -> None:
+    before, after, model = free_impacts(*start)
+    together = jacobians(model, before, after)
+    ones = np.concatenate([jacobians(model, before[k, None], after[k, None]) for k in range(len(before))])
+    np.testing.assert_array_equal(together, ones, case)
+    assert len(ones) > 3
+
+
+@pytest.mark.slow  # as the next one
+def test_compiled_derivatives_are_the_interpreted_ones() -> None:
+    pytest.importorskip("numba")
+    for case, start in {**CASES, "creeping": (CREEPING_BALL, 1.0, 0.3)}.items():
+        before, after, model = free_impacts(*start)
+        one, other = (jacobians(model, before, after, compiled) for compiled in (True, False))
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9, err_msg=case)
+
+
 @pytest.mark.slow  # it takes a compiler longer than all the others of this file together
 def test_the_compiled_search_is_the_interpreted_one() -> None:
     pytest.importorskip("numba")
@@ -135,10 +167,6 @@ def test_what_friction_holds_for_ever_is_told() -> None:
     ends = ((1.2, InFlight(0.1, 0.4, 0.0), Outcome.HELD), (0.95, Impact(BOTTOM, 0.0, 0.0), Outcome.REST))
     for friction, start, outcome in ends:
         assert find_attractor(Groups(0.5, 0.1, 0.5, (), friction), start, compiled=False).outcome is outcome
-
-
-CREEPING_BALL = Groups(26.7, 0.0, 0.974, (Harmonic.of(2, 9.0, 40.0),), 0.0134)
-"""Of a long capsule: the force carries the ball to and fro, and the second harmonic a little farther one way."""
 
 
 def test_a_ball_that_stops_hundreds_of_times_in_a_flight_is_not_followed_to_its_end() -> None:

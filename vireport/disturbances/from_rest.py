@@ -330,7 +330,7 @@ def started(
         rests = Destination.AT_REST if status[2] == REST else Destination.UNDECIDED
         return FromRest(rests, creeping=bool(status[2] == CREEPING))
     end, way = found or _elsewhere(groups, rows, targets, ratio, compiled)
-    if again and end.destination is not Destination.CHAOTIC and _lost(model, way):
+    if again and end.destination is not Destination.CHAOTIC and _lost(model, way, compiled):
         for off in TWINS:
             other = rows[1].copy()
             other[VELOCITY] *= 1 + off
@@ -345,11 +345,11 @@ def _last(rows: Floats) -> State:
     return float(rows[-1, WALL]), 0.0, float(rows[-1, VELOCITY]), float(rows[-1, PHASE])
 
 
-def _lost(model: Floats, rows: Floats) -> bool:
+def _lost(model: Floats, rows: Floats, compiled: bool) -> bool:
     """Whether rounding has grown too much over these impacts for their end to be known."""
     resting = np.flatnonzero(_held(rows) > 0)
     free = rows[resting[-1] + 1 :] if len(resting) else rows[1:]
-    return len(free) > 1 and exp(min(chain_growth(model, free), 100.0)) * ROUNDINGS > LOST
+    return len(free) > 1 and exp(min(chain_growth(model, free, compiled), 100.0)) * ROUNDINGS > LOST
 
 
 def _held(rows: Floats) -> Floats:

@@ -294,7 +294,9 @@ def search(
                 cycle = _remembered(cycle, known)
                 return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used), rows
         if used >= min(patience, budget):
-            return Attractor(Outcome.APERIODIC, None, cycles.exponent(model, rows), inf, used, _last(rows)), rows
+            return Attractor(
+                Outcome.APERIODIC, None, cycles.exponent(model, rows, compiled), inf, used, _last(rows)
+            ), rows
         before_this |= cycles.released(rows)
         rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT, compiled)
         used += int(summary[0])

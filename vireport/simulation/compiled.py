@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from inspect import getmembers, isfunction
-from typing import Any
+from typing import Any, TypeVar
 
 from vireport.simulation import kernel
+
+Result = TypeVar("Result")
 
 OPTIONS: Any = {"error_model": "numpy", "fastmath": False}
 
@@ -24,7 +26,13 @@ def compiled_rubbed_search() -> Callable[..., None] | None:
     return _compiled(kernel.follow_rubbed_starts)
 
 
-def _compiled(followed: Callable[..., None]) -> Callable[..., None] | None:
+@cache
+def compiled_ways() -> Callable[..., bool] | None:
+    """Return `kernel.follow_ways` compiled, or None where numba is missing."""
+    return _compiled(kernel.follow_ways)
+
+
+def _compiled(followed: Callable[..., Result]) -> Callable[..., Result] | None:
     """A function of the kernel compiled, or None where numba is missing.
 
     The functions that it calls stay those of the interpreter; numba is told to compile them where compiled code calls
@@ -35,7 +43,7 @@ def _compiled(followed: Callable[..., None]) -> Callable[..., None] | None:
     except ImportError:
         return None
     _teach()
-    search: Callable[..., None]
+    search: Callable[..., Result]
     try:  # the result is kept on disk if there is a place to write to
         search = njit(cache=True, nogil=True, **OPTIONS)(followed)
     except RuntimeError:

@@ -106,7 +106,7 @@ class Cycle(Struct, frozen=True, eq=False):
         return float(np.min(apart[self.wall == row[WALL]], initial=inf))
 
 
-def jacobians(model: Array, before: Array, after: Array) -> Array:
+def jacobians(model: Array, before: Array, after: Array, compiled: bool = False) -> Array:
     """Exact derivatives of impacts by the impacts before them, in (phase, velocity before the impact).
 
     From (2.11) and (2.12) with Z fixed: dt = -(t dv + Z_phi dphi)/Z', where v is the velocity the flight
@@ -120,6 +120,8 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
         A row of `check_model`.
     before, after : array (n, 6)
         Rows of the impacts at the two ends of each flight.
+    compiled : bool
+        Whether to compile the search for the stops of a ball with friction, where numba is there.
 
     Returns
     -------
@@ -127,7 +129,7 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
         Zero after a ball that stuck: it forgets.
     """
     if rubs(model):
-        return _jacobians_with_friction(model, before)
+        return _jacobians_with_friction(model, before, compiled)
     gbar = model[1]
     _, slope = rebounds(model, before[:, WALL], before[:, VELOCITY])
     t, speed = after[:, FLIGHT], after[:, VELOCITY]
@@ -155,13 +157,13 @@ def jacobians(model: Array, before: Array, after: Array) -> Array:
     return result
 
 
-def _jacobians_with_friction(model: Array, before: Array) -> Array:
+def _jacobians_with_friction(model: Array, before: Array, compiled: bool) -> Array:
     """`jacobians` of a ball with friction, over what it does between impacts."""
     from vireport.simulation import stops
 
     free = before[:, RIDING] + before[:, SETTLING] == 0
     result = np.zeros((len(before), 2, 2))
-    result[free] = stops.jacobians(model, before[free])
+    result[free] = stops.jacobians(model, before[free], compiled)
     return result
 
 
@@ -213,12 +215,12 @@ def product(matrices: Array) -> tuple[Array, float]:
     return (chain[0] / size, scale + log(size)) if size > 0 else (chain[0], -inf)
 
 
-def exponent(model: Array, rows: Array) -> float:
+def exponent(model: Array, rows: Array, compiled: bool = False) -> float:
     """Largest Lyapunov exponent per forcing period, since the ball last stuck; a product of Jacobians."""
     stuck = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     free = rows[stuck[-1] + 1 :] if len(stuck) else rows[rows[:, WALL] != 0]
     span = float(np.sum(free[1:, FLIGHT]))
-    return chain_growth(model, free) / (span / 2) if span > 0 else nan
+    return chain_growth(model, free, compiled) / (span / 2) if span > 0 else nan
 
 
 def recurrences(rows: Array) -> list[int]:
@@ -245,7 +247,7 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cyc
         if summary[0] < length or held or not np.array_equal(lap[:, WALL], word) or word[0] != word[-1]:
             break
         gap = np.array([wrapped(lap[-1, PHASE] - lap[0, PHASE]), lap[-1, VELOCITY] - lap[0, VELOCITY]])
-        matrix, scale = product(jacobians(model, lap[:-1], lap[1:]))
+        matrix, scale = product(jacobians(model, lap[:-1], lap[1:], compiled))
         matrix = matrix * exp(min(scale, STEEPEST))
         residual = float(np.abs(gap).max())
         if best is None or residual < best[0]:
@@ -320,7 +322,7 @@ def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
     compiled : bool
         Whether to compile the search, where numba is there.
     """
-    growth, periods = chain_growth(model, lap), _periods(lap)
+    growth, periods = chain_growth(model, lap, compiled), _periods(lap)
     if not periods:
         return None
     if growth > log(LAP_TOL / EPS):
@@ -390,11 +392,11 @@ def _letters(told: Sequence[Told]) -> list[str]:
     return letters
 
 
-def chain_growth(model: Array, rows: Array) -> float:
+def chain_growth(model: Array, rows: Array, compiled: bool = False) -> float:
     """Logarithm of what a small difference at the first of these impacts is multiplied by until the last."""
     plain = rows.copy()
     plain[:, [SETTLING, RIDING]] = 0.0
-    return product(jacobians(model, plain[:-1], plain[1:]))[1] if len(rows) > 1 else 0.0
+    return product(jacobians(model, plain[:-1], plain[1:], compiled))[1] if len(rows) > 1 else 0.0
 
 
 def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> Cycle:

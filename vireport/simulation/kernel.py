@@ -46,6 +46,7 @@ Node = tuple[float, float, float]  # a time, and displacement and velocity there
 Hit = tuple[float, float, float, float, float]
 Pair = tuple[float, float]
 Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
 More = tuple[Array, float] | None  # of each harmonic: order, cosine and sine at the start, as in a flight; and a sign
 ORDER, COSINE, SINE = 0, 1, 2
 # Columns of `drive`: a row is a cubic of Z'', by its value and derivatives at its beginning, and does not change sign.
@@ -741,6 +742,31 @@ def next_way(
         return t, way * y, v, phase, 1.0, 0.0, steps
     pull = way * _pull(phase, g, harmonics)
     return t, way * y, 0.0, phase, 0.0, (-way if pull < -f else 0.0), steps
+
+
+def follow_ways(
+    begun: Array, walls: Array, model: Array, harmonics: Array, still: Array, ways: Array, ends: Ints
+) -> bool:
+    """The ways of a ball with friction from each of some impacts to the next; False where `ways` has too few rows.
+
+    `begun` (n, 3) has the sign of the first way, the velocity and the phase after each, `walls` (n, 2) what `next_way`
+    takes. Filled are `ways` (m, 5), the sign, time, phase, velocity at the beginning and at the end of each, and `ends`
+    (n,), the number of ways up to each of the next impacts.
+    """
+    parts, row = np.empty((len(harmonics), 3)), 0
+    for i in range(len(begun)):
+        way, v, phase = float(begun[i, 0]), float(begun[i, 1]), float(begun[i, 2])
+        strikes, gone = 0.0, 0.0
+        while strikes == 0.0:
+            if row == len(ways):
+                return False
+            here = float(walls[i, 0]) - gone, float(walls[i, 1]) - gone
+            t, z, end, after, strikes, onward, _ = next_way(way, v, phase, model, harmonics, parts, still, here)
+            out = ways[row]
+            out[0], out[1], out[2], out[3], out[4] = way, t, phase, v, end
+            gone, way, v, phase, row = gone + z, onward, end, after, row + 1
+        ends[i] = row
+    return True
 
 
 def _next_impact_rubbed(

@@ -6,7 +6,7 @@ between. They are found anew, by the search's own steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import pi
 from typing import NamedTuple
 
@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 
 from vireport.physics import ARRAYS, Groups, flight
 from vireport.simulation import kernel
-from vireport.simulation.events import groups_of, search_data
+from vireport.simulation.compiled import compiled_ways
+from vireport.simulation.events import BOTTOM, TOP, groups_of, search_data
 from vireport.simulation.kernel import PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 Array = NDArray[np.float64]
+
+WAYS_EACH = 4
+"""Ways between two impacts for which there is room at first."""
 
 
 class Way(NamedTuple):
@@ -129,7 +133,7 @@ def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Arra
     return time, position, velocity
 
 
-def jacobians(model: Array, before: Array) -> Array:
+def jacobians(model: Array, before: Array, compiled: bool = False) -> Array:
     """Exact derivatives of impacts by those before, in (phase, velocity before the impact), over all stops between.
 
     Where the ball was held on the way they are of rank one.
@@ -139,30 +143,51 @@ def jacobians(model: Array, before: Array) -> Array:
     model : array
         A row of `check_model`, with friction.
     before : array (n, 6)
-        The impacts before.
+        The impacts before, after none of which the ball is held.
+    compiled : bool
+        Whether to compile the search for the stops, where numba is there.
 
     Returns
     -------
     array (n, 2, 2)
     """
     searched = _Searched.of(model)
-    passed = [list(_ways(searched, row)) for row in before]
-    matrices = iter(_onward(searched.groups, passed))
-    result = np.empty((len(before), 2, 2))
-    for i, own in enumerate(passed):
-        r = searched.groups.restitution_at(int(before[i, WALL]))
-        moved = np.array([[0.0, 0.0], [0.0, -r], [1.0, 0.0]])  # position, velocity and phase, just after the impact
-        for _ in own:
-            moved = next(matrices) @ moved
-        result[i] = moved[2], moved[1]
-    return result
+    r = np.where(before[:, WALL] > 0, *(searched.groups.restitution_at(wall) for wall in (BOTTOM, TOP)))
+    passed, ends = _after_each(searched, before, r, compiled)
+    matrices = _onward(searched.groups, passed, ends)
+    moved = np.zeros((len(before), 3, 2))  # position, velocity and phase, just after the impact
+    moved[:, 1, 1], moved[:, 2, 0] = -r, 1.0
+    begins = np.concatenate([[0], ends[:-1]])
+    for k in range(int((ends - begins).max(initial=0))):
+        more = begins + k < ends
+        moved[more] = matrices[begins[more] + k] @ moved[more]
+    return np.asarray(moved[:, [2, 1]])
 
 
-def _onward(groups: Groups[float], passed: Sequence[Sequence[Way]]) -> Array:
+def _after_each(searched: _Searched, before: Array, r: Array, compiled: bool) -> tuple[Array, NDArray[np.intp]]:
+    """The ways after some impacts, with the fields of `Way` as columns, and how many there are up to each next one.
+
+    `r` are the restitutions. The ball is not held after any of the impacts.
+    """
+    d, wall = searched.groups.d, before[:, WALL]
+    phase = [kernel.turned(place) for place in before[:, PHASE].tolist()]
+    begun = np.column_stack([-wall, -r * before[:, VELOCITY], phase])
+    walls = np.where(wall[:, None] > 0, (-d, 0.0), (0.0, d))
+    follow = (compiled_ways() if compiled else None) or kernel.follow_ways
+    ends, room = np.zeros(len(before), dtype=np.intp), WAYS_EACH * (len(before) + 1)
+    while True:
+        passed = np.empty((room, len(Way._fields)))
+        with np.errstate(all="ignore"):  # as in the search for impacts
+            if follow(begun, walls, searched.plain, searched.harmonics, searched.still, passed, ends):
+                return passed[: int(ends[-1]) if len(ends) else 0], ends
+        room *= 4
+
+
+def _onward(groups: Groups[float], passed: Array, ends: NDArray[np.intp]) -> Array:
     """How position, velocity and phase at the end of each way move with those at its beginning, (n, 3, 3)."""
-    columns = np.array([way for own in passed for way in own]).reshape(-1, len(Way._fields)).T
-    sign, time, phase, _, end = columns
-    strikes = np.array([i + 1 == len(own) for own in passed for i in range(len(own))])
+    sign, time, phase, _, end = passed.T
+    strikes = np.zeros(len(passed), dtype=bool)
+    strikes[ends - 1] = True
     begun, now = groups.wave(phase, ARRAYS), groups.wave(phase + pi * time, ARRAYS)
     # At the same time as before: position by velocity and by phase, velocity by phase.
     free = np.zeros((len(time), 3, 3))
