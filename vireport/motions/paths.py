@@ -325,6 +325,8 @@ class Path(Struct, frozen=True, eq=False):
         self, arc: Arc, value: Callable[[PathPoint], float], tolerance: float = LOCATED
     ) -> tuple[float, PathPoint]:
         """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
+        if value(arc.start) == value(arc.end):
+            return 0.0, arc.start  # it begins there, to rounding, and what varies does not change the function
         known, (guess, slope) = {}, arc.crossing(value)
 
         def on_path(size: float) -> float:
