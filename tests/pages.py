@@ -34,6 +34,8 @@ class HtmlTable(Struct):
 
 
 class Page(HTMLParser):
+    """What stands on a page; of its opening the facts, with status, and the tiles: status, label, number, remark."""
+
     def __init__(self, data: bytes) -> None:
         super().__init__(convert_charrefs=True)
         self.parts: list[str] = []
@@ -41,6 +43,9 @@ class Page(HTMLParser):
         self.headings: list[str] = []
         self.all_tables: list[HtmlTable] = []
         self.open: list[str] = []
+        self.of_facts = False
+        self.said: list[list[str]] = []
+        self.tiles: list[list[str]] = []
         self.feed(data.decode("utf-8"))
         self.text = tidy("".join(self.parts))
 
@@ -55,6 +60,14 @@ class Page(HTMLParser):
             self.open.append(tag)
         if tag == "h2":
             self.headings.append("")
+        elif tag in ("ul", "ol"):
+            self.of_facts = dict(attrs).get("class") == "said"
+        elif tag == "li" and self.of_facts:
+            self.said.append([dict(attrs)["class"] or "", ""])
+        elif tag == "div" and "dl" in self.open:
+            self.tiles.append([dict(attrs)["class"] or ""])
+        elif tag in ("dt", "dd") and self.tiles:
+            self.tiles[-1].append("")
         elif tag == "table":
             self.all_tables.append(HtmlTable())
         elif tag == "tr":
@@ -68,12 +81,16 @@ class Page(HTMLParser):
         self.parts.append("" if tag in INLINE else " ")
 
     def handle_data(self, data: str) -> None:
-        if "style" in self.open:
+        if "style" in self.open or "script" in self.open:
             return
         self.parts.append(data)
         plain = data.replace("\u00a0", " ")
         if "h2" in self.open:
             self.headings[-1] += plain
+        elif "ul" in self.open and self.of_facts:
+            self.said[-1][-1] += plain
+        elif "dl" in self.open:
+            self.tiles[-1][-1] += plain
         elif "caption" in self.open:
             self.all_tables[-1].caption += plain
         elif "td" in self.open or "th" in self.open:

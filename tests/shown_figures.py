@@ -18,7 +18,18 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from shown import PREFIXES, Amount, Below, Said, plain
-from shown_tables import Results, in_input, number, rungs, swept
+from shown_tables import (
+    WORDS_OF,
+    Results,
+    digits_of,
+    in_input,
+    inequality,
+    number,
+    percentage,
+    rungs,
+    speeds_along,
+    swept,
+)
 
 Points = list[tuple[float, float]]
 
@@ -89,7 +100,7 @@ def voltage_faults(x: Results, figure: Figure) -> Iterator[str]:
     (axes, *_), looks = figure.axes, legend_of(figure)
     prefix = re.search(r"\[(.?)V\]", axes.get_ylabel())[1]
     for stability in ("stable", "unstable"):
-        known: dict[str, Points] = {"Uₐᵥₑ": [], "Uᵢₘₚ − Uᵢₙ, bottom": [], "Uᵢₘₚ − Uᵢₙ, top": []}
+        known: dict[str, Points] = {"Uₐᵥₑ": [], "bottom": [], "top": []}
         for branch, k in motions(x, stability == "stable"):
             bottom, top = (x.device.gain(speed) for speed in speeds(x, branch, k))
             for points, volts in zip(known.values(), (mean([bottom, top]), bottom, top), strict=True):
@@ -102,7 +113,7 @@ def voltage_faults(x: Results, figure: Figure) -> Iterator[str]:
 def motion_faults(x: Results, figure: Figure) -> Iterator[str]:
     """Figure 2: speed, phase and flight time of both impacts."""
     looks, ratio = legend_of(figure), x.device.period_ratio
-    sides = {"impact k−1, bottom": ("bottom", lambda q: q), "impact k, top": ("top", lambda q: 1 - q)}
+    sides = {"bottom": ("bottom", lambda q: q), "top": ("top", lambda q: 1 - q)}
     for stability in ("stable", "unstable"):
         rows = list(motions(x, stability == "stable"))
         for words, (side, share) in sides.items() if rows else ():
@@ -120,7 +131,6 @@ def motion_faults(x: Results, figure: Figure) -> Iterator[str]:
 def stability_faults(x: Results, figure: Figure) -> Iterator[str]:
     """Figure 4: the discriminant and the eigenvalues where they are shown, and the borders of stability."""
     looks, determinant = legend_of(figure), x.device.determinant
-    names = {words: look for words, look in looks.items() if words.startswith("branch")}
     wide = looks.get("Re λ")
     for stability in ("stable", "unstable"):
         discriminants, eigenvalues = [], []
@@ -134,13 +144,15 @@ def stability_faults(x: Results, figure: Figure) -> Iterator[str]:
         if not discriminants:
             continue
         for axes, known in zip(figure.axes[:2], (discriminants, eigenvalues), strict=True):
-            drawn = [curve(axes, look, looks[stability]) for look in names.values()]
+            lines = [line for line in axes.findobj(Line2D) if len(line.get_xdata()) > 2]
+            of = [line for line in lines if line.get_linestyle() == looks[stability].get_linestyle()]
+            drawn = [np.column_stack(line.get_data()) for line in of]
             if wide is not None:
-                for line in axes.findobj(Line2D):
-                    if line.get_linewidth() == wide.get_linewidth():
-                        drawn.append(np.column_stack(line.get_data()))
+                drawn += [
+                    np.column_stack(line.get_data()) for line in lines if line.get_linewidth() == wide.get_linewidth()
+                ]
             yield from curve_faults(f"{axes.get_ylabel()}, {stability}", np.concatenate(drawn), known)
-    border = looks["criterion: Δ = 0, λ = ±1"]
+    border = looks["Δ = 0, λ = ±1"]
     for axes, expected in zip(figure.axes[:2], ({0.0}, {-1.0, 1.0}), strict=True):
         drawn = {
             float(line.get_ydata()[0])
@@ -150,6 +162,53 @@ def stability_faults(x: Results, figure: Figure) -> Iterator[str]:
         }  # fmt: skip
         if drawn != expected:
             yield f"{axes.get_ylabel()}: the borders of stability are drawn at {drawn}"
+
+
+def answer_faults(x: Results, figure: Figure) -> Iterator[str]:
+    """The first page's figure: impact speeds, where they are stable, its ends, the design point and its room."""
+    (axes,) = figure.axes
+    texts = {plain(text.get_text()): text for text in axes.texts}
+    for stability in ("stable", "unstable"):
+        rows = list(motions(x, stability == "stable"))
+        for side, name in enumerate(("bottom", "top")):
+            look = next((text.get_color() for text_of, text in texts.items() if text_of == name), None)
+            lines = [line for line in axes.lines if line.get_color() == look and len(line.get_xdata()) > 2]
+            lines = [line for line in lines if (line.get_linestyle() == "-") is (stability == "stable")]
+            known = [(branch["sweep_value"][k], speeds(x, branch, k)[side]) for branch, k in rows]
+            if look is not None and known:
+                drawn = np.concatenate([np.column_stack(line.get_data()) for line in lines])
+                yield from curve_faults(f"impact speed, {name}, {stability}", drawn, known)
+    shaded = sorted(patch.get_extents().transformed(axes.transData.inverted()).intervalx for patch in axes.patches)
+    expected = sorted((part["from"], part["to"]) for part in x.data["stable_range"])
+    if not np.allclose(shaded, expected, rtol=1e-6):
+        yield f"{shaded} are shaded, and not {expected}"
+    for said in _on_the_answer(x):
+        if not any(not said.faults(text, whole=True) for text in texts):
+            yield f"{said.words} is not among {list(texts)}"
+
+
+def _ends(x: Results) -> list[tuple[str, float]]:
+    """Where stable motion ends in the sweep: the labels of the critical points, and the values."""
+    labels = {point["label"] for point in x.points}
+    ends = [(part[f"{end}_reason"], part[end]) for part in x.data["stable_range"] for end in ("from", "to")]
+    return [(label, value) for label, value in ends if label in labels]
+
+
+def _on_the_answer(x: Results) -> Iterator[Said]:
+    """The texts of that figure, beside the names of both membranes."""
+    low, high = sorted((x.sweep["from"], x.sweep["to"]))
+    for label, value in _ends(x):
+        yield Said(f"{label} {{}}", swept(x, value, digits_of(x, x.parameter, value, 6)))
+    at = getattr(x.device, x.parameter)
+    if at is None or not low <= at <= high:
+        return
+    yield Said("design {}", swept(x, at))
+    around = [part for part in x.data["stable_range"] if part["from"] < at < part["to"]]
+    ends = [value for part in around for _, value in _ends(x) if value in (part["from"], part["to"])]
+    if ends:
+        nearest = min(ends, key=lambda value: abs(value - at))
+        if abs(nearest - at) > 0.12 * (high - low):
+            yield Said("{} of room", percentage(abs(nearest / at - 1)))
 
 
 def path_faults(x: Results, figure: Figure) -> Iterator[str]:
@@ -212,6 +271,17 @@ def captions(x: Results) -> Iterator[tuple[str, Said]]:
         largest = max((size + sqrt(max(root, 0.0))) / 2 for size, root in roots)
         told = Said("|λ| reaches {}", number(largest, 3)) if largest < 1e4 else Said("|λ| exceeds 10000")
         yield "figure-4", told if largest > 1.6 else Said("where Δ < 0.")
+        along = speeds_along(x) or [speeds(x, branch, k) for branch, k in motions(x, False)]
+        for side, name in enumerate(("bottom", "top")):
+            found = [pair[side] for pair in along]
+            yield "figure-answer", Said(f"at the {name} {{}} to {{}} m/s", number(min(found), 6), number(max(found), 6))
+        ranges = [inequality(x, part, x.parameter) for part in x.data["stable_range"]]
+        amounts = [amount for part in ranges for amount in part.amounts]
+        yield "figure-answer", Said(f"Stable: {'; '.join(part.words for part in ranges) or 'nowhere'}.", *amounts)
+        kinds = {point["label"]: WORDS_OF[point["kind"]] for point in x.points}
+        for label, value in _ends(x):
+            place = swept(x, value, digits_of(x, x.parameter, value, 6))
+            yield "figure-answer", Said(f"{kinds[label].capitalize()} {label} at {{}}.", place)
     if x.stable and x.device.membrane["thickness_m"] is not None:
         bias, of = Amount(x.device.membrane["bias_voltage_v"], "V"), x.device.membrane
         breaking = Amount(of["breakdown_field_v_m"] * of["thickness_m"], "V", 4)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import ceil, floor, hypot, inf, log, log10, pi, sqrt
+from math import ceil, floor, hypot, inf, log10, pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SWEPT, SYMBOLS, Device, contact_time, device_of, mean
@@ -126,7 +126,7 @@ class Results:
     def ending(self) -> list[dict[str, Any]]:
         """The margins at which stable motion ends or another takes over, the nearest first."""
         margins = [x for x in self.design["margins"] if x["ends_stability"] or x["taken_over"]] if self.design else []
-        return sorted(margins, key=lambda margin: abs(margin["relative"]))
+        return sorted(margins, key=lambda margin: inf if margin["relative"] is None else abs(margin["relative"]))
 
 
 def swept(x: Results, value: float, digits: int = 6, unit: bool = True) -> Amount:
@@ -150,6 +150,15 @@ def compliant_end(x: Results, parameter: str, value: float) -> dict[str, Any] | 
     """What the membranes' own stiffness makes of an end of stable motion; None where contacts are short."""
     ends = x.data["own_stiffness"]["ends"] if x.data["own_stiffness"] is not None else ()
     return next((end for end in ends if (end["parameter"], end["rigid"]) == (parameter, value)), None)
+
+
+def gone(x: Results) -> bool:
+    """Whether the motion at the design point is lost, or not stable, with the membranes' own stiffness."""
+    own = x.data["own_stiffness"]
+    if own is None or not own["at_design_point"]:
+        return False
+    of = own["motion"]
+    return own["missing"] == "lost" if of is None else abs(of["trace"]) >= 1 + of["determinant"]
 
 
 def digits_of(x: Results, parameter: str, value: float, most: int) -> int:
@@ -308,9 +317,9 @@ def requirements(x: Results) -> list[Row]:
             "Margin": Said("{}{}", "+" if margin >= 0 else "−", of_unit(abs(margin), unit, 3)),
             "In the scenario": "by default" if key in by_default(x) else "set over it",
         }
-    asked = x.scenario["requirements"]
-    if asked["stable_from"] is not None:
-        low, high = asked["stable_from"], asked["stable_to"]
+    given = x.scenario["requirements"]
+    if given["stable_from"] is not None:
+        low, high = given["stable_from"], given["stable_to"]
         (part,) = [of for of in x.data["stable_range"] if of["from"] <= low and high <= of["to"]]
         sides = {"from": low - part["from"], "to": part["to"] - high}
         inside = [room for end, room in sides.items() if part[f"{end}_reason"] != "end of the sweep"]
@@ -322,7 +331,7 @@ def requirements(x: Results) -> list[Row]:
             "Margin": Said("+{}", swept(x, min(inside), 3)),
             "In the scenario": "set over it",
         }
-    if asked["crosscheck_passed"]:
+    if given["crosscheck_passed"]:
         found = x.data["simulation"]
         largest, limit = max(found["velocity_difference"], found["phase_difference_rad"]), found["tolerance"]
         rows["crosscheck_passed"] = {
@@ -377,46 +386,24 @@ def _ended(x: Results, parameter: str, value: float) -> str:
 
 def ranges_around(x: Results) -> list[Row]:
     rows = []
+    alike = x.scenario["device"]["restitution_bottom"] is None
     for part in x.design["stable_range"]:
         parameter, ends = part["parameter"], (part["from"], part["to"])
+        if alike and parameter in ("restitution_bottom", "restitution_top"):
+            continue
         quantity, symbol, unit = SYMBOLS[parameter]
         at = getattr(x.device, parameter)
-        row = {"Parameter": f"{quantity[0].upper()}{quantity[1:]} {symbol}", "Unit": unit, "Design point": number(at)}
+        name = f"{quantity[0].upper()}{quantity[1:]} {symbol}{f' [{unit}]' if unit else ''}"
+        row = {"Input": name, "Design": number(at, 8)}
         for title, value, mark in zip(("From", "To"), ends, ("", " 2"), strict=True):
             room = (value - at) / at if at else None
-            row[title] = number(value, digits_of(x, parameter, value, 8))
+            row[title] = number(value, digits_of(x, parameter, value, 6))
             row[f"ended by{mark}"] = _ended(x, parameter, value)
             row[f"room{mark}"] = (
                 number(None) if room is None
                 else Said("{}{}", "+" if room > 0 else "−" if room < 0 else "", percentage(abs(room)))
             )  # fmt: skip
         rows.append(row)
-    return rows
-
-
-def margins(x: Results) -> list[Row]:
-    rows = []
-    for margin in x.design["margins"][:10]:
-        parameter, value = margin["parameter"], margin["sweep_value"]
-        _, symbol, unit = SYMBOLS[parameter]
-        at = getattr(x.device, parameter)
-        distance = value - at
-        rows.append(
-            {
-                "Varied": f"{symbol} [{unit}]" if unit else symbol,
-                "Point": margin["label"] or "—",
-                "Kind": WORDS_OF[margin["kind"]],
-                "Motion": margin["family"],
-                "at": number(value, digits_of(x, parameter, value, 8)),
-                "distance": number(distance, 6 if x.data["own_stiffness"] is None else 2),
-                "relative": Said("{}{}", "+" if distance > 0 else "−", percentage(abs(distance) / at)),
-                "ends stable motion": "yes"
-                if margin["ends_stability"]
-                else "another takes over"
-                if margin["taken_over"]
-                else "no",
-            }
-        )
     return rows
 
 
@@ -433,33 +420,28 @@ def distortions(x: Results) -> list[Row]:
     ]
 
 
-def shifted_ends(x: Results) -> list[Row]:
-    """Of the nearest end of stable motion: where it is found, by how much it has moved, and how far it then is."""
+def what_is_left(x: Results) -> list[Row]:
+    """The nearest end of stable motion and the margin to it: by itself, and with each effect that is left out."""
     of = x.data["effects"]
-    if not of["rows"]:
-        return []
     parameter, end = of["parameter"], of["sweep_value"]
-    unit, rows = SYMBOLS[parameter][2], []
+    at = getattr(x.device, parameter)
+    unit, digits = f" [{SYMBOLS[parameter][2]}]" if SYMBOLS[parameter][2] else "", digits_of(x, parameter, end, 6)
+    known: list[tuple[str, float | None, str | float]] = [("Rigid membranes", end, abs(end / at - 1))]
     for shift in of["rows"]:
-        value = shift["sweep_value"]
-        moved = value is not None
-        left = {True: "no end", False: "no stable motion", None: "not known: the ball stops on its way"}[
-            shift["stable"]
-        ]
-        rows.append(
-            {
-                "With": effect_of(x, shift),
-                "end at": Amount(value, unit, 5) if moved else "—",
-                "moved by": Amount(value - end, unit, 3) if moved else "—",
-                "moved by 2": Amount(100 * (value / end - 1), "%", 3) if moved else "—",
-                "margin left": Said(
-                    "{}{}", "" if margin_left(x, shift) > 0 else "−", percentage(abs(margin_left(x, shift)))
-                )
-                if moved
-                else left,
-            }
-        )
-    return rows
+        none = {True: "no end", False: "no stable motion", None: "not known: the ball stops on its way"}
+        moved = shift["sweep_value"] is not None
+        left = margin_left(x, shift) if moved else none[shift["stable"]]
+        known.append((effect_of(x, shift), shift["sweep_value"], left))
+    return [
+        {
+            "With": name,
+            "Ends at": "—" if value is None else Amount(value, unit.strip(" []"), digits),
+            "Margin left": left if isinstance(left, str) else Said(
+                "{}{}", "−" if left < 0 else "", percentage(abs(left))
+            ),
+        }
+        for name, value, left in known
+    ]  # fmt: skip
 
 
 def margin_left(x: Results, shift: dict[str, Any]) -> float:
@@ -480,7 +462,8 @@ def effect_of(x: Results, shift: dict[str, Any]) -> str:
     names["restitution_exponent"] = "Restitution as the speed to the power −0.1"
     names["friction"] = "Friction of 0.05 between ball and capsule"
     for membrane in ("bottom", "top"):
-        names[f"restitution_{membrane}"] = f"Restitution at the {membrane} −5 %"
+        size = 100 * (shift["change"] or 0.0)
+        names[f"restitution_{membrane}"] = f"Restitution at the {membrane} {'−' if size < 0 else ''}{abs(size):g} %"
     return names[shift["effect"]]
 
 
@@ -1082,10 +1065,9 @@ def spreads(x: Results) -> list[Row]:
 TABLES: dict[str, Callable[[Results], list[Row]]] = {
     "Requirements": requirements,
     "Where the values come from": remarks,
-    "Stable ranges around the design point, one input varied at a time": ranges_around,
-    "Critical points around the design point, nearest first": margins,
+    "How far each input can go before stable motion ends": ranges_around,
+    "What is left of the margin in .*": what_is_left,
     "Distortion of the force that ends stable motion": distortions,
-    "How far would it move\\? The nearest end with what the model leaves out": shifted_ends,
     "1:1 motions at the design point": motions_at_design,
     "Voltages of the stable motions": voltages,
     "How Uave depends on the ball mass: .*": mass_effects,
@@ -1118,7 +1100,7 @@ WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Misprints of th
 """Captions of tables of words, or of numbers that are no results: what was run, with what."""
 
 
-# Sentences: key numbers, alerts, notes below tables, the verdict.
+# Sentences: alerts, notes below tables, proofs.
 
 
 def inequality(x: Results, part: dict[str, Any], parameter: str) -> Said:
@@ -1131,30 +1113,20 @@ def inequality(x: Results, part: dict[str, Any], parameter: str) -> Said:
 
 
 def sentences(x: Results) -> Iterator[Said]:
-    """What a page says in sentences, with its numbers."""
-    for part in x.data["stable_range"]:
-        yield inequality(x, part, x.parameter)
-    yield from _shaker(x)
+    """What a page says in sentences below its opening, with its numbers."""
     if x.sweep:
         low, high = (swept(x, x.sweep[end]) for end in ("from", "to"))
-        quantity, symbol, _ = SYMBOLS[x.parameter]
-        yield Said(f"weep of {quantity}{':' if x.data['stable_range'] else ' from'} {{}} to {{}}", low, high)
-        yield Said(f"From and to are the ends of the sweep, {symbol} = {{}} and {{}}.", low, high)
+        yield Said(f"From and to are the ends of the sweep, {x.symbol} = {{}} and {{}}.", low, high)
         for part in x.data["stable_range"]:
             for end in ("from", "to"):
-                if (why := part[f"{end}_reason"]) in (kinds := {of["label"]: of for of in x.points}):
-                    yield Said(
-                        f"{{}}: {WORDS_OF[kinds[why]['kind']]} {why}",
-                        swept(x, part[end], digits_of(x, x.parameter, part[end], 6)),
-                    )
-                elif part[end] in (x.sweep["from"], x.sweep["to"]) and (beyond := part[f"{end}_beyond_sweep"]):
+                if part[end] in (x.sweep["from"], x.sweep["to"]) and (beyond := part[f"{end}_beyond_sweep"]):
                     kind, ends = WORDS_OF[beyond["kind"]], (part[end], beyond["sweep_value"])
                     yield Said(
                         f"At {{}} only the sweep ends: stable motion continues to the {kind} at {{}}.",
                         *(swept(x, value, digits_of(x, x.parameter, value, 8)) for value in ends),
                     )
     for alert in x.data["alerts"]:
-        mark = {"error": "✗ Error", "warning": "! Warning", "note": "i Note"}[alert["severity"]]
+        mark = {"error": "✗", "warning": "!", "note": "i"}[alert["severity"]]
         cause, remedy = (" ".join(alert[key].replace("U_ave", "Uave").split()[:2]) for key in ("cause", "remedy"))
         yield Said(f"{mark} {alert['code']}: {alert['title'].replace('U_ave', 'Uave')}. {cause}")
         yield Said(f"Remedy. {remedy}")
@@ -1167,12 +1139,8 @@ def sentences(x: Results) -> Iterator[Said]:
             f"s solutions of the equations of rigid impacts, in results.json, the points are known to {{}} {x.unit}.",
             Bound(largest),
         )
-    if x.data["requirements"] is not None and not all(met for *_, met in _asked(x)):
-        yield Said("Verdict ✗ Requirements not met.")
     if x.design is not None:
         yield from _of_design(x)
-    if x.stable:
-        yield from _of_stable(x)
     if x.device.ball_mass_kg is not None:
         yield from _of_membrane(x)
     if x.data["requirements"] is not None:
@@ -1187,28 +1155,7 @@ def sentences(x: Results) -> Iterator[Said]:
         yield from _of_simulation(x)
 
 
-def _shaker(x: Results) -> Iterator[Said]:
-    device = x.device
-    if x.parameter != "length_m" and getattr(device, x.parameter) is None:
-        return
-    numbers = Amount(device.acceleration / STANDARD_GRAVITY, "g"), Amount(device.stroke, "m")
-    if any(key in REQUIRED and "shaker" in REQUIRED[key][0] for key, *_ in _asked(x)):
-        mark = "✓" if all(met for *_, title, met in _asked(x) if "shaker" in title) else "✗"
-        says = "{}, stroke {} Amplitudes of acceleration {} and force {} "
-        if device.free:
-            says = "{}, stroke at most {} Largest acceleration between impacts {}, amplitude of the force {} "
-        yield Said(
-            f"What must the shaker do? {mark}{says}",
-            *numbers, Amount(device.acceleration, "m/s²"), Amount(device.amplitude_n, "N"),
-        )  # fmt: skip
-    else:
-        yield Said(
-            "What must the shaker do? {}, stroke {} Amplitude of the acceleration, and the travel from end to end",
-            *numbers,
-        )
-
-
-def _asked(x: Results) -> list[tuple[str, str, bool]]:
+def asked(x: Results) -> list[tuple[str, str, bool]]:
     if x.data["requirements"] is None:
         return []
     return [(key, title, met) for key, title, *_, met in judged(x)]
@@ -1216,7 +1163,7 @@ def _asked(x: Results) -> list[tuple[str, str, bool]]:
 
 def _met(x: Results) -> Iterator[Said]:
     criteria = x.data["requirements"]["criteria"]
-    passed = {key: met for key, _, met in _asked(x)} | {"stable_from": True, "crosscheck_passed": True}
+    passed = {key: met for key, _, met in asked(x)} | {"stable_from": True, "crosscheck_passed": True}
     for criterion in criteria:
         assert criterion["passed"] is passed[criterion["key"]], criterion
     known = {key: (limit, value, margin) for key, _, _, limit, value, margin, _ in judged(x)}
@@ -1225,14 +1172,10 @@ def _met(x: Results) -> Iterator[Said]:
         for number_told, number_known in zip(told, known.get(criterion["key"], ()), strict=False):
             assert abs(number_told - number_known) <= 1e-9 * max(abs(value) for value in known[criterion["key"]])
         if criterion["key"] == "stable_from":
-            asked = x.scenario["requirements"]
-            assert criterion["limit_value"] == asked["stable_to"] - asked["stable_from"]
+            given = x.scenario["requirements"]
+            assert criterion["limit_value"] == given["stable_to"] - given["stable_from"]
     met, count = sum(passed[criterion["key"]] for criterion in criteria), len(criteria)
     yield Said(f"{met} of {count} requirements {'is' if met == 1 else 'are'} met.")
-    if met < count:
-        missed = [of["title"].replace("U_ave", "Uave") for of in criteria if not passed[of["key"]]]
-        verb = "is" if len(missed) == 1 else "are"
-        yield Said(f"{len(missed)} of {count} requirements {verb} not met: {', '.join(missed)}.")
 
 
 def _of_design(x: Results) -> Iterator[Said]:
@@ -1244,95 +1187,12 @@ def _of_design(x: Results) -> Iterator[Said]:
         yield Said(f"Det = {'r⁴' if alike else '(rbottom rtop)²'} = {{}} for all", number(x.device.determinant, 6))
 
 
-def _of_stable(x: Results) -> Iterator[Said]:
-    if x.data["simulation"] is None:
-        yield Said("Does a simulation agree? ✓Yes Started close to the motion, it is off by ")
-    bottom, top = x.design_speeds[0]
-    yield Said(
-        "How fast are the impacts? {} at the bottom, {} at the top", Amount(bottom, "m/s", 4), Amount(top, "m/s", 4)
-    )
-    if (of := x.data["disturbances"]["from_rest"])["outcome"] == "reaches_1_1":
-        periods = number(of["settles_after_periods"])
-        yield Said("Switched on from rest, the device reaches this motion after {} periods.", periods)
-        yield Said(f"{FROM_REST} ✓Yes, after {{}} periods ", periods)
-    if x.ending:
-        end = x.ending[0]
-        quantity, symbol, _ = SYMBOLS[end["parameter"]]
-        distance = end["sweep_value"] - getattr(x.device, end["parameter"])
-        share = percentage(abs(distance) / getattr(x.device, end["parameter"]))
-        name, at = _name(end), end["sweep_value"]
-        shown_at = in_input(end["parameter"], at, digits_of(x, end["parameter"], at, 6))
-        words, compliant = _margin(x, end)
-        yield Said(
-            f"{words} in {quantity} {name[0].upper()}{name[1:]} at {symbol} = {{}}, "
-            f"{'below' if distance < 0 else 'above'} the design point",
-            share, *compliant, shown_at,
-        )  # fmt: skip
-        if not compliant:
-            yield Said(f"), {{}} away in {quantity}.", share)
-        elif isinstance(compliant[0], Amount) and compliant[0].value > 0:
-            yield Said(
-                f"), {{}} away in {quantity} by the model of rigid impacts, and {{}} with the membranes' own",
-                share, *compliant,
-            )  # fmt: skip
-        else:
-            yield Said(f"), {{}} away in {quantity} by the model of rigid impacts; with the membranes'", share)
-    yield from _effects(x)
-    yield from _compliant(x)
-    if not x.sweep:
-        nearest = x.ending[0]["parameter"]
-        ordered = sorted(x.design["stable_range"], key=lambda part: part["parameter"] != nearest)
-        for part in ordered:
-            yield inequality(x, part, part["parameter"])
-
-
-def _effects(x: Results) -> Iterator[Said]:
-    of = x.data["effects"]
-    if not of["rows"]:
-        reason = f"{of['reason'][0].upper()}{of['reason'][1:]}"
-        yield Said(f"How far the nearest end of stable motion would move {reason}")
-        return
-    parameter, end = of["parameter"], of["sweep_value"]
-    quantity, at = SYMBOLS[parameter][0], getattr(x.device, parameter)
-    share = percentage(abs(end / at - 1))
-    where = in_input(parameter, end, min(5, digits_of(x, parameter, end, 5)))
-    name = f"{WORDS_OF[of['kind']]} {of['label']}".strip()
-    yield Said(f"Without these effects: {name} in {quantity}, at {{}}, {{}} away.", where, share)
-
-    known = [shift for shift in of["rows"] if shift["stable"] is not None]
-    worst = min(known, key=lambda shift: margin_left(x, shift))
-    room = margin_left(x, worst)
-    if 0 < room < inf:
-        yield Said(f"How far would it move? {effect_of(x, worst)}: {{}} left", percentage(room))
-    else:
-        yield Said(f"How far would it move? {'!' if room < 0 else ''}{effect_of(x, worst)}: ")
-    if worst["sweep_value"] is not None:
-        moved = worst["sweep_value"] / end - 1
-        sign = "+" if moved > 0 else "−" if moved < 0 else ""
-        yield Said(
-            f"The worst of the neglected effects; the end moves by {sign}{{}}; without it {{}} in {quantity}: all",
-            percentage(abs(moved)), share,
-        )  # fmt: skip
-
-
-def _margin(x: Results, end: dict[str, Any]) -> tuple[str, list[Amount | str]]:
-    """The margin to the nearest end, with what there is of the compliant one, and that."""
-    of = compliant_end(x, end["parameter"], end["sweep_value"])
-    if of is None:
-        return "{}", []
-    at = getattr(x.device, end["parameter"])
-    if of["compliant"] is None:
-        return "{} (compliant {})", [of["missing"]]
-    # Positive on the side of the rigid end.
-    return "{} (compliant {})", [percentage((of["compliant"] - at) / (end["sweep_value"] - at) * abs(end["relative"]))]
-
-
-def _stable_speeds(x: Results) -> list[tuple[float, float]]:
+def stable_speeds(x: Results) -> list[tuple[float, float]]:
     """Impact speeds of the stable motions, at the design point where there is one, else along the sweep."""
-    return x.design_speeds if x.design is not None else _speeds_along(x)
+    return x.design_speeds if x.design is not None else speeds_along(x)
 
 
-def _speeds_along(x: Results) -> list[tuple[float, float]]:
+def speeds_along(x: Results) -> list[tuple[float, float]]:
     ends = [x.speeds(velocities, value) for _, value, _, velocities in x.ends()]
     return ends + [
         x.speeds((branch["velocity_bottom"][k], branch["velocity_top"][k]), branch["sweep_value"][k])
@@ -1345,7 +1205,7 @@ def _speeds_along(x: Results) -> list[tuple[float, float]]:
 def _of_stretch(x: Results) -> Iterator[Said]:
     """How deep the stable motions press a membrane in, and what is open there."""
     radius = x.device.membrane["active_radius_m"]
-    fastest = max(max(speeds) for speeds in _stable_speeds(x))
+    fastest = max(max(speeds) for speeds in stable_speeds(x))
     deepest, peak = x.device.deflection(fastest), x.device.gain(fastest) + x.device.membrane["bias_voltage_v"]
     area = sqrt(peak / x.device.membrane["bias_voltage_v"])
     if deepest > radius:
@@ -1360,13 +1220,6 @@ def _of_stretch(x: Results) -> Iterator[Said]:
                 "At a breakdown field of 100 MV/m its {} kV need a thickness of {} mm;",
                 number(peak / 1e3, 3), number(peak / 1e5, 2),
             )  # fmt: skip
-    own = [mean([x.device.gain(speed) for speed in speeds]) for speeds in _stable_speeds(x)]
-    if min(own) == max(own):
-        met = all(met for key, _, met in _asked(x) if key in VOLTAGE_LIMITS)
-        film = x.stable and x.device.membrane["thickness_m"] is not None
-        met &= not film or all(max(breakdown(x, *s), efficiency(x, *s)) <= 1 for s in x.design_speeds)
-        mark = "✗" if not met else "✓" if deepest <= radius else "!" if area > 5.9 else ""
-        yield Said(f"What voltage? {mark}Uave = {{}}", Amount(own[0], "V", 4))
 
 
 def _of_membrane(x: Results) -> Iterator[Said]:
@@ -1385,7 +1238,7 @@ def _of_membrane(x: Results) -> Iterator[Said]:
             "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
             number(exponent, 4), number(2**exponent, 3),
         )  # fmt: skip
-    if _stable_speeds(x):
+    if stable_speeds(x):
         yield from _of_stretch(x)
     if x.stable and of["thickness_m"] is not None:
         highest = max(field(x, *speeds) for speeds in x.design_speeds)
@@ -1403,7 +1256,7 @@ def _alerts(x: Results) -> Iterator[Said]:
         heavier = x.device.at("ball_mass_kg", x.device.ball_mass_kg * (1 + 1e-6))
         effect = max(
             (mean([heavier.gain(v) for v in speeds]) / mean([x.device.gain(v) for v in speeds]) - 1) / 1e-6
-            for speeds in _stable_speeds(x)
+            for speeds in stable_speeds(x)
         )
         yield Said("1 % of ball mass changes Uave by up to {}.", Amount(effect, "%", 2))
     if "VR005" in codes:
@@ -1420,7 +1273,6 @@ def _alerts(x: Results) -> Iterator[Said]:
     contact = next((alert["cause"] for alert in x.data["alerts"] if alert["code"] == "VR011"), None)
     if contact is not None:
         share = float(contact.split(" some ")[1].split(" %")[0])
-        yield Said("Contacts last up to {} of a period", Amount(share, "%", 2))
         if x.points:
             yield Said("Contacts of {} of a period limit the digits shown.", Amount(share, "%", 2))
 
@@ -1438,10 +1290,6 @@ def of_tolerances(x: Results) -> Iterator[Said]:
     )  # fmt: skip
     if of["worst"] is not None:
         yield Said("stable motion ends at {} of the way from the design", percentage(of["worst"]["share"]))
-        yield Said(
-            f"{yields['stable']} of {yields['samples']} random devices have stable motion (95 % interval {{}} to {{}})",
-            *interval,
-        )
     if of["proof_not_known_of"] is not None:
         end = next(row for row in x.design["margins"] if row["ends_stability"] or row["taken_over"])
         slopes = end["derivatives_by_harmonic"]
@@ -1476,33 +1324,6 @@ def _of_simulation(x: Results) -> Iterator[Said]:
         if min(fastest) == max(fastest)
         else Said("velocity uniform up to {} to {} of the unit yc in", number(min(fastest), 3), number(max(fastest), 3))
     )
-    if (basin := of["basin"]) is not None:
-        yield Said(f"Of {basin['trials']} random starts, {{}} reach it", percentage(basin["share"]))
-
-
-def _compliant(x: Results) -> Iterator[Said]:
-    """Rigid and compliant ends of the sweep's stable ranges, or without one the nearest end, beside each other."""
-    own = x.data["own_stiffness"]
-    if own is None or own["motion"] is None or not own["motion"]["stable"]:
-        return
-    of_sweep = [end for end in own["ends"] if end["of_sweep"]]
-    for end in of_sweep or own["ends"]:
-        name, digits = end["label"] or WORDS_OF[end["kind"]], digits_of(x, end["parameter"], end["rigid"], 6)
-        values = [in_input(end["parameter"], value, digits) for value in (end["rigid"], end["compliant"]) if value]
-        words = "{}" if end["compliant"] is not None else end["missing"]
-        yield Said(f"{name} in {SYMBOLS[end['parameter']][1]}: rigid {{}}, compliant {words}", *values)
-
-
-FROM_REST = "Is it reached from rest?"
-
-
-def recovery(x: Results) -> float:
-    """Forcing periods until 1 % of a disturbance of the slowest stable motion is left, by the root of its matrix."""
-    determinant = x.device.determinant
-    stable = [k for k, word in enumerate(x.design["stability"]) if x.design["admissible"][k] and "unstable" not in word]
-    halves = [abs(x.design["trace"][k]) / 2 for k in stable]
-    sizes = [half + sqrt(half**2 - determinant) if half**2 > determinant else sqrt(determinant) for half in halves]
-    return x.device.period_ratio * log(0.01) / log(max(sizes))
 
 
 def _proved(x: Results) -> Iterator[Said]:
@@ -1527,117 +1348,6 @@ def _proved(x: Results) -> Iterator[Said]:
         yield Said(said, Amount(bound, "m/s", 4), number(cells))
     else:
         yield Said("Not proved: a bound of the shocks that the motion survives.")
-
-
-def _withstood(x: Results) -> Iterator[tuple[str, Said]]:
-    """The least shock and the jitter, where they were asked for."""
-    found = x.data["disturbances"] or {"shock": None, "jitter": None}
-    if (of := found["shock"]) is not None and of["least_jump_m_s"] is not None:
-        after, side = "just" if of["after_s"] == 0 else "{}", "top" if of["sign"] < 0 else "bottom"
-        said = f"Below {{}}. A jump of the relative velocity by that much towards the {side}, "
-        said += f"{after} after an impact at the {of['after']}, leads to {of['leads_to']}; of {of['tried']} tried none"
-        later = [] if of["after_s"] == 0 else [Amount(of["after_s"], "s", 3)]
-        if of["proved_m_s"] is not None:
-            said += " smaller leads out: evidence, not proof; proved of all up to {}"
-            later.append(Amount(of["proved_m_s"], "m/s", 4))
-        yield "Which bumps does it withstand?", Said(said, Amount(of["least_jump_m_s"], "m/s", 3), *later)
-    if (of := found["jitter"]) is not None and of["valid"]:
-        assert of["phase_deg"] == max(of["phase_bottom_deg"], of["phase_top_deg"])
-        given = x.data["scenario"]["disturbances"]
-        kicks = Amount(given["jitter_m_s"], "m/s", 3), number(given["jitter_restitution"], 3)
-        amounts = Amount(of["phase_deg"], "°", 2), Amount(of["velocity_m_s"], "m/s", 2), *kicks
-        said = "{} and {}. Standard deviations of phase and velocity at the impacts, with one of {} of the velocity "
-        said += "just after each and one of {} of the restitution"
-        yield "How much does it jitter?", Said(said, *amounts)
-
-
-def answers(x: Results) -> Iterator[tuple[str, Said]]:
-    """What the verdict answers, by the question: of what a page shortens, too."""
-    if x.data["requirements"] is not None:
-        criteria = x.data["requirements"]["criteria"]
-        met = sum(of["passed"] for of in criteria)
-        said = Said(f"{'Yes' if met == len(criteria) else 'No'}. {met} of {len(criteria)}: see the acceptance table")
-        yield "Are the requirements met?", said
-    if x.ending:
-        end = x.ending[0]
-        side = "below" if end["relative"] < 0 else "above"
-        name, (quantity, symbol, _) = _name(end), SYMBOLS[end["parameter"]]
-        at = end["sweep_value"]
-        value = in_input(end["parameter"], at, digits_of(x, end["parameter"], at, 6))
-        words, compliant = _margin(x, end)
-        said = f"{words} in {quantity}. {name[0].upper()}{name[1:]} at {symbol} = {{}}, {side} the design point"
-        yield "With what margin?", Said(said, percentage(abs(end["relative"])), *compliant, value)
-    if x.stable and (of := x.data["disturbances"]["from_rest"])["outcome"] == "reaches_1_1":
-        said = "Yes, after {} periods. 1 % of a small disturbance is left after {} periods ({})"
-        recovered = recovery(x)
-        amounts = number(of["settles_after_periods"]), number(recovered, 3)
-        yield FROM_REST, Said(said, *amounts, Amount(recovered / x.device.frequency_hz, "s", 3))
-    elif x.stable and of["outcome"] == "rest_cycle" and of["periods"]:
-        yield (
-            FROM_REST,
-            Said("No: rest every {} forcing p", number(of["periods"])),
-        )
-    yield from _withstood(x)
-    if x.data["simulation"] is not None and (of := x.data["simulation"]["basin"]) is not None:
-        interval = percentage(of["low_95"]), percentage(of["high_95"])
-        said = f"{of['reached']} of {of['trials']} random starts (95 % interval {{}} to {{}})"
-        yield "Which starts reach it?", Said(f"{{}}. {said}", percentage(of["share"]), *interval)
-    if x.data["simulation"] is not None and (count := x.data["simulation"]["orbits_checked"]):
-        of = x.data["simulation"]
-        largest = max(of["velocity_difference"], of["phase_difference_rad"])
-        said = f"all {count} stable orbits tried; largest difference {{}}"
-        yield "Does the simulation agree?", Said(said, number(largest, 2))
-    speeds = x.design_speeds if x.design is not None else _speeds_along(x)
-    if x.device.ball_mass_kg is None or not speeds:
-        return
-    volts, radius = [mean([x.device.gain(v) for v in pair]) for pair in speeds], x.device.membrane["active_radius_m"]
-    fastest = max(max(pair) for pair in speeds)
-    deepest, bias = Amount(x.device.deflection(fastest), "m", 3), x.device.membrane["bias_voltage_v"]
-    ends = [Amount(of(volts), "V", 4) for of in (min, max)]
-    said = "U_ave = {} to {}. " if max(volts) > min(volts) * (1 + 1e-6) else "U_ave = {}. "
-    amounts = [*ends[: said.count("{}")], deepest]
-    where = "at the design point" if x.design is not None else "over the stable range"
-    said += f"By the paper's formulae, {where}; deflection up to {{}}"
-    if deepest.value > radius:
-        said += ", {} times the active radius, where the area is {} times as large"
-        amounts += [number(deepest.value / radius, 2), number(sqrt((x.device.gain(fastest) + bias) / bias), 3)]
-    yield "What voltage?", Said(said, *amounts)
-
-
-def headline(x: Results) -> Iterator[Said]:
-    """What a terminal says in its last line."""
-    for part in x.data["stable_range"]:
-        yield inequality(x, part, x.parameter)
-    if x.stable:
-        if x.ending:
-            end = x.ending[0]
-            words, compliant = _margin(x, end)
-            yield Said(
-                f"argin {words} in {SYMBOLS[end['parameter']][0]}, to {_name(end)}",
-                percentage(abs(end["relative"])), *compliant,
-            )  # fmt: skip
-        if x.device.ball_mass_kg is not None:
-            volts = [mean([x.device.gain(v) for v in speeds]) for speeds in x.design_speeds]
-            yield Said("U_ave = {} by the paper's formulae", Amount(min(volts), "V", 4))
-    elif x.design is None and x.device.ball_mass_kg is not None:
-        volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]
-        ends = Amount(min(volts), "V", 4), Amount(max(volts), "V", 4)
-        yield Said("U_ave = {} to {} by the paper's formulae", *ends)
-    yield from _compliant(x)
-    if x.data["requirements"] is not None:
-        missed = [(key, title) for key, title, met in _asked(x) if not met]
-        if missed:
-            yield Said(
-                f"{len(missed)} of {len(x.data['requirements']['criteria'])} requirements "
-                f"{'is' if len(missed) == 1 else 'are'} not met: "
-            )
-            for key, title in missed:
-                limit = x.scenario["requirements"][key]
-                unit, kind = REQUIRED[key][1], REQUIRED[key][2]
-                yield Said(f"{title.replace('Uave', 'U_ave')} ({kind} {{}})", of_unit(limit, unit))
-    if x.data["tolerances"] is not None and x.data["tolerances"]["answer"] == "refuted":
-        of = x.data["tolerances"]["yield"]
-        yield Said("stable for {} of the devices within the tolerances", percentage(of["share"]))
 
 
 # Comparisons, the best design, charts and figures.
@@ -1704,7 +1414,7 @@ def compared(named: dict[str, Results]) -> Iterator[Said]:
         return Said(f"{what} {between.join(f'{{}} for {name}' for name in names)} (", *amounts)
 
     def average(x: Results, pick: Callable[[Any], float]) -> float:
-        return pick(mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x))
+        return pick(mean([x.device.gain(v) for v in speeds]) for speeds in speeds_along(x))
 
     yield line("Lowest U_ave over the stable range:", lambda x: average(x, min), "V", 4)
     yield line("Highest U_ave over the stable range:", lambda x: average(x, max), "V", 4)
@@ -1773,12 +1483,12 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
         "with m = {} and U_in = {}", Amount(1e3 * x.device.ball_mass_kg, "g", 4),
         Amount(x.device.membrane["bias_voltage_v"], "V", 4),
     )  # fmt: skip
-    volts = [mean([x.device.gain(v) for v in speeds]) for speeds in _speeds_along(x)]
+    volts = [mean([x.device.gain(v) for v in speeds]) for speeds in speeds_along(x)]
     yield (
         "figure-7",
         Said("Stable motions: average voltage {} to {}.", Amount(min(volts), "V", 3), Amount(max(volts), "V", 3)),
     )
-    bottom, top = zip(*_speeds_along(x), strict=True)
+    bottom, top = zip(*speeds_along(x), strict=True)
     if x.parameter == "length_m":
         unit = x.device.velocity_unit
         yield (

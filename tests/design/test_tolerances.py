@@ -300,7 +300,7 @@ def test_the_worst_device_is_a_scenario_without_stable_motion(example, tmp_path)
     outcome = json.loads((out / "results.json").read_text())["tolerances"]
     text = (out / "worst.yaml").read_text()
     assert outcome["answer"] == "refuted"
-    assert outcome["worst"]["scenario"] == text
+    assert text.startswith(outcome["worst"]["scenario"])  # what made the file stands below it
     worst = loads(text).scenario
     assert (worst.device.length_m, worst.excitation.frequency_hz) == pytest.approx((0.644, 1.96))
     assert worst.excitation.amplitude_n == pytest.approx(3.03)

@@ -228,7 +228,7 @@ def test_the_command_line_draws_them(tmp_path, capsys) -> None:
         (("--figure-width", "86", "--format", "svg,pdf"), "figures of a report are as wide as its page"),
         (("--figure-width", "86", "--format", "json"), "figures of a report are as wide as its page"),
         (("--figure-width", "5mm", "--format", "png"), "60 to 250 mm wide"),
-        (("--figure-width", "86", "--json"), "draws no figure"),
+        (("--figure-width", "86", "--json"), "--json prints the results and writes no file: leave out --figure-width"),
     ],
 )
 def test_what_is_no_width_is_told_before_work_begins(options, message, tmp_path, capsys, monkeypatch) -> None:

@@ -300,7 +300,8 @@ def test_what_is_no_study_is_told_what_is(value: object, study_of: Callable[...,
     ]
     for call in calls:
         with pytest.raises(
-            UsageError, match=r"a Study is needed, not a value of type \w+ \(allowed: what analyse gives"
+            UsageError,
+            match=r"a Study is needed, not a value of type \w+ \(allowed: what analyse gives|is no results.json of",
         ):
             call(value)
     with pytest.raises(UsageError, match="a Comparison is needed"):

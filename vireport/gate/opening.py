@@ -7,6 +7,7 @@ PDF, terminal, bench and notebook begin with the same opening.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,9 @@ MOST_ENDINGS = 2
 
 GRAVITY = {Status.BAD: 0, Status.CAUTION: 1, Status.GOOD: 2, Status.NEUTRAL: 3}
 """Order of facts, the gravest first."""
+
+ALIKE = 1e-6
+"""Relative difference of voltages that counts as none: those of mirror images differ by rounding."""
 
 OF_MEMBRANES = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP
 """Effects that may make a membrane rebound less or more."""
@@ -233,10 +237,10 @@ def _running(verdict: Verdict) -> str:
 def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None) -> Iterator[OpeningFact]:
     yield from _of_requirements(verdict)
     yield from _of_simulation(verdict, again)
-    yield from _of_voltage(verdict)
     yield from _of_motion(verdict)
     yield from _of_margin(verdict)
     yield from _of_tolerances(verdict)
+    yield from _of_voltage(verdict)
     for alert in alerts:
         if alert.severity is not Severity.NOTE and alert.code not in SAID_OTHERWISE:
             yield _fact(Status.CAUTION, "alert", alert)
@@ -479,11 +483,11 @@ def _voltage(verdict: Verdict) -> Tile:
         return _tile(Status.NEUTRAL, "voltage_not_evaluated")
     if volts is None:
         return _tile(Status.NEUTRAL, "voltage_none")
-    return _tile(volts.status, _voltage_name(volts), verdict, volts)
+    return _tile(verdict.voltage.status, _voltage_name(volts), verdict, volts)
 
 
 def _voltage_name(volts: StableVoltages) -> str:
     if volts.contradictory:
         return "voltage_contradicted"
-    form = "voltage" if volts.least_v == volts.most_v else "voltages"
+    form = "voltage" if isclose(volts.least_v, volts.most_v, rel_tol=ALIKE) else "voltages"
     return form if volts.severity is None else f"{form}_extrapolated"

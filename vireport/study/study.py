@@ -196,6 +196,11 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
         return opening_of(self.verdict, self.alerts, self.reproduction)
 
+    @property
+    def answer(self) -> str:
+        """Whether the device runs, in the sentence that a report opens with."""
+        return self.opening.worded().sentence
+
     @cached_property
     def coexisting(self) -> tuple[Coexisting, ...]:
         """The motions found along a sweep that was gone through slowly, and where; () where it was not."""
