@@ -58,8 +58,8 @@ MOVE = """(value) => new Promise((done) => {
     watch.observe(node, { childList: true, subtree: true });
   });
   const verdict = document.querySelector(".verdict"), progress = document.querySelector(".now");
-  Promise.all([seen("curves", document.querySelector(".panels")), seen("margins", [...document.querySelectorAll(
-    ".card")].find((card) => card.textContent.startsWith("Nearest ends")).querySelector("table"))]).then(() => {
+  const margins = document.querySelector("table.margins");
+  Promise.all([seen("curves", document.querySelector(".panels")), seen("margins", margins)]).then(() => {
     const look = () => verdict.classList.contains("waiting") ? setTimeout(look, 5)
       : done({ ...times, verdict: performance.now() - since });
     look();
@@ -165,7 +165,7 @@ def medians(times: list[dict[str, float]]) -> dict[str, float]:
 def own(served: Served, moves: int) -> dict[str, float]:
     """The times of the bench."""
     with page(served.address) as browser:
-        until(browser, '!document.querySelector(".waiting") && document.querySelector(".headline").textContent')
+        until(browser, '!document.querySelector(".waiting") && document.querySelector(".sentence").textContent')
         steps = browser.run(f"({DRAG})({[round(0.42 + 0.004 * k, 3) for k in range(moves)]})")
         waited = [browser.run(f"({MOVE})({value})") for value in values(moves)]
         return medians([{"curves": step} for step in steps]) | medians(
@@ -198,7 +198,7 @@ def resident_mb(process: int) -> float:
 def memory(served: Served) -> dict[str, float]:
     """What the server and the page keep after many moves, and before them [MB]."""
     with page(served.address) as browser:
-        until(browser, '!document.querySelector(".waiting") && document.querySelector(".headline").textContent')
+        until(browser, '!document.querySelector(".waiting") && document.querySelector(".sentence").textContent')
 
         def kept() -> tuple[float, float]:
             browser.call("HeapProfiler.collectGarbage")

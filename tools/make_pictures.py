@@ -57,7 +57,7 @@ BENCH = "bench"
 
 BENCH_OPTIONS = "--set", "device.length_m=0.62", "--set", "requirements.margin_any_percent=5"
 SETTLED = """!document.querySelector(".waiting") && !document.querySelector(".now").textContent
-  && document.querySelector(".headline").textContent !== ''"""
+  && document.querySelector(".sentence").textContent !== ''"""
 
 FIRST_PAGE = b'#set page(width: auto, height: auto, margin: 0pt)\n#image("report.pdf")'
 

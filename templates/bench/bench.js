@@ -1,8 +1,9 @@
 // The bench: sliders over a scenario, and what the program answers to them. Nothing is computed here but places on the
 // page. A backend has `ask(kind, question, told)`, which promises an answer; `remember(state)` and `recalled()`, which
 // keep the state; `saves`, whether it writes files, and `report(name)`, where a report that was written can be read.
-import { DIGITS, clamp, make, named, plain, show, signed, stepOf, unitOf, withUnit } from "./elements.js";
-import { FIGURES, drawPanels, legendOf, panelsOf, rangesOf } from "./panels.js";
+import { DIGITS, clamp, make, named, plain, show, signOf, signed, stepOf } from "./elements.js";
+import { ticksOf, unitOf, withUnit } from "./elements.js";
+import { FIGURES, drawPanels, legendOf, panelsOf } from "./panels.js";
 import { deviceInMotion } from "./sketch.js";
 
 const DRAGGED = 200; // between two changes in a hand that drags, at most [ms]
@@ -11,6 +12,7 @@ const REST = 250; // how long the hand rests before what is slow is asked for [m
 const GONE = 2000; // between two tries to reach a server that has gone [ms]
 const MOST_UNDONE = 200; // states that can be gone back to
 const NARROWEST = 280; // panel [px]
+const FEWEST = 3; // digits of a number of which it is not known yet how exact it is
 
 const pause = (time) => new Promise((done) => setTimeout(done, time));
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
@@ -43,6 +45,10 @@ export function mount(root, start, backend) {
   const set = (changes, instead = false) => {
     const next = instead ? { ...changes } : { ...state, ...changes };
     if (same(next, state)) return;
+    // A map is that of all other inputs as they are.
+    const free = drawn === null ? [] : drawn.axes.map((key) => inputOf(key).path);
+    const moved = Object.keys({ ...state, ...next }).filter((path) => !same(next[path], state[path]));
+    if (moved.some((path) => !free.includes(path))) cards.plane.classList.add("waiting");
     state = next;
     wanted += 1;
     turn += 1;
@@ -415,6 +421,7 @@ export function mount(root, start, backend) {
 
   // --- figures -----------------------------------------------------------------------------------------------------
   const panels = make("div", { class: "panels" });
+  const near = make("div", { class: "near" });
   const legend = make("p", { class: "legend" });
   const chosen = make(
     "select",
@@ -427,11 +434,24 @@ export function mount(root, start, backend) {
     },
     Object.keys(FIGURES).map((name) => make("option", {}, name)),
   );
+  /** On a narrow screen the first panel stays above the sliders, with what belongs to it. */
+  const arrange = () => {
+    const narrow = getComputedStyle(near).display !== "none";
+    if (choose.parentNode === (narrow ? inputs : figures)) return narrow;
+    if (narrow) inputs.prepend(choose, legend, near);
+    else figures.prepend(choose, panels, legend);
+    return narrow;
+  };
   const drawFigure = () => {
     if (answer === null) return;
     const along = answer.swept;
-    const say = (text) => panels.replaceChildren(make("p", { class: "hint" }, text));
-    legend.replaceChildren();
+    const narrow = arrange();
+    const fill = (parts) => {
+      near.replaceChildren(...(narrow ? parts.slice(0, 1) : []));
+      panels.replaceChildren(...(narrow ? parts.slice(1) : parts));
+      legend.replaceChildren();
+    };
+    const say = (text) => fill([make("p", { class: "hint" }, text)]);
     if (along === null) return say("Nothing is swept: choose an input above to see the motions along it.");
     if (!panelsOf(figure, answer).length) return say("Voltages are evaluated where the mass of the ball is given.");
     const beside = kept !== null && kept.answer.swept?.parameter === along.parameter ? [kept.answer] : [];
@@ -440,7 +460,7 @@ export function mount(root, start, backend) {
       if (controls.has(along.path)) set({ [along.path]: Number(value.toPrecision(DIGITS)) });
     };
     const width = Math.max(NARROWEST, panels.clientWidth || 0);
-    panels.replaceChildren(...drawPanels(figure, answers, finding?.results.measured ?? [], width, moved));
+    fill(drawPanels(figure, answers, finding?.results.measured ?? [], width, moved, narrow));
     legend.replaceChildren(...legendOf(figure, answers));
     return undefined;
   };
@@ -457,14 +477,13 @@ export function mount(root, start, backend) {
     ),
   );
   const verdict = make("section", { class: "card verdict neutral", "aria-label": "Verdict" });
-  const badge = make("p", { class: "word" }),
-    sentence = make("p", { class: "sentence" }),
+  const sentence = make("p", { class: "sentence" }),
     said = make("ul", { class: "said" }),
     tiles = make("dl", { class: "tiles" }),
     progress = make("p", { class: "now", role: "status" });
-  verdict.append(badge, sentence, said, tiles, progress);
+  verdict.append(sentence, said, tiles, progress);
   const numbers = make("table"),
-    marginTable = make("table"),
+    marginTable = make("table", { class: "margins" }),
     criteria = make("table");
   const todo = make("div"),
     alerts = make("div"),
@@ -485,7 +504,8 @@ export function mount(root, start, backend) {
     for (const key of ["criteria", "changes", "alerts", "left"]) cards[key].classList.add("waiting");
   };
 
-  const numberRows = (told) => {
+  const numberRows = ({ answer: told, digits }, both) => {
+    const text = (value) => show(value, digits?.motion ?? FEWEST);
     const motion =
       told.shown === null
         ? null
@@ -496,23 +516,19 @@ export function mount(root, start, backend) {
     ).length;
     return [
       ["Motion", `${motion.stability}${stable > 1 ? `, one of ${stable} stable ones` : ""}`],
-      ["Impact velocity, bottom and top [–]", `${show(motion.velocity_bottom)}, ${show(-motion.velocity_top)}`],
-      ["Phase, bottom and top [rad]", `${show(motion.phi_bottom_rad)}, ${show(motion.phi_top_rad)}`],
-      ["Share q of the period from bottom to top", show(motion.q)],
-      ...(motion.u_ave_v === undefined
+      ["Impact velocity, bottom and top [–]", `${text(motion.velocity_bottom)}, ${text(-motion.velocity_top)}`],
+      ["Phase, bottom and top [rad]", `${text(motion.phi_bottom_rad)}, ${text(motion.phi_top_rad)}`],
+      ["Share q of the period from bottom to top", text(motion.q)],
+      // A tile has it, but for A.
+      ...(motion.u_ave_v === undefined || !both
         ? []
-        : [
-            [
-              "Average voltage U_ave",
-              `${show(motion.u_ave_v, 4)} V by the paper's formulae`,
-            ],
-          ]),
+        : [["Mean voltage by the paper’s formulae [V]", text(motion.u_ave_v)]]),
     ];
   };
 
   const drawNumbers = () => {
-    const here = numberRows(answer),
-      other = kept ? numberRows(kept.answer) : null;
+    const here = numberRows({ answer, digits: finding?.digits }, kept !== null),
+      other = kept ? numberRows(kept, true) : null;
     if (here === null && other === null) {
       numbers.replaceChildren(
         make(
@@ -565,7 +581,11 @@ export function mount(root, start, backend) {
     device.show(answer.path, answer.values.inclination_deg ?? answer.swept?.value ?? 0);
     drawNumbers();
     const motion = shownMotion();
-    badge.textContent =
+    // What was found out of another design is taken away, and its place kept: nothing moves under the hand.
+    verdict.style.minHeight = `${verdict.offsetHeight}px`;
+    said.replaceChildren();
+    tiles.replaceChildren();
+    sentence.textContent =
       motion === null
         ? answer.motions === null
           ? "No design point"
@@ -573,21 +593,15 @@ export function mount(root, start, backend) {
         : motion.stability.startsWith("stable")
           ? `1:1 motion: ${motion.stability}`
           : `1:1 motion only ${motion.stability}`;
-    said.replaceChildren();
-    tiles.replaceChildren();
-    sentence.textContent =
-      answer.swept !== null
-        ? answer.stable.length
-          ? `Stable 1:1 motion for ${named(answer.swept.symbol)} from ${rangesOf(answer)}.`
-          : "No stable 1:1 motion in the sweep."
-        : "";
     cards.motion.hidden = false;
     placePoint();
   };
 
-  const drawMargins = (list, unresolved) => {
+  const drawMargins = (list, unresolved, digits = []) => {
     cards.margins.classList.remove("waiting");
-    const ends = list.filter((margin) => margin.ends_stability || margin.taken_over);
+    const ends = list
+      .map((margin, k) => ({ ...margin, digits: digits[k] ?? FEWEST }))
+      .filter((margin) => margin.ends_stability || margin.taken_over);
     cards.margins.hidden = ends.length === 0 && unresolved.length === 0;
     const known = new Map(start.inputs.map((own) => [own.key, own]));
     marginTable.replaceChildren(
@@ -597,24 +611,24 @@ export function mount(root, start, backend) {
         make(
           "tr",
           {},
-          ["Input", "Change", "Value", "What happens there"].map((name) => make("th", { scope: "col" }, name)),
+          ["Input", "Ends at", "Room", "What happens there"].map((name) => make("th", { scope: "col" }, name)),
         ),
       ),
       make(
         "tbody",
         {},
-        ends.slice(0, 8).map((margin, k) => {
+        ends.slice(0, 8).map((margin) => {
           const { quantity, symbol, unit } = known.get(margin.parameter);
           return make(
             "tr",
-            { class: k === 0 ? "nearest" : "" },
+            {},
             make("th", { scope: "row" }, `${quantity} ${named(symbol)}`),
+            make("td", { class: "figure" }, withUnit(show(margin.sweep_value, margin.digits), unit)),
             make(
               "td",
               { class: "figure" },
-              margin.percent === null ? withUnit(show(margin.distance, 3), unit) : signed(margin.percent),
+              margin.percent === null ? withUnit(show(margin.distance, 2), unit) : signed(margin.percent),
             ),
-            make("td", { class: "figure" }, withUnit(show(margin.sweep_value), unit)),
             make(
               "td",
               {},
@@ -624,24 +638,29 @@ export function mount(root, start, backend) {
         }),
       ),
     );
-    if (unresolved.length)
-      marginTable.append(make("caption", {}, `Not resolved along ${unresolved.join(", ").replaceAll("_", " ")}.`));
+    const open = unresolved.length ? ` Not resolved along ${unresolved.join(", ").replaceAll("_", " ")}.` : "";
+    const model = "By rigid impacts; the margin to use counts soft membranes and neglected effects, too.";
+    marginTable.append(make("caption", {}, `${model}${open}`));
   };
 
   const drawFindings = () => {
     const { verdict: told, results } = finding;
     verdict.className = `card verdict ${told.status}`;
-    badge.textContent = told.word;
+    verdict.style.minHeight = "";
     sentence.textContent = told.sentence;
     progress.textContent = "";
     for (const own of Object.values(cards)) own.classList.remove("waiting");
-    said.replaceChildren(...told.facts.map(({ status, text }) => make("li", { class: status }, text)));
+    said.replaceChildren(
+      ...told.facts.map(({ status, text }) => make("li", { class: status }, signOf(status), make("span", {}, text))),
+    );
     tiles.replaceChildren(
       ...told.tiles.map(({ status, label, value, remark }) =>
         make("div", { class: status }, make("dt", {}, label), make("dd", { class: "value" }, value), make("dd", {}, remark)),
       ),
     );
-    if (results.design_point) drawMargins(results.design_point.margins, results.design_point.margins_unresolved);
+    if (results.design_point)
+      drawMargins(results.design_point.margins, results.design_point.margins_unresolved, finding.digits.margins);
+    drawNumbers();
     const lines = results.requirements?.criteria ?? [];
     cards.criteria.hidden = lines.length === 0;
     criteria.replaceChildren(
@@ -713,10 +732,30 @@ export function mount(root, start, backend) {
   };
 
   // --- the plane of two inputs ---------------------------------------------------------------------------------------
-  const raster = make("canvas", { class: "raster" }),
+  const raster = make("canvas", { class: "raster", role: "img" }),
     pointer = make("button", { type: "button", class: "point", "aria-label": "Design in the map: arrow keys move it" });
   const field = make("div", { class: "plane" }, raster, pointer),
     planeNote = make("p", { class: "hint" });
+  const mapNames = [make("p", { class: "name across" }), make("p", { class: "name up" })],
+    mapTicks = [make("div", { class: "ticks across" }), make("div", { class: "ticks up" })];
+  const cell = (kind, text) => make("span", { class: `key swatch ${kind}` }, text);
+  const map = make(
+    "div",
+    { class: "map" },
+    mapNames[1],
+    mapTicks[1],
+    field,
+    mapTicks[0],
+    mapNames[0],
+    make(
+      "p",
+      { class: "legend" },
+      cell("stable-cell", "stable 1:1 motion"),
+      cell("unstable-cell", "unstable only"),
+      cell("no-cell", "no 1:1 motion"),
+      cell("point-cell", "this design: drag it"),
+    ),
+  );
   const axisChoice = (label) =>
     make("select", {
       "aria-label": label,
@@ -752,26 +791,42 @@ export function mount(root, start, backend) {
     if (answer === null) return;
     drawAxes();
     const axes = [across.value, upwards.value];
-    if (axes[0] === axes[1]) {
-      planeNote.textContent = "Choose two different inputs.";
-      return;
-    }
-    if (axes.some((key) => answer.values[inputOf(key).path] === null && !R.includes(inputOf(key).path))) {
-      planeNote.textContent = "The map needs a design point.";
-      field.hidden = true;
-      return;
-    }
+    const none = (why) => {
+      cards.plane.classList.remove("waiting");
+      map.hidden = true;
+      planeNote.textContent = why;
+    };
+    if (axes[0] === axes[1]) return none("Choose two different inputs.");
+    if (axes.some((key) => answer.values[inputOf(key).path] === null && !R.includes(inputOf(key).path)))
+      return none("The map needs a design point.");
     const found = await ask("plane", { axes, ranges: axes.map(rangeOf) });
     if (mine !== turn || found === null) return;
     cards.plane.hidden = false;
-    field.hidden = Boolean(found.refused);
-    planeNote.textContent = found.refused ? found.refused.map((own) => own.message).join(" ") : "";
-    if (found.refused) return;
+    if (found.refused) return none(found.refused.map((own) => own.message).join(" "));
+    none("");
+    map.hidden = false;
     drawn = found;
     drawRaster();
-    const [x, y] = axes.map(inputOf);
-    planeNote.textContent = `Across: ${x.quantity} from ${withUnit(show(found.ranges[0][0]), x.unit)} to ${withUnit(show(found.ranges[0][1]), x.unit)}; up: ${y.quantity} from ${withUnit(show(found.ranges[1][0]), y.unit)} to ${withUnit(show(found.ranges[1][1]), y.unit)}. Dark: stable 1:1 motion; pale: unstable only; empty: none. Drag the point.`;
+    nameAxes();
     placePoint();
+    return undefined;
+  };
+  const nameAxes = () => {
+    const told = drawn.axes.map((key, k) => {
+      const { quantity, symbol, unit } = inputOf(key),
+        [low, high] = drawn.ranges[k],
+        name = `${quantity} ${named(symbol)}${unitOf(unit)}`;
+      mapNames[k].textContent = name;
+      mapTicks[k].replaceChildren(
+        ...ticksOf(low, high, 5).map((value) => {
+          const tick = make("span", {}, show(value));
+          tick.style[k === 0 ? "left" : "bottom"] = `${(100 * (value - low)) / (high - low)}%`;
+          return tick;
+        }),
+      );
+      return `${name} from ${show(low)} to ${show(high)}`;
+    });
+    raster.setAttribute("aria-label", `Where 1:1 motion is stable; across ${told[0]}, up ${told[1]}`);
   };
   const drawRaster = () => {
     if (drawn === null) return;
@@ -853,7 +908,7 @@ export function mount(root, start, backend) {
   const keep = make("button", {
     type: "button",
     click: () => {
-      kept = kept ? null : { state, answer };
+      kept = kept ? null : { state, answer, digits: finding?.digits };
       showKept();
       drawNumbers();
       drawFigure();
@@ -864,7 +919,7 @@ export function mount(root, start, backend) {
     {
       type: "button",
       click: () => {
-        const other = { state, answer };
+        const other = { state, answer, digits: finding?.digits };
         set(kept.state, true);
         kept = other;
         drawNumbers();
@@ -955,9 +1010,18 @@ export function mount(root, start, backend) {
   root.addEventListener("keydown", keys);
 
   const folded = (title, ...parts) => make("details", { class: "group" }, make("summary", {}, title), ...parts);
+  const choose = make(
+    "div",
+    { class: "choose" },
+    make("label", {}, "Show ", chosen),
+    make("label", {}, " along ", swept),
+    make("label", {}, " from ", sweepFrom),
+    make("label", {}, " to ", sweepTo),
+  );
   const inputs = make(
     "section",
     { class: "inputs", "aria-label": "Inputs" },
+    near,
     make("h2", {}, "Device"),
     groups.Device,
     make("label", { class: "check" }, apart, " The membranes differ"),
@@ -981,21 +1045,14 @@ export function mount(root, start, backend) {
   const figures = make(
     "section",
     { class: "figures", "aria-label": "Figures" },
-    make(
-      "div",
-      { class: "choose" },
-      make("label", {}, "Show ", chosen),
-      make("label", {}, " along ", swept),
-      make("label", {}, " from ", sweepFrom),
-      make("label", {}, " to ", sweepTo),
-    ),
+    choose,
     panels,
     legend,
     card(
       "plane",
       "Map of two inputs",
       make("div", { class: "choose" }, make("label", {}, "Across ", across), make("label", {}, " up ", upwards)),
-      field,
+      map,
       planeNote,
     ),
   );
@@ -1011,9 +1068,13 @@ export function mount(root, start, backend) {
     card("changes", "What to change", todo),
     card("criteria", "Requirements", criteria),
     card("motion", "At the design point", numbers),
-    card("margins", "Nearest ends of stable motion", marginTable),
+    card("margins", "Where stable motion ends", marginTable),
     card("alerts", "Alerts", alerts),
-    card("left", "Not worked out here", make("details", {}, make("summary", {}, "What, and why"), leftOut)),
+    (cards.left = make(
+      "section",
+      { class: "card", hidden: true },
+      make("details", {}, make("summary", {}, "Not worked out here"), leftOut),
+    )),
   );
   root.classList.add("bench");
   root.replaceChildren(
@@ -1022,12 +1083,10 @@ export function mount(root, start, backend) {
       {},
       make("h1", {}, start.title),
       make("p", { class: "hint" }, `${file}, vireport ${start.version}`),
-      actions,
-      told,
     ),
     gone,
     message,
-    make("div", { class: "columns" }, head, inputs, figures, findings),
+    make("div", { class: "columns" }, make("div", { class: "tools" }, actions, told), head, inputs, figures, findings),
   );
   showHistory();
   showKept();

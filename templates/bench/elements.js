@@ -18,6 +18,11 @@ export const make = (name, attributes = {}, ...children) => {
   return node;
 };
 
+const SIGNS = { good: "✓", caution: "!", bad: "✗", neutral: "i" };
+
+/** A sign of what something means for the design: never by colour alone. */
+export const signOf = (status) => make("span", { class: `icon ${status}`, "aria-hidden": "true" }, SIGNS[status]);
+
 /** Give an element other attributes. */
 export const place = (node, attributes) => {
   for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);

@@ -5,6 +5,7 @@ const TURN = 2 * Math.PI;
 const QUARTERS = ["0", "π/2", "π", "3π/2", "2π"];
 const EDGE = { left: 58, right: 14, top: 20, bottom: 34 }; // room for ticks and names around a panel [px]
 const HEIGHTS = { 1: 330, 2: 230, 3: 168 }; // of a panel, by how many there are [px]
+const NEAR = 200; // of the first one above the sliders of a narrow screen [px]
 const LABEL = 22; // width of the label of a critical point [px]
 
 const size = (values) => values.map(Math.abs);
@@ -55,7 +56,7 @@ export const panelsOf = (figure, answer) =>
   FIGURES[figure].filter((panel) => answer.branches.length === 0 || panel.of(answer.branches[0]).length);
 
 /** The stable ranges of an answer in words. */
-export const rangesOf = ({ stable, swept }) =>
+const rangesOf = ({ stable, swept }) =>
   stable.map(([from, to]) => `${show(from)} to ${show(to)} ${swept.unit}`).join(" and ");
 
 /** The strokes of one curve on one piece of a branch, broken where a phase comes round. */
@@ -181,15 +182,16 @@ const measuredOf = (panel, records, scale) =>
 /**
  * The panels of a figure.
  *
- * `answers` are that of the page and, as thin curves, one that it is compared with; `records` what was measured; `moved`
- * is told the value of the swept input that is pointed at.
+ * `answers` are that of the page and, as thin curves, one that it is compared with; `records` what was measured;
+ * `moved` is told the value of the swept input that is pointed at; where it is `narrow`, the first panel stands apart.
  */
-export const drawPanels = (figure, answers, records, width, moved) => {
+export const drawPanels = (figure, answers, records, width, moved, narrow) => {
   const [answer] = answers;
   const { swept } = answer;
   const shown = panelsOf(figure, answer);
   return shown.map((panel, number) => {
-    const scale = scaleOf(panel, answers, width, HEIGHTS[shown.length]);
+    const apart = narrow && number === 0;
+    const scale = scaleOf(panel, answers, width, apart ? NEAR : HEIGHTS[shown.length]);
     const frame = { x: EDGE.left, y: EDGE.top, width: scale.inner, height: scale.bottom - EDGE.top };
     const window = { viewBox: `${frame.x} ${frame.y} ${frame.width} ${frame.height}`, overflow: "hidden" };
     const lines = (panel.bounds ?? []).map((bound) => {
@@ -213,7 +215,7 @@ export const drawPanels = (figure, answers, records, width, moved) => {
       make("svg", { ...frame, ...window }, lines, curvesOf(panel, answers, scale), measuredOf(panel, records, scale)),
       make("text", { class: "label", x: EDGE.left + 4, y: EDGE.top - 6 }, panel.label),
       ticksOfPanel(panel, swept, scale),
-      number === shown.length - 1
+      apart || number === shown.length - 1
         ? make("text", { class: "label across", x: EDGE.left + scale.inner / 2, y: scale.height - 4 }, axis)
         : null,
       eventsOf(answer, scale, number === 0),
@@ -247,6 +249,7 @@ export const legendOf = (figure, answers) => {
     ...names.map(({ side, name }) => key(side, name)),
     key("stable-key", "stable"),
     key("unstable-key", "unstable"),
+    key("range-key", "where 1:1 motion is stable"),
     ...(answers.length > 1 ? [key("kept", "A")] : []),
   ];
 };

@@ -57,7 +57,7 @@ def test_questions_are_answered_as_python_answers_them(bench: Served) -> None:
 
 def test_what_takes_long_is_answered_line_by_line(bench: Served) -> None:
     state = {"device.length_m": 0.6, "requirements.margin_any_percent": 3.0}
-    assert bench.ask("study", state)["verdict"]["word"] == "Not stable"
+    assert bench.ask("study", state)["verdict"]["sentence"] == "It does not run: no 1:1 motion is stable."
     status, body, _ = bench.request("POST", "changes", json.dumps({"page": "one", "state": state}).encode())
     lines = [json.loads(line) for line in body.splitlines()]
     assert status == 200

@@ -55,7 +55,7 @@ def test_questions_are_answered_by_their_number(page: Page) -> None:
     page.ask(2, "study", {"device.length_m": 0.6})
     page.ask(3, "first", {"device.length_m": -1.0})
     assert page.answer(1) == encoded(first(opened(EXAMPLES / "inclined.yaml"), {"device.length_m": 0.7}))
-    assert page.answer(2)["verdict"]["word"] == "Not stable"
+    assert page.answer(2)["verdict"]["sentence"] == "It does not run: no 1:1 motion is stable."
     assert page.answer(3)["refused"][0]["path"] == "device.length_m"
 
 

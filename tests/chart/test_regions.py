@@ -21,6 +21,7 @@ from vireport.base import RenderError
 from vireport.chart import Chart, Plane, StraightSweep, chart, chart_of, outputs, plane_of, with_regions
 from vireport.chart.design import BEYOND, charted_design
 from vireport.chart.figure import colored, picture
+from vireport.chart.opening import chart_opening, end_shown
 from vireport.chart.plane import Cut
 from vireport.chart.regions import (
     PIXELS,
@@ -34,9 +35,11 @@ from vireport.chart.regions import (
     stable_motions,
 )
 from vireport.chart.report import ChartReport
+from vireport.chart.words import naming
 from vireport.checks import reference
 from vireport.cli import main
 from vireport.design import design_point
+from vireport.gate import WordedOpening
 from vireport.motions import Event, Limits, Motion, find_motions
 from vireport.physics import Device, Groups, Word
 from vireport.physics import each as of_each
@@ -325,10 +328,27 @@ def test_the_report_of_a_chart_tells_the_verdict_the_margins_and_what_is_left_ou
     drawn = charted("inclined", SMALL)
     page = data_of(drawn, Task.HTML)["report.html"].decode()
     text = " ".join(re.sub(r"<[^>]*>", " ", page).split())
-    assert "At the design point" in text
+    assert "BT ends at length 0.629 m (period doubling)" in text
     assert "Where BT ends, from" in text
     assert "Left out, and why" in text
     assert "figure-chart" in page
+
+
+def report_opening(drawn: Chart) -> WordedOpening:
+    return chart_opening(drawn, naming(drawn)).worded()
+
+
+def test_a_chart_opens_in_few_words_with_the_ends_along_its_axes_in_the_digits_of_a_run() -> None:
+    drawn = charted("inclined", SMALL)
+    worded = report_opening(drawn)
+    said = " ".join([*worded.text, worded.sentence])
+    assert len(worded.facts) <= 4
+    assert len(said.split()) <= 120
+    for k, varied in enumerate(drawn.plane.inputs):
+        end = drawn.design.nearest(k)
+        shown = end_shown(drawn, end)
+        assert any(f"BT ends at {varied.quantity} {shown} ({end.event.words})" in text for _, text in worded.facts)
+        assert len(shown.split()[0].replace("°", "").replace(".", "").lstrip("0")) <= 4
 
 
 def test_a_chart_says_of_its_design_point_what_a_run_says(capsys) -> None:
@@ -340,11 +360,12 @@ def test_a_chart_says_of_its_design_point_what_a_run_says(capsys) -> None:
     assert told == [alert.to_dict() for alert in run.alerts]
     drawn = chart_of(load(EXAMPLES / "inclined.yaml", ["motions={impacts: 2, periods: 1}"]), over, lambda what: None)
     said = " ".join(outputs.text(drawn).split())
-    opening = run.opening.worded()
-    assert f"A run of it says: {' '.join(opening.sentence.split())}" in said
+    assert run.opening.worded().sentence in said
+    assert len(run.opening.worded().sentence.split()) <= 15
+    assert [x.value for x in report_opening(drawn).tiles] == [x.value for x in run.opening.worded().tiles]
     assert all(f"{alert.code} {alert.title}" in said for alert in run.alerts)
     report = ChartReport(drawn, load(EXAMPLES / "inclined.yaml"), {}, provenance_of(drawn.run.loaded, "vireport chart"))
-    assert (report.verdict.status, report.verdict.word) == (run.verdict.status, opening.word)
+    assert (report.verdict.status, report.verdict.word) == (run.verdict.status, run.opening.worded().word)
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def test_steps_are_shown_on_a_terminal_and_nothing_is_left_of_them(example, tmp_
             break
         shown += part
     os.close(ours)
-    assert process.communicate()[0].startswith(b"Stable 1:1 motion")
+    assert process.communicate()[0].startswith(b"It runs, and starts by itself")
     assert process.returncode == 0
     steps, erased, summary = shown.rpartition(b"\x1b[2K")
     assert b"solving" in steps

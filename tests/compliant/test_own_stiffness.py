@@ -251,6 +251,15 @@ def test_a_range_whose_end_is_lost_is_not_called_good(example) -> None:
     assert study.verdict.word == "Stable, but not to the same end with the membranes' own stiffness"
 
 
+def test_a_phase_near_zero_is_known_as_well_as_any(example) -> None:
+    changes = {"restitution": 0.928, "length_m": 0.2177, "capsule_mass_kg": 0.1523, "ball_mass_kg": 0.0044}
+    over = {f"device.{name}": value for name, value in changes.items()}
+    over |= {"excitation.amplitude_n": 1.925, "excitation.frequency_hz": 3.085, "sweep": None}
+    found = own_stiffness(analyse(load(example("horizontal"), over), ["json"]).solution)
+    assert min(found.motion.bottom.phase, 2 * np.pi - found.motion.bottom.phase) < 0.05
+    assert found.motion.error < 1e-4
+
+
 def test_what_is_not_found_is_not_called_lost(example) -> None:
     """A ball that is so heavy that the contact lasts as long as its flight: the iteration leads nowhere."""
     study = analyse(load(example("inclined"), ["device.membrane.stiffness=20"]))

@@ -16,7 +16,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from map_texts import HELD, TEXT, sampled
-from pages import HtmlTable, Page, tidy
+from pages import HtmlTable, Page
 from pypdf import PdfReader
 from shown import Amount, Cell, Row, Said, table_faults
 
@@ -132,12 +132,11 @@ def test_its_verdict_is_that_of_a_run_of_the_design_point(plain) -> None:
     page, _ = plain
     study = analyse(loads(DESIGN), (Task.JSON,))
     opening = study.opening.worded()
-    assert page.headings[0] == opening.sentence
-    assert [(status, text[1:]) for status, text in page.said] == [(of, tidy(text)) for of, text in opening.facts]
-    tiles = [[tile.status, *map(tidy, (tile.label, tile.value, tile.remark))] for tile in opening.tiles]
-    assert page.tiles == tiles
+    assert opening.sentence in page.text
+    assert all(tile.value in page.text for tile in opening.tiles)
     assert study.alerts
-    assert all(f"{of.code}: {of.title}" in page.text for of in study.alerts if of.severity != "note")
+    unsaid = [alert.code for alert in study.alerts if f"{alert.code}: " not in page.text]
+    assert unsaid == []
     assert "The design point is β = 45°, s = 0.7 m; the answer is" in page.text
     assert page.text.count("Cross: the design point, with its margins.") == 3
 
@@ -154,12 +153,9 @@ def test_without_a_design_point_it_says_what_the_cells_hold(tmp_path: Path) -> N
     counts = Counter(row["stability"] for row in rows)
     stable = counts["stable node"] + counts["stable focus"]
     shares = stable, counts["unstable node"], counts[None]
-    said = Said(
-        "64 cells (inclination × length): {} with a stable 1:1 motion, {} with an unstable one only, {} with none.",
-        *(Amount(100 * part / 64, "%") for part in shares),
-    )
-    assert said.faults(page.text) == ""
-    assert said.faults(page.headings[0]) == ""
+    stable_at, *others = (Amount(100 * part / 64, "%") for part in shares)
+    assert Said("1:1 motion is stable at {} of 64 cells.", stable_at).faults(page.text) == ""
+    assert Said("Unstable only: {}; no 1:1 motion: {}.", *others).faults(page.text) == ""
     assert "Figures Heat maps are drawn of a grid over two parameters" in page.text
     assert wrong(page.tables[CELLS], by_type(rows)) == []
 

@@ -34,6 +34,9 @@ OF_REPORTS = {*ALL_FORMATS, *FIGURES, Task.CIRCLES, Task.REPRODUCTION}
 ALSO = "disturbances", "motions", "simulation"
 """Blocks that take longer, which a page can ask for."""
 
+MOST_DIGITS = 5
+"""Digits that the page shows where nothing limits them."""
+
 DRAWN_BEFORE = "branches", "critical_points", "stable_range", "table_1"
 """What results.json has of a sweep, which the first answer has told already."""
 
@@ -91,18 +94,26 @@ def _has_design(scenario: Scenario) -> bool:
 
 
 def study_answer(study: Study) -> dict[str, Any]:
-    """All that a run finds out, but for what is drawn along the sweep: the verdict in words, and results.json."""
-    opening = study.opening.worded()
+    """All that a run finds out, but for what is drawn along the sweep: the verdict in words, and results.json.
+
+    Of the numbers of motion and margins it has the ``digits`` to show.
+    """
+    opening, verdict, design = study.opening.worded(), study.verdict, study.solution.design
     return {
         "verdict": {
             "status": opening.status,
-            "word": opening.word,
             "sentence": opening.sentence,
             "facts": [{"status": status, "text": text} for status, text in opening.facts],
             "tiles": [
                 {"status": tile.status, "label": tile.label, "value": tile.value, "remark": tile.remark}
                 for tile in opening.tiles
             ],
+        },
+        "digits": {
+            "motion": verdict.motion_digits(MOST_DIGITS),
+            "margins": [verdict.digits(end.parameter, end.point, MOST_DIGITS) for end in design.margins]
+            if design
+            else [],
         },
         "results": {name: part for name, part in study.to_dict(shown=True).items() if name not in DRAWN_BEFORE},
         "left_out": [

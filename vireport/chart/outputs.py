@@ -101,15 +101,15 @@ def markdown(chart: Chart, templates: Path | None = None) -> str:
 
 def _parts(chart: Chart, table: Callable[[Chart], Table], templates: Path | None) -> Iterator[str | Table]:
     """The verdict, what was found and what was not, and the points of codimension two."""
-    from vireport.chart.words import naming, words_given
+    from vireport.chart.opening import chart_opening
+    from vireport.chart.words import naming
     from vireport.wording import Words
 
     said = Words("chart", templates)
     if chart.regions is not None:
-        given = words_given(chart, naming(chart, templates))
-        yield said("headline", given)
-        if given["run"] is not None:
-            yield said("run", given)
+        opening = chart_opening(chart, naming(chart, templates)).worded(templates)
+        yield opening.sentence
+        yield from (fact for _, fact in opening.facts)
     if chart.alerts:
         yield named_alerts(chart.alerts)
     yield said("found", chart)

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from vireport.chart.chart import Chart
+from vireport.chart.opening import chart_opening
 from vireport.chart.regions import PIXELS, ROOM
 from vireport.chart.tables import shown_points
 from vireport.chart.words import Naming, naming, words_given
-from vireport.gate import Alert, Status, WordedOpening
+from vireport.gate import Alert, WordedOpening
 from vireport.scenario import Loaded
 from vireport.study import Provenance
 from vireport.text import Table
@@ -77,21 +78,8 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def verdict(self) -> WordedOpening:
-        """Whether the design point is stable, and how far from its nearest ends.
-
-        Of a stable 1:1 motion that is far from these it is that of a run of the design point.
-        """
-        design, run = self.chart.design, self.given["run"]
-        if design is None:
-            status = Status.NEUTRAL
-        elif not design.motions:
-            status = Status.CAUTION if design.motions is None else Status.BAD
-        elif self.given["near"] or not design.motions[0].one_to_one:
-            status = Status.CAUTION
-        else:
-            status = Status.NEUTRAL if run is None else run.status
-        said = [self.say(macro, self.given) for macro in ("headline", *(["run"] if run is not None else []))]
-        return WordedOpening(status, self.say("word", self.given), " ".join(said))
+        """What it opens with: of a stable 1:1 motion at the design point that is what a run says of it."""
+        return chart_opening(self.chart, self.named).worded(self.templates)
 
     @property
     def alerts(self) -> tuple[Alert, ...]:

@@ -50,8 +50,8 @@ SETTLED = 0.01
 """Last correction with the columns that follow, over what they have corrected: the rest is their error."""
 
 UNRESOLVED = 3e-4
-"""Relative correction by the last columns from which the extrapolation does not converge: contacts that the other
-forces rule, by ten times that of the membrane or so, as they happen where a ball touches a very soft one slowly."""
+"""Correction by the last columns, of the velocity relative, of the phase [rad], from which the extrapolation does not
+converge: the other forces are ten times that of the membrane or so, as where a ball touches a very soft one slowly."""
 
 MOST_STEPS = 12
 """Of the iteration; three to six are usual."""
@@ -235,7 +235,7 @@ class Continuation(Struct, frozen=True, eq=False):
                 if np.max(np.abs(way / scale)) <= SETTLED * np.max(np.abs((x - before) / scale)):
                     break
         errors = np.abs(x - before) + np.abs(way)
-        if not np.max(errors / scale) < UNRESOLVED:
+        if not max(errors[0] / abs(x[0]), errors[1]) < UNRESOLVED:
             raise NumericalError("its contacts are too slow and soft to be followed")
         self._look_between(trip, model)
         trace, determinant = float(np.trace(trip.jacobian)), float(np.linalg.det(trip.jacobian))

@@ -84,7 +84,12 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         """That of a run of the design point; without one, what the cells hold."""
         if self.design is not None:
             return self.design.study.opening.worded(self.templates)
-        return WordedOpening(Status.NEUTRAL, self.say("word"), self.say("headline", self.plan, self.found))
+        facts = [
+            self.say("only_unstable", self.found),
+            *([self.say("missed", self.found) + "."] if self.found.missed else []),
+        ]
+        told = tuple((Status.NEUTRAL, fact) for fact in (*facts, self.say("give_design")))
+        return WordedOpening(Status.NEUTRAL, self.say("word"), self.say("headline", self.plan, self.found), told)
 
     @property
     def alerts(self) -> tuple[Alert, ...]:

@@ -1,0 +1,94 @@
+"""What a chart opens with: what a run says of its design point and how near its ends are, or else what is stable where.
+
+Python chooses what is said, and `templates/words/chart.j2` says it: each name here is that of a macro there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isclose
+from typing import Any
+
+from vireport.chart.chart import Chart
+from vireport.chart.design import ChartMargin
+from vireport.chart.words import Naming, words_given
+from vireport.gate import NEAR_CRITICAL, Opening, OpeningFact, Said, Status, gravest
+
+MOST_KINDS = 3
+"""Kinds of regions that are told of a chart without a design point."""
+
+SAME_END = 1e-9
+"""Relative difference up to which an end of a chart and one of a run are the same."""
+
+END_DIGITS = 3
+"""Significant digits of an end that a run does not have."""
+
+
+def chart_opening(chart: Chart, named: Naming) -> Opening:
+    """Choose what a chart opens with.
+
+    Parameters
+    ----------
+    chart : Chart
+        With its regions.
+    named : Naming
+        How its motions are named.
+    """
+    given, design, run = words_given(chart, named), chart.design, chart.run
+    word = _said("word", given)
+    if design is None:
+        return Opening(Status.NEUTRAL, word, _said("opening_without_design"), gravest(_regions(given, chart)))
+    if design.motions is None:
+        return Opening(Status.CAUTION, word, _said("opening_not_resolved"))
+    if not design.motions:
+        return Opening(
+            Status.BAD, word, _said("opening_not_stable", chart.limits), () if run is None else run.opening.facts
+        )
+    ends = list(_ends(chart, named))
+    if run is None or not design.motions[0].one_to_one:
+        return Opening(
+            Status.CAUTION, word, _said("opening_other_motion", named.of(design.motions[0].kind)), gravest(ends)
+        )
+    near = any(fact.status is Status.CAUTION for fact in ends) and run.verdict.status is Status.GOOD
+    status = Status.CAUTION if near else run.verdict.status
+    # The ends along the axes are what a chart is of: they stand before what a run says of the same weight.
+    return Opening(status, word, run.opening.sentence, gravest([*ends, *run.opening.facts]), run.opening.tiles)
+
+
+def _said(name: str, *given: object) -> Said:
+    return Said(name, given, "chart")
+
+
+def _regions(given: dict[str, Any], chart: Chart) -> Iterator[OpeningFact]:
+    """What is stable in the largest parts of a chart."""
+    for own in given["sets"][:MOST_KINDS]:
+        what = given["named"].long(own.kinds, chart.limits)
+        yield OpeningFact(Status.NEUTRAL, _said("opening_region", what, own.share))
+
+
+def _ends(chart: Chart, named: Naming) -> Iterator[OpeningFact]:
+    """Where the motion of the design point ends along both inputs, the nearest end of each."""
+    design = chart.design
+    assert design is not None
+    assert design.motions
+    name = named.of(design.motions[0].kind)
+    for k, varied in enumerate(chart.plane.inputs):
+        end = design.nearest(k)
+        if end is None:
+            yield OpeningFact(Status.NEUTRAL, _said("opening_endless", name, varied))
+        else:
+            near = end.relative is not None and abs(end.relative) < NEAR_CRITICAL
+            away = _said("away_absolute" if end.relative is None else "away", end, varied)
+            how = "opening_handover" if end.taken_over else "opening_end"
+            said = _said(how, name, varied, end, end_shown(chart, end), away)
+            yield OpeningFact(Status.CAUTION if near else Status.NEUTRAL, said)
+
+
+def end_shown(chart: Chart, end: ChartMargin) -> str:
+    """Where an end is, as text: with the digits that a run of the design point shows it with."""
+    varied, run = chart.plane.inputs[end.varied], chart.run
+    if run is not None and run.solution.design is not None:
+        for one in run.solution.design.limits():
+            if one.parameter == varied and isclose(one.sweep_value, end.value, rel_tol=SAME_END):
+                return run.verdict.place(one)
+    return varied.show(end.value, END_DIGITS)
