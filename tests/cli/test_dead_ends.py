@@ -207,3 +207,10 @@ def test_where_nothing_works_the_terminal_says_so_and_the_summary_what_to_do(tmp
 def test_a_slow_sweep_of_a_ball_that_never_bounces(capsys) -> None:
     assert main(["run", INCLINED, "--json", "--set", "device.restitution=0", "--set", "simulation.follow=both"]) == 0
     assert json.loads(capsys.readouterr().out)["simulation"]["follow"] is not None
+
+
+def test_a_value_in_another_unit_is_asked_about_on_the_terminal(tmp_path: Path, capsys) -> None:
+    point = str(Path(INCLINED).with_name("design-point.yaml"))
+    run = ["run", point, "--set", "device.length_m=300", "--format", "json"]
+    assert main([*run, "-o", str(tmp_path / "out")]) == 0
+    assert "VR015: device.length_m = 300: metres, or is it 300 mm" in capsys.readouterr().out

@@ -29,6 +29,7 @@ from vireport.study import (
     with_pages,
     worst_scenario,
 )
+from vireport.text import AlertCode
 
 if TYPE_CHECKING:
     from vireport.base import Progress
@@ -116,7 +117,8 @@ def run_outcome(
         from vireport.report import github
 
         printed = github(study)
-    summary, changes = "\n".join(study.opening.worded(templates).lines), None
+    doubts = (alert.text for alert in study.alerts if alert.code in DOUBTFUL_INPUTS)
+    summary, changes = "\n".join([*study.opening.worded(templates).lines, *doubts]), None
     if baseline is not None:
         from vireport.comparison import changes_table, diff, diff_text
 
@@ -126,6 +128,10 @@ def run_outcome(
     outcome = _judged(study, printed, _certificates(study), files, summary)
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, earlier), stale=file_names(formats), beside=file_names(others))
+
+
+DOUBTFUL_INPUTS = (AlertCode.IMPLAUSIBLE_INPUT, AlertCode.RECORD_DOUBTFUL)
+"""Alerts that a terminal says in full: what was given may be wrong, and so may all that follows."""
 
 
 def run_files(
