@@ -16,6 +16,7 @@ from vireport.checks import crosscheck, is_one_to_one
 from vireport.checks.crosscheck import difference, orbits_at
 from vireport.design import design_point
 from vireport.figures import simulated_points
+from vireport.figures.curves import _paired, _paired_voltages
 from vireport.gate import Evidence, Status, verdict_of
 from vireport.physics import Groups
 from vireport.simulation import (
@@ -252,14 +253,13 @@ def test_figure_3gh_is_the_period_4_motion(example) -> None:
 
 def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -> None:
     """Eq. (5.1): the mean over all impacts of a period, one number for each motion."""
-    points = simulated_points(checked["inclined-forcing"])
-    value = points.sweep_value.max()
-    rows = np.nonzero(points.sweep_value == value)[0]
-    assert len(rows) == 2
-    volts = points.voltages
-    expected = np.mean([volts.bottom_v[rows], volts.top_v[rows]])
-    np.testing.assert_allclose(volts.average_v[rows], expected, rtol=1e-14)
-    assert abs(volts.bottom_v[rows[0]] - volts.bottom_v[rows[1]]) > 100
+    study = checked["inclined-forcing"]
+    cycles = [attractor.cycle for attractors in study.crosscheck.found for attractor in attractors]
+    value, doubled = study.crosscheck.values[-1], next(cycle for cycle in cycles if cycle and cycle.word == "BTBT")
+    impacts = np.array([[bottom[0], top[0]] for bottom, top in _paired(doubled)]).T
+    volts = _paired_voltages(study.solution, np.full(2, value), impacts, np.zeros(2, dtype=np.intp))
+    np.testing.assert_allclose(volts.average_v, np.mean([volts.bottom_v, volts.top_v]), rtol=1e-14)
+    assert abs(volts.bottom_v[0] - volts.bottom_v[1]) > 100
 
 
 def test_units_of_what_is_in_the_unit_of_the_parameter(example) -> None:

@@ -95,7 +95,7 @@ def test_scatter_of_the_restitution_adds_to_the_kicks() -> None:
     for key in ("phase_bottom_deg", "velocity_top_m_s", "u_bottom_v", "u_top_v"):
         assert both[key] ** 2 == pytest.approx(kicks[key] ** 2 + scatter[key] ** 2, rel=1e-9)
     assert scatter["valid_up_to_m_s"] is kicks["valid_up_to_restitution"] is None
-    assert scatter["valid_up_to_restitution"] == pytest.approx(0.0096, rel=0.01)
+    assert scatter["valid_up_to_restitution"] == pytest.approx(0.01248, rel=0.01)
     assert both["valid_up_to_m_s"] / 1e-3 == pytest.approx(both["valid_up_to_restitution"] / 3e-3, rel=1e-9)
     assert abs(scatter["u_bottom_mean_v"] / kicks["u_bottom_mean_v"] - 1) < 1e-3
     assert scatter["u_bottom_mean_v"] < kicks["u_bottom_mean_v"]

@@ -198,14 +198,15 @@ def test_a_study_is_made_of_a_path_and_shown_on_a_line(example) -> None:
     from vireport import analyse
 
     shown = repr(analyse(example("design-point"), ("json",)))
-    assert shown.startswith(f"<Study of {example('design-point')}: Stable 1:1 motion")
+    assert shown.startswith(f"<Study of {example('design-point')}: Stable, margin small>")
     assert "\n" not in shown
     assert len(shown) < 400
 
 
 def test_a_notebook_shows_the_verdict_and_every_critical_point(study, study_of) -> None:
     text = study._repr_html_()
-    assert study.verdict.word in text
-    assert text.count("<tr>") == 1 + len(study.solution.critical_points)
+    assert study.opening.worded().sentence in text
+    tiles = 1 + len(study.opening.tiles)
+    assert text.count("<tr>") == tiles + 1 + len(study.solution.critical_points)
     assert all(f"<td>{point.label}</td>" in text for point in study.solution.critical_points)
-    assert "<tr>" not in study_of("design-point")._repr_html_()
+    assert study_of("design-point")._repr_html_().count("<tr>") == 5

@@ -233,7 +233,7 @@ def test_numbers_of_numpy_are_numbers_of_a_scenario() -> None:
     assert (loaded.scenario.device.length_m, loaded.scenario.inclination_deg) == (0.7, 45)
     compared = compare(SCENARIO, vary={"inclination_deg": np.arange(30, 60, 15)})
     assert compared.names == ("inclination 30°", "inclination 45°")
-    assert repr(compared).startswith("<Comparison of inclination 30°, inclination 45°: The best is ")
+    assert repr(compared).startswith("<Comparison of inclination 30°, inclination 45°: Best: inclination 30°")
 
 
 def test_mistakes_in_a_dict_are_told_as_those_of_a_file() -> None:
