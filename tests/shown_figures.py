@@ -182,6 +182,9 @@ def answer_faults(x: Results, figure: Figure) -> Iterator[str]:
     expected = sorted((part["from"], part["to"]) for part in x.data["stable_range"])
     if not np.allclose(shaded, expected, rtol=1e-6):
         yield f"{shaded} are shaded, and not {expected}"
+    rooms = [text for text in texts if "of room" in text]
+    if len(rooms) != sum("of room" in said.words for said in _on_the_answer(x)):
+        yield f"the room of the design point is shown as {rooms}"
     for said in _on_the_answer(x):
         if not any(not said.faults(text, whole=True) for text in texts):
             yield f"{said.words} is not among {list(texts)}"

@@ -58,6 +58,7 @@ from vireport.chart.outputs import text as chart_text
 from vireport.comparison import Comparison, ComparisonReport, compare, comparison_provenance, terminal_summary
 from vireport.figures import Picture, pictures, shown_along, simulated_points
 from vireport.figures.captions import alt_text, pictured
+from vireport.gate import opening_of
 from vireport.motions import Event, Limits
 from vireport.optimise import JudgedDesign, outputs, problem_of
 from vireport.optimise.search import SearchEvidence, SearchResult
@@ -246,6 +247,17 @@ def test_the_first_page_says_what_the_results_come_to(name: str) -> None:
     assert page.headings[0] == Opening(x).sentence()
     wrong = [*opening_faults(x, page.said, page.tiles), *margin_faults(x)]
     assert not wrong, "\n".join(wrong)
+
+
+def test_a_simulation_is_said_to_agree_only_where_one_does() -> None:
+    study = study_of("frequency swept")
+    for again, remark in (
+        (study.reproduction, "a simulation agrees"),
+        (SimpleNamespace(passed=False, decided=False), "until it has settled"),
+        (None, "until it has settled"),
+    ):
+        tiles = opening_of(study.verdict, study.alerts, again).worded().tiles
+        assert [tile.remark for tile in tiles if tile.label == "From rest"] == [remark]
 
 
 def test_the_first_page_of_the_scenarios_has_each_kind_of_fact_and_of_number() -> None:

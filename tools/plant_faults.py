@@ -81,9 +81,9 @@ def prepare(folder: str) -> None:
     os.environ |= {"PYTHONPATH": copy}
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # to compile all modules for each fault takes longer than its tests
     sys.path[:0] = [copy, f"{copy}/tests"]
-    from test_shown import SCENARIOS, study_of
+    from test_shown import OPENED, study_of
 
-    for name in SCENARIOS:
+    for name in OPENED:
         study_of(name)
 
 

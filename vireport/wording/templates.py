@@ -187,7 +187,7 @@ class Words:
     Parameters
     ----------
     name : str
-        Of the file: ``verdict`` for ``words/verdict.j2``, ``figures/device`` for one in a folder.
+        Of the file: ``opening`` for ``words/opening.j2``, ``figures/device`` for one in a folder.
     templates : Path, optional
         A folder whose templates come before ours.
     """
