@@ -153,7 +153,7 @@ def test_what_is_set_over_the_file_has_no_line() -> None:
 def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
     assert main([str(CI / "failing.yaml"), "-o", str(tmp_path), "--format", "html", "-q"]) == 1
     page = Page((tmp_path / "report.html").read_bytes())
-    assert page.headings[:3] == ["Verdict", "Acceptance", "Key numbers"]
+    assert page.headings[1:3] == ["Acceptance", "Margins"]
     outcomes = [outcome for (outcome,) in page.tables["Requirements"].columns("Outcome")]
     assert (outcomes.count("✗ NOT MET"), outcomes.count("✓ met")) == (4, 5)
     lines = page.tables["Requirements"].columns("In the scenario")
@@ -182,7 +182,7 @@ def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.Monke
     (step,) = (step for step in job["steps"] if "GITHUB_STEP_SUMMARY" in step.get("run", ""))
     environment = {"GITHUB_STEP_SUMMARY": str(summary), "PATH": "/usr/bin:/bin"}
     subprocess.run(["bash", "-e", "-c", step["run"]], env=environment, check=True)
-    title = "## Stable: Capsule at 45 degrees, accepted\n"
+    title = "## Stable, margin small: Capsule at 45 degrees, accepted\n"
     assert summary.read_text().startswith(title)
     (upload,) = (step for step in job["steps"] if "upload-artifact" in step.get("uses", ""))
     assert Path(upload["with"]["path"]).is_dir()
