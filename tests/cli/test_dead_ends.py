@@ -187,9 +187,10 @@ def test_a_check_asks_of_values_in_another_unit_what_a_run_asks(swept, capsys) -
 def test_where_nothing_works_the_terminal_says_so_and_the_summary_what_to_do(tmp_path: Path, capsys) -> None:
     run = ["run", INCLINED, "--format", "json,markdown", "-o", str(tmp_path)]
     assert main([*run, "--set", "device.length_m=300"]) == 0
-    sentence, numbers, fact = capsys.readouterr().out.splitlines()
+    sentence, numbers, fact, unit = capsys.readouterr().out.splitlines()
     assert sentence == "It does not run: no 1:1 motion is stable."
     assert "From rest: not 1:1" in numbers
+    assert unit.startswith("VR015: device.length_m = 300: metres, or is it 300 mm")
     assert fact == "No motion with one impact on each membrane per period is stable."
     summary = " ".join((tmp_path / "summary.md").read_text().split())
     opening, _, alerts = summary.partition("## Alerts")

@@ -305,8 +305,11 @@ def test_harmonics_that_the_scenario_does_not_say_are_no_small_error(kept: int) 
     own = in_force_time(own, device)
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     model = guessed(replace(device, harmonics=device.harmonics[:kept]))
-    said = judged(fit(model, times, walls, EACH), model, times, walls, EACH)
-    assert not said.accepted
+    try:
+        accepted = judged(fit(model, times, walls, EACH), model, times, walls, EACH).accepted
+    except Unidentifiable:
+        accepted = False
+    assert not accepted
     device, own, _ = distorted("BTBTBTBTBTBT")
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     model = guessed(replace(device, harmonics=device.harmonics[:kept]))

@@ -1,5 +1,7 @@
 """The device whose inputs the tests vary, and its requirements without the limits that a search takes by itself."""
 
+import json
+
 DEVICE = """\
 schema_version: 1
 device:
@@ -13,7 +15,7 @@ inclination_deg: 45
 """
 
 UNLIMITED = {
-    "reached_from_rest": "false",
+    "reached_from_rest": False,
     "efficiency_at_most_percent": 1e9,
     "field_at_most_percent": 1e9,
 }
@@ -22,5 +24,5 @@ UNLIMITED = {
 
 def unlimited(required: str = "") -> str:
     """Requirements, as pairs of key and value, beside which the limits of physics do not hold."""
-    open_limits = (f"{key}: {limit}" for key, limit in UNLIMITED.items() if f"{key}:" not in required)
+    open_limits = (f"{key}: {json.dumps(limit)}" for key, limit in UNLIMITED.items() if f"{key}:" not in required)
     return ", ".join((*([required] if required else []), *open_limits))

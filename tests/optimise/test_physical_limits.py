@@ -252,7 +252,12 @@ def test_a_search_without_limits_ends_there_and_one_with_the_usual_ones_says_tha
     text, found, ranges = LONGEST[objective]
     vary = [f"{{path: {path}, from: {low}, to: {high}}}" for path, (low, high) in ranges.items()]
     limits = ("efficiency", "field", "deflection")
-    free = searched(objective, *vary, text=text, required=", ".join(f"{each}_at_most_percent: 1e6" for each in limits))
+    free = searched(
+        objective,
+        *vary,
+        text=text,
+        required=", ".join((*(f"{each}_at_most_percent: 1e6" for each in limits), "reached_from_rest: false")),
+    )
     best = optimise(problem_of(loads(free))).best
     device = best.study.solution.device
     assert (device.length_m, device.frequency_hz) == pytest.approx(found, rel=1e-4)

@@ -36,7 +36,7 @@ MARKS = {
     ".xml": re.compile(rb'<testsuites name="vireport"'),
     ".yaml": re.compile(rb"\n# vireport "),
     "branches.csv": re.compile(rb"\Abranch,family,sweep_value,d,gbar,"),
-    "compare.csv": re.compile(rb"\Ascenario,rank,verdict,requirements_met,"),
+    "compare.csv": re.compile(rb"\Ascenario,rank,verdict,(conclusions,)?requirements_met,"),
 }
 """By what a file is known to be written by this program, by its suffix; a table has no place for a mark, and is known
 by its head."""
