@@ -92,7 +92,7 @@ def test_whatever_is_written_says_so(tmp_path: Path) -> None:
     text = (EXAMPLES / "maps" / "map.yaml").read_text(encoding="utf-8")
     (tmp_path / "map.yaml").write_text(text.replace("count: 60", "count: 6").replace("count: 80", "count: 8"))
     text = (EXAMPLES / "design-point.yaml").read_text(encoding="utf-8")
-    search = "{maximise: velocity_bottom, cells: 16, vary: [{path: device.length_m, from: 0.69, to: 0.71}]}"
+    search = "{maximise: velocity_bottom, cells: 16, vary: [{path: device.length_m, from: 0.7, to: 1.1}]}"
     (tmp_path / "search.yaml").write_text(f"{text}\ndesign: {search}\n")
     for k, line in enumerate(every_line(tmp_path)):
         folder = tmp_path / f"out {k}"

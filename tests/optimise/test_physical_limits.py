@@ -431,7 +431,7 @@ def test_the_report_shows_what_is_impossible_as_bad_and_says_what_its_bound_leav
     panels = re.findall(r'<div class="panel (\w+)">(.*?)</div>', file, re.DOTALL)
     assert [status for status, panel in panels if 'id="VR017"' in panel] == ["bad"]
     text = page.text
-    assert "No device does this: more electrical energy than the impacts lose (efficiency 327.5 %)." in text
+    assert "The voltage takes 327 % of the energy that the impacts lose." in text
     (row,) = (row for row in page.tables["Requirements"].rows if "Electrical efficiency" in row[0])
     assert (row[1], row[-1]) == ("✗ NOT MET", "by default")
     assert "An upper bound: constant charge at a fixed bias, no leakage, no load." in text
