@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from conftest import first
 from definitions import device_of
+from design_texts import DEVICE
 from pages import Page
 
 from vireport import analyse, loads
@@ -321,19 +322,6 @@ def test_a_best_design_must_start_by_itself_unless_the_scenario_says_otherwise(r
 
 SWEEP = "{parameter: length_m, from: 0.6, to: 0.9}"
 
-THE_PAPERS = """\
-schema_version: 1
-device:
-  capsule_mass_kg: 0.1245
-  ball_mass_kg: 0.0041
-  restitution: 0.5
-  length_m: 0.7
-  membrane: {thickness_m: 1.0e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1.0e+8}
-excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
-inclination_deg: 45
-"""
-"""The device of the paper with a membrane of 1 mm."""
-
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
@@ -343,9 +331,7 @@ inclination_deg: 45
 def test_the_device_of_the_paper_has_a_best_design(required: str, found: bool) -> None:
     """At 2.5 to 4 radii deep, below breakdown; within one radius, if that is asked for, none of its motions is."""
     vary = "{path: device.length_m, from: 0.5, to: 0.9}", "{path: excitation.frequency_hz, from: 1.5, to: 2.5}"
-    result = optimise(
-        problem_of(loads(searched("voltage_rate_v_s", *vary, text=THE_PAPERS, cells=900, required=required)))
-    )
+    result = optimise(problem_of(loads(searched("voltage_rate_v_s", *vary, text=DEVICE, cells=900, required=required))))
     assert (result.best is not None) == found
     if result.best is None:
         return

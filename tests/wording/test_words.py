@@ -693,6 +693,11 @@ OPTIMISE_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("best_not_known", ("length 1 m",), "Best: length 1 m; whether it starts by itself is not known."),
     ("best_runs", ("length 1 m",), "Best: length 1 m."),
     ("none_meets", (), "No design found in these ranges meets the requirements."),
+    (
+        "none_judged_meets",
+        (),
+        "None of the designs judged meets the requirements; whether another does is open.",
+    ),
     ("none_stable", (), "No design with a stable 1:1 motion was found in these ranges."),
     ("many_inputs", (5,), "5 inputs, in the table"),
     ("numbers", ("stroke 0.3 m", "5 %"), "Stroke 0.3 m; smallest margin 5 %."),

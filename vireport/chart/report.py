@@ -48,16 +48,6 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
     template: str = "chart.typ.j2"
 
     @property
-    def heading(self) -> str:
-        """The title, or what it is of."""
-        return self.title or "Vibro-impact energy harvester"
-
-    @property
-    def subtitle(self) -> str:
-        """The file that it is made of, and what made it."""
-        return f"{self.provenance.scenario_name} · vireport {self.provenance.version}"
-
-    @property
     def title(self) -> str:
         """That of the scenario, "" where it has none."""
         return self.loaded.scenario.title or ""

@@ -56,16 +56,6 @@ class ComparisonReport(Struct, frozen=True, eq=False):
     template: str = "comparison.typ.j2"
 
     @property
-    def heading(self) -> str:
-        """The title, or what it is of."""
-        return self.title or "Vibro-impact energy harvester"
-
-    @property
-    def subtitle(self) -> str:
-        """The file that it is made of, and what made it."""
-        return f"{self.provenance.scenario_name} · vireport {self.provenance.version}"
-
-    @property
     def title(self) -> str:
         """The names of the scenarios, where they are few."""
         names = self.comparison.names

@@ -61,16 +61,6 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
     template: str = "map.typ.j2"
 
     @property
-    def heading(self) -> str:
-        """The title, or what it is of."""
-        return self.title or "Vibro-impact energy harvester"
-
-    @property
-    def subtitle(self) -> str:
-        """The file that it is made of, and what made it."""
-        return f"{self.provenance.scenario_name} · vireport {self.provenance.version}"
-
-    @property
     def title(self) -> str:
         """That of the map file, "" where it has none."""
         return self.loaded.scenario.title or ""

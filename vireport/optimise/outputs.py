@@ -225,7 +225,9 @@ def sentence(result: SearchResult, study: Study | None) -> str:
     """What a search comes to, in one sentence: the best design and whether it starts by itself."""
     point = result.built if result.built is not None else result.best
     if point is None:
-        return WORDS("none_stable" if result.nearest is None else "none_meets")
+        if result.nearest is None:
+            return WORDS("none_stable")
+        return WORDS("none_meets" if result.evidence.complete else "none_judged_meets")
     # Of a rounded design it is known only where that is required.
     own = point.study if result.built is not None else study
     evidence = None if own is None else own.evidence

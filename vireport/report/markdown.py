@@ -13,10 +13,9 @@ from typing import Any
 
 from jinja2 import Environment
 
-from vireport.base import UsageError
-from vireport.report.templates import AnyReport, Source, Typesetting, marked
+from vireport.report.templates import AnyReport, Source, Typesetting, fill_in, marked
 from vireport.text import Table, markdown_of, markdown_text, visible
-from vireport.wording import environment_of, mistakes_named
+from vireport.wording import environment_of
 
 _OPENING = re.compile(r"^(\d*)([-+#.)]+)(?=\s|$)")
 """What would begin a list or a heading at the start of a line."""
@@ -110,8 +109,5 @@ def fill_markdown(report: AnyReport, templates: Path | None) -> str:
     RenderError
         Where a template fails, with the line.
     """
-    if templates is not None and not templates.is_dir():
-        raise UsageError(f"{templates}: no such folder of templates")
-    with mistakes_named(report.template, templates):
-        text = _environment(templates).get_template(report.template).render(report=report)
+    text = fill_in(_environment, report, templates)
     return f"{_BLANK_LINES.sub(chr(10) * 2, text).strip()}\n"

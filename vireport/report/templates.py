@@ -195,10 +195,31 @@ def fill(report: AnyReport, templates: Path | None) -> str:
     RenderError
         Where a template fails, with the line.
     """
+    return fill_in(_environment, report, templates)
+
+
+def fill_in(environment: Callable[[Path | None], Environment], report: AnyReport, templates: Path | None) -> str:
+    """The template of a report with what the report holds.
+
+    Parameters
+    ----------
+    environment : callable
+        How templates are read, given the user's folder.
+    report : AnyReport
+    templates : Path or None
+        The user's folder.
+
+    Raises
+    ------
+    UsageError
+        If there is no such folder of templates.
+    RenderError
+        Where a template fails, with the line.
+    """
     if templates is not None and not templates.is_dir():
         raise UsageError(f"{templates}: no such folder of templates")
     with mistakes_named(report.template, templates):
-        return _environment(templates).get_template(report.template).render(report=report)
+        return environment(templates).get_template(report.template).render(report=report)
 
 
 class _LineMarks(Extension):
