@@ -135,7 +135,7 @@ DESIGN_ENTRY: Entry = ("design point", DESIGN | {"markerfacecolor": "white"})
 
 NO_MOTION = "no admissible 1:1 motion in this sweep"
 
-HEIGHTS = {Task.FIGURE_2: 1.25, Task.FIGURE_4: 1.35, Task.FIGURE_7: 2.3}
+HEIGHTS = {Task.FIGURE_2: 1.18, Task.FIGURE_4: 1.27, Task.FIGURE_7: 2.3}
 """Heights of the panels with the letter over them, for `ROOM_FOR` critical points [in]."""
 
 ROOM_FOR = 15
