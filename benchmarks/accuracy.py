@@ -18,9 +18,10 @@ from pathlib import Path
 from record import record
 
 from vireport import load
-from vireport.checks import ACCURACIES, METHOD_NAMES, WHOLE
+from vireport.checks.methods import METHOD_NAMES, WHOLE
+from vireport.checks.workprecision import ACCURACIES
 from vireport.cli.accuracy_outputs import asked, files, measured, text
-from vireport.membranes import compliance_data
+from vireport.membranes.compliance import compliance_data
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import os
 
-from vireport.physics import Groups
+from vireport.physics.groups import Groups
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -26,22 +26,18 @@ from record import processor_time, record
 from scipy.optimize import brentq, root
 
 from vireport import load, loads
-from vireport.atlas import atlas, candidates_above
-from vireport.motions import (
-    TRACE_LEVELS,
-    Atlas,
-    Curve,
-    Family,
-    Limits,
-    Trail,
-    completed,
-    follow,
-    residuals,
-    trace,
-)
-from vireport.physics import Device, Membrane, generated_voltage
-from vireport.simulation import attractors, random_starts, start_speed
-from vireport.study import sweep_of
+from vireport.atlas.families import atlas
+from vireport.atlas.surface import candidates_above
+from vireport.motions.events import TRACE_LEVELS
+from vireport.motions.families import Atlas, Family
+from vireport.motions.paths import Curve, Trail, completed, follow
+from vireport.motions.periodicity import residuals, trace
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane, generated_voltage
+from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts, start_speed
+from vireport.study.study import sweep_of
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 COUNT, BLOCK, SEED = 200_000, 4096, 20190301

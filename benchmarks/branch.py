@@ -21,8 +21,9 @@ import numpy as np
 from record import record
 
 from vireport import analyse, load
-from vireport.motions import motions_of, sample
-from vireport.physics import voltages
+from vireport.motions.level_curve import sample
+from vireport.motions.one_to_one import motions_of
+from vireport.physics.energy import voltages
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 SIZES = (10_000, 100_000, 1_000_000)

@@ -22,16 +22,15 @@ from record import processor_time, record
 from scipy.optimize import root
 
 from vireport import load
-from vireport.chart import (
-    Chart,
-    FollowedLocus,
-    Plane,
-    chart,
-    plane_of,
-)
-from vireport.motions import Limits
-from vireport.physics import FLOATS, Groups, by_wall
-from vireport.simulation import attractors, random_starts, start_speed
+from vireport.chart.chart import Chart, chart
+from vireport.chart.network import FollowedLocus
+from vireport.chart.over import plane_of
+from vireport.chart.plane import Plane
+from vireport.motions.switching import Limits
+from vireport.physics.groups import Groups, by_wall
+from vireport.physics.numbers import FLOATS
+from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts, start_speed
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "inclined.yaml"
 PLANES = (

@@ -21,14 +21,17 @@ from record import processor_time, record
 from scipy.optimize import minimize
 
 from vireport import load
-from vireport.design import solution_of
 from vireport.design.distortion import distortions
 from vireport.design.lines import stable_ones
 from vireport.design.margins import margins_of
-from vireport.motions import TRACE_LEVELS, linearised, residuals, trace
-from vireport.physics import Device, Groups, Harmonic
-from vireport.scenario import Parameter
-from vireport.study import sweep_of
+from vireport.design.solution import solution_of
+from vireport.motions.events import TRACE_LEVELS
+from vireport.motions.periodicity import linearised, residuals, trace
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
+from vireport.study.study import sweep_of
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 NAMES = "inclined", "horizontal", "stiff-membrane"

@@ -30,13 +30,15 @@ import numpy as np
 from record import processor_time, record
 
 from vireport import load
-from vireport.design import solution_of
-from vireport.disturbances import disturbances_of
-from vireport.physics import Device, Membrane
-from vireport.scenario import Parameter
-from vireport.shocks import shocks_around, withstood_by
-from vireport.simulation import BOTTOM, Impact, InFlight, attractors, check_start, find_attractor
-from vireport.study import sweep_of
+from vireport.design.solution import solution_of
+from vireport.disturbances.behaviour import disturbances_of
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.withstood import shocks_around, withstood_by
+from vireport.simulation.attractors import attractors, find_attractor
+from vireport.simulation.events import BOTTOM, Impact, InFlight, check_start
+from vireport.study.study import sweep_of
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 FORCED = {"inclined": (), "horizontal": (), "inclined-forcing": ("excitation.amplitude_n=3.6",)}

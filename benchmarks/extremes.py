@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from record import record
 
-from vireport.extremes import run_catalogue, table_data, table_text
+from vireport.extremes.catalogue import run_catalogue, table_data, table_text
 
 
 def main() -> None:

@@ -21,11 +21,17 @@ from msgspec.structs import replace
 from record import processor_time, record
 
 from vireport import load
-from vireport.motions import Sweep, find_motions, linearised, orbits, solve
-from vireport.physics import Device, Groups, Harmonic, Word
-from vireport.scenario import Parameter
-from vireport.simulation import check_model, check_start, follow_impacts
-from vireport.simulation.events import BOTTOM, Impact
+from vireport.motions.diagram import solve
+from vireport.motions.orbits import orbits
+from vireport.motions.periodicity import linearised
+from vireport.motions.pointwise import find_motions
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM, Impact, check_model, check_start, follow_impacts
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "inclined.yaml"
 FORCES = {1: (), 2: (2,), 5: (2, 3, 4, 5)}

@@ -27,21 +27,19 @@ from numba import njit
 from record import record
 from scipy.integrate import solve_ivp
 
-from vireport.physics import Groups
-from vireport.simulation import (
+from vireport.physics.groups import Groups
+from vireport.simulation.attractors import attractors, diagram
+from vireport.simulation.events import (
     BOTTOM,
-    PHASE,
     TOP,
-    VELOCITY,
     Impact,
     InFlight,
-    attractors,
     check_model,
     check_start,
-    diagram,
     follow_impacts,
     follow_one,
 )
+from vireport.simulation.kernel import PHASE, VELOCITY
 
 D, R = 0.4604, 0.5
 GBAR = 0.1245 * 9.8 * sin(radians(45)) / 3
@@ -268,7 +266,8 @@ def best_of(method: Callable[[], Measured], times: int = 5) -> Measured:
 def first_call(cache: str) -> tuple[float, float]:
     """Seconds a new process needs to import the compiler, and for its first impact."""
     code = (
-        "import time, numpy, vireport.simulation as e; from vireport.physics import Groups; a = time.perf_counter()\n"
+        "import time, numpy, vireport.simulation.events as e; from vireport.physics.groups import Groups\n"
+        "a = time.perf_counter()\n"
         "import numba; b = time.perf_counter()\n"
         "e.follow_impacts(e.check_model(Groups(.4, .2, .5)), numpy.array([[1., 0., 1., 0.]]), 1)\n"
         "print(b - a, time.perf_counter() - b)"
@@ -296,7 +295,7 @@ def interpreted(impacts: int = 5000) -> float:
     """Seconds an impact takes without numba."""
     code = (
         "import sys, time, numpy; sys.modules['numba'] = None\n"
-        "import vireport.simulation.events as e; from vireport.physics import Groups\n"
+        "import vireport.simulation.events as e; from vireport.physics.groups import Groups\n"
         f"start = numpy.array([e.check_start(e.Impact(1, {SPEED}, {PHI}), {D})])\n"
         f"model = e.check_model(Groups({D}, {GBAR}, {R})); e.follow_impacts(model, start, 1); a = time.perf_counter()\n"
         f"e.follow_impacts(model, start, {impacts}); print((time.perf_counter() - a) / {impacts})"

@@ -27,10 +27,13 @@ from scipy.special import stdtrit
 from slices import options, pursued
 
 from vireport import load
-from vireport.measurement import ClockedDevice, Fitted, Unidentifiable, Unknown, fit, judged, tested
-from vireport.physics import Device
-from vireport.scenario import DesignInput, Parameter
-from vireport.simulation import FLIGHT, PHASE, WALL, Impact, check_model, check_start, follow_one
+from vireport.measurement.flights import ClockedDevice, Unknown
+from vireport.measurement.identification import Fitted, Unidentifiable, fit
+from vireport.measurement.misfit import judged, tested
+from vireport.physics.device import Device
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, WALL
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 OUTCOMES = Path(__file__).resolve().parent / "intervals.jsonl"

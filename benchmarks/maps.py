@@ -21,10 +21,10 @@ from statistics import median
 
 from record import record
 
-from vireport.maps import map_plan, run_map
+from vireport.maps.cells import map_plan
 from vireport.maps.evaluation import evaluate
-from vireport.maps.run import cores
-from vireport.scenario import loads_map
+from vireport.maps.run import cores, run_map
+from vireport.scenario.loading import loads_map
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "maps" / "map.yaml"
 COUNTS = {10_000: (100, 100), 100_000: (250, 400), 1_000_000: (1000, 1000)}

@@ -25,10 +25,13 @@ from msgspec.structs import replace
 from record import record
 from slices import options, pursued
 
-from vireport.base import ScenarioError
-from vireport.measurement import ClockedDevice, Unidentifiable, Unknown, fit, judged, parse_record
-from vireport.physics import SpeedLaw
-from vireport.scenario import DesignInput, Parameter
+from vireport.base.errors import ScenarioError
+from vireport.measurement.flights import ClockedDevice, Unknown
+from vireport.measurement.identification import Unidentifiable, fit
+from vireport.measurement.misfit import judged
+from vireport.measurement.records import parse_record
+from vireport.physics.groups import SpeedLaw
+from vireport.scenario.parameters import DesignInput, Parameter
 
 OUTCOMES = Path(__file__).resolve().parent / "mistakes.jsonl"
 MISTAKES = "none", "membranes", "milliseconds", "frequency", "drift", "exponent"

@@ -11,8 +11,8 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from vireport.base import plain
-from vireport.checks import machine
+from vireport.base.records import plain
+from vireport.checks.timing import machine
 
 RESULTS = Path(__file__).resolve().parent / "results"
 LOAD = os.getloadavg()[0] if hasattr(os, "getloadavg") else None

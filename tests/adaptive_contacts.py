@@ -12,10 +12,10 @@ import numpy as np
 from msgspec import Struct
 from scipy.integrate import DOP853, solve_ivp
 
-from vireport.base import NumericalError
-from vireport.compliant import CompliantModel, contact_units, free_flight
-from vireport.physics import wave
-from vireport.simulation import BOTTOM, TOP
+from vireport.base.errors import NumericalError
+from vireport.compliant.model import CompliantModel, contact_units, free_flight
+from vireport.physics.forcing import wave
+from vireport.simulation.events import BOTTOM, TOP
 
 TOLERANCE = 1e-12
 LONGEST_STEP = 0.05

@@ -18,8 +18,8 @@ from browser import Browser
 from hypothesis import settings
 
 if TYPE_CHECKING:
-    from vireport.design import Solution
-    from vireport.study import Study
+    from vireport.design.solution import Solution
+    from vireport.study.study import Study
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
@@ -59,9 +59,10 @@ def solved(name: str, **over: object) -> Solution:
 def toleranced(**over: object) -> Solution:
     """Solution of the inclined example, with overrides as in `solved`, without a proof over its tolerances."""
     from vireport import load
-    from vireport.design import solution_of
-    from vireport.physics import Device, Membrane
-    from vireport.study import sweep_of
+    from vireport.design.solution import solution_of
+    from vireport.physics.device import Device
+    from vireport.physics.energy import Membrane
+    from vireport.study.study import sweep_of
 
     given = {path.replace("__", "."): value for path, value in over.items()}
     scenario = load(EXAMPLES / "inclined.yaml", given).scenario
@@ -71,8 +72,9 @@ def toleranced(**over: object) -> Solution:
 
 def markdown(study: Study, command: str) -> str:
     """The summary of a study as Markdown."""
-    from vireport.report import Report, render_markdown
-    from vireport.study import provenance_of
+    from vireport.report.context import Report
+    from vireport.report.rendering import render_markdown
+    from vireport.study.provenance import provenance_of
 
     report = Report(study, {}, provenance_of(study.loaded, command), template="summary.md.j2")
     return render_markdown(report).decode()
@@ -91,10 +93,10 @@ KNOWN = (
     ("vireport.design.point", "margins_of"),
     ("vireport.design.point", "distortions"),
     ("vireport.study.study", "shifts"),
-    ("vireport.disturbances", "disturbances_of"),
-    ("vireport.compliant", "own_stiffness"),
-    ("vireport.shocks", "withstood_by"),
-    ("vireport.design", "assess_tolerances"),
+    ("vireport.disturbances.behaviour", "disturbances_of"),
+    ("vireport.compliant.own_stiffness", "own_stiffness"),
+    ("vireport.shocks.withstood", "withstood_by"),
+    ("vireport.design.tolerances", "assess_tolerances"),
 )
 """Pure functions that hundreds of tests have called with the same few devices, where they are called."""
 

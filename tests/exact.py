@@ -13,19 +13,18 @@ import numpy as np
 from mpmath import mp, mpf
 
 from vireport.checks import reference
-from vireport.motions import (
-    Event,
-    Motions,
-    Orbits,
-    Point,
-    Sweep,
-    Symmetry,
-    orbits,
-    touches,
-)
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.one_to_one import Motions
+from vireport.motions.orbits import Orbits, orbits
+from vireport.motions.points import Point
 from vireport.motions.stability import flight_jacobians
-from vireport.physics import Membrane, Word, each
-from vireport.scenario import Parameter
+from vireport.motions.sweep import Sweep
+from vireport.motions.turning import touches
+from vireport.physics.energy import Membrane
+from vireport.physics.groups import each
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 
 STEP = mpf(10) ** -25
 """Step of the differences that give the direction across a curve of motions."""

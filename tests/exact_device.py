@@ -8,11 +8,15 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vireport.design import around_length, design_point, motions_at
-from vireport.motions import Event, one_to_one_bounds
-from vireport.physics import Device, Restitutions
-from vireport.scenario import CapsuleMotion, DesignInput, Parameter
-from vireport.simulation import BOTTOM, PHASE, VELOCITY, check_model, follow_one
+from vireport.design.point import around_length, design_point, motions_at
+from vireport.motions.error_bounds import one_to_one_bounds
+from vireport.motions.events import Event
+from vireport.physics.device import Device
+from vireport.physics.groups import Restitutions
+from vireport.scenario.blocks import CapsuleMotion
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.events import BOTTOM, check_model, follow_one
+from vireport.simulation.kernel import PHASE, VELOCITY
 
 
 class ExactDevice:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from mpmath import mp, mpf
 
-from vireport.physics import Groups, Harmonic
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups
 
 STEPS = 64
 """Samples of a forcing period between which the reference looks for a change of sign."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mpmath import mp, mpf
 
-from vireport.physics import Groups, by_wall
+from vireport.physics.groups import Groups, by_wall
 
 Parts = Sequence[tuple[int, float, float]]
 """Order, share and phase [rad] of harmonics."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from vireport.motions import Sweep
-from vireport.physics import Device
-from vireport.scenario import DRIVING, Parameter
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.scenario.parameters import DRIVING, Parameter
 
 restitutions = st.sampled_from([0.0, 1e-12, 1e-3, 0.5, 0.999, 1 - 1e-6]) | st.floats(0, 1 - 1e-6)
 inclinations = st.sampled_from([0.0, 1e-9, 0.01, 45.0, 89.999999, 90.0]) | st.floats(0, 90)

@@ -9,16 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from vireport.base import (
-    OutputError,
-    UsageError,
-    files,
-    interrupts,
-    require_writable,
-    write_files,
-    write_new,
-    write_whole,
-)
+from vireport.base import files, interrupts
+from vireport.base.errors import OutputError, UsageError
+from vireport.base.files import require_writable, write_files, write_new, write_whole
 
 OLD = {"a": b"old a", "b": b"old b"}
 NEW = {"a": b"new a", "c": b"new c"}

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from vireport.base import ANYWHERE, ReadingPlace, UsageError
+from vireport.base.errors import UsageError
+from vireport.base.reading import ANYWHERE, ReadingPlace
 
 SECRET = "root:secret"
 

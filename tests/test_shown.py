@@ -52,20 +52,30 @@ from shown_tables import (
     types_faults,
 )
 
-from vireport.chart import plane_of
 from vireport.chart.outputs import markdown as chart_markdown
 from vireport.chart.outputs import text as chart_text
-from vireport.comparison import Comparison, ComparisonReport, compare, comparison_provenance, terminal_summary
-from vireport.figures import Picture, pictures, shown_along, simulated_points
-from vireport.figures.captions import alt_text, pictured
-from vireport.gate import opening_of
-from vireport.motions import Event, Limits
-from vireport.optimise import JudgedDesign, outputs, problem_of
+from vireport.chart.over import plane_of
+from vireport.comparison.comparison import Comparison, compare
+from vireport.comparison.outputs import comparison_provenance, terminal_summary
+from vireport.comparison.pages import ComparisonReport
+from vireport.figures.captions import alt_text, pictured, shown_along
+from vireport.figures.curves import simulated_points
+from vireport.figures.pictures import pictures
+from vireport.figures.style import Picture
+from vireport.gate.opening import opening_of
+from vireport.motions.events import Event
+from vireport.motions.switching import Limits
+from vireport.optimise import outputs
+from vireport.optimise.grid import JudgedDesign
+from vireport.optimise.problem import problem_of
 from vireport.optimise.search import SearchEvidence, SearchResult
-from vireport.report import Report, render_html
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
 from vireport.report.templates import fill
-from vireport.scenario import load
-from vireport.study import Study, Task, analyse, provenance_of, results_json
+from vireport.scenario.loading import load
+from vireport.study.plan import Task
+from vireport.study.provenance import provenance_of
+from vireport.study.study import Study, analyse, results_json
 
 DIELECTRIC = {
     f"device.membrane.{key}": value

@@ -17,9 +17,11 @@ from msgspec.structs import replace
 from scipy.io import wavfile
 
 from vireport import load
-from vireport.physics import Device, Restitutions
-from vireport.scenario import Parameter
-from vireport.simulation import FLIGHT, PHASE, WALL, Impact, check_model, check_start, follow_one
+from vireport.physics.device import Device
+from vireport.physics.groups import Restitutions
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, WALL
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 

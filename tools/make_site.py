@@ -12,13 +12,15 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Iterator
+from importlib import import_module
+from inspect import isclass, isfunction
 from pathlib import Path
 
 import vireport
 from vireport.scenario.blocks import MapFile, Scenario
 from vireport.scenario.json_schema import keys
 from vireport.scenario.messages import allowed
-from vireport.text import CATALOGUE
+from vireport.text.alerts import CATALOGUE
 from vireport.text.terms import TERMS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -98,9 +100,24 @@ def pages_of_names() -> Iterator[tuple[str, str]]:
     """A page for the names that `import vireport` gives, and one for each package whose records they lead to."""
     toc = "\n".join(f"python-{package}" for package in PACKAGES)
     yield "python.md", f"# Python\n\n{_documented('vireport')}\n```{{toctree}}\n:maxdepth: 1\n{toc}\n```\n"
-    elsewhere = f"   :exclude-members: {', '.join(['__init__', '__new__', *vireport.__all__])}\n"
     for package in PACKAGES:
-        yield f"python-{package}.md", f"# vireport.{package}\n\n{_documented(f'vireport.{package}', elsewhere)}"
+        modules = sorted(file.stem for file in (ROOT / "vireport" / package).glob("[a-z]*.py"))
+        parts = [_module_of(f"vireport.{package}.{module}") for module in modules]
+        yield f"python-{package}.md", "\n".join([f"# vireport.{package}\n", *parts])
+
+
+def _module_of(name: str) -> str:
+    """What a module defines of classes and functions, but for what `import vireport` gives."""
+    things = {label: thing for label, thing in vars(import_module(name)).items() if label not in vireport.__all__}
+    public = {label: thing for label, thing in things.items() if not label.startswith("_")}
+    kinds = {"class": isclass, "function": isfunction}
+    parts = [
+        f".. auto{kind}:: {name}.{label}\n"
+        for label, thing in public.items()
+        for kind, of_kind in kinds.items()
+        if of_kind(thing) and thing.__module__ == name
+    ]
+    return f"## {name}\n\n```{{eval-rst}}\n{''.join(parts)}```\n" if parts else ""
 
 
 def _documented(module: str, options: str = "") -> str:

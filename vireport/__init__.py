@@ -15,20 +15,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from vireport.base import NumericalError, ScenarioError, UsageError, VireportError, __version__
-    from vireport.bench import explore
-    from vireport.comparison import Comparison, compare, compare_figure, diff
-    from vireport.figures import figure_2, figure_4, figure_7, pictures
-    from vireport.scenario import load, loads
-    from vireport.study import Study, analyse, recheck, recheck_disturbances, results
+    from vireport.base.errors import NumericalError, ScenarioError, UsageError, VireportError
+    from vireport.base.version import __version__
+    from vireport.bench.notebook import explore
+    from vireport.comparison.baseline import diff
+    from vireport.comparison.comparison import Comparison, compare
+    from vireport.comparison.figures import compare_figure
+    from vireport.figures.pictures import pictures
+    from vireport.figures.sweeps import figure_2, figure_4, figure_7
+    from vireport.scenario.loading import load, loads
+    from vireport.study.study import Study, analyse, recheck, recheck_disturbances, results
 
-_ROOMS = {
-    "vireport.base": ("NumericalError", "ScenarioError", "UsageError", "VireportError", "__version__"),
-    "vireport.scenario": ("load", "loads"),
-    "vireport.study": ("Study", "analyse", "recheck", "recheck_disturbances", "results"),
-    "vireport.figures": ("figure_2", "figure_4", "figure_7", "pictures"),
-    "vireport.comparison": ("Comparison", "compare", "compare_figure", "diff"),
-    "vireport.bench": ("explore",),
+_PLACES = {
+    "vireport.base.errors": ("NumericalError", "ScenarioError", "UsageError", "VireportError"),
+    "vireport.base.version": ("__version__",),
+    "vireport.bench.notebook": ("explore",),
+    "vireport.scenario.loading": ("load", "loads"),
+    "vireport.study.study": ("Study", "analyse", "recheck", "recheck_disturbances", "results"),
+    "vireport.figures.sweeps": ("figure_2", "figure_4", "figure_7"),
+    "vireport.figures.pictures": ("pictures",),
+    "vireport.comparison.comparison": ("Comparison", "compare"),
+    "vireport.comparison.figures": ("compare_figure",),
+    "vireport.comparison.baseline": ("diff",),
 }
 """Where each public name is imported from when it is first asked for, so that `import vireport` costs nothing."""
 
@@ -60,9 +68,9 @@ __all__ = [
 if not TYPE_CHECKING:  # so that a checker of types takes no name for any object
 
     def __getattr__(name: str) -> object:
-        for room, names in _ROOMS.items():
+        for module, names in _PLACES.items():
             if name in names:
-                return getattr(import_module(room), name)
+                return getattr(import_module(module), name)
         raise AttributeError(f"module 'vireport' has no attribute {name!r}")
 
 

@@ -21,7 +21,8 @@ def entry() -> int:
     try:
         # Not at the top of the file: from here on, Ctrl-C ends in a message, and while modules are imported there it
         # would end in a traceback.
-        from vireport.base import OutputError, interrupts, streams
+        from vireport.base import interrupts, streams
+        from vireport.base.errors import OutputError
 
         interrupts.install()
         output = streams.install()
@@ -34,7 +35,7 @@ def entry() -> int:
         os.environ.update(MATPLOTLIBRC=os.devnull, MPLBACKEND="agg")
         # A search of all that there is for cycles takes 10 to 20 ms, mostly of modules, and finds next to nothing.
         gc.set_threshold(*gc.get_threshold()[:2], FULL_SEARCHES)
-        from vireport.cli import main
+        from vireport.cli.app import main
 
         code = main(sys.argv[1:])
         sys.stdout.flush()

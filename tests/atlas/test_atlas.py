@@ -10,29 +10,21 @@ from conftest import EXAMPLES, first
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
-from vireport.atlas import atlas, motion_of_cycle
-from vireport.motions import (
-    Atlas,
-    Event,
-    Family,
-    Limits,
-    Motion,
-    Sweep,
-    completed,
-    follow,
-    neighbours,
-    openings,
-    polished,
-)
-from vireport.physics import Groups, Word
-from vireport.simulation import (
-    Impact,
-    attractors,
-    find_attractor,
-    random_starts,
-    start_speed,
-)
-from vireport.study import sweep_of
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.atlas.families import atlas
+from vireport.motions.events import Event
+from vireport.motions.families import Atlas, Family
+from vireport.motions.motion import Motion
+from vireport.motions.paths import completed, follow
+from vireport.motions.points import polished
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits, neighbours, openings
+from vireport.physics.groups import Groups
+from vireport.physics.word import Word
+from vireport.simulation.attractors import attractors, find_attractor
+from vireport.simulation.events import Impact
+from vireport.simulation.starts import random_starts, start_speed
+from vireport.study.study import sweep_of
 
 ASIDE = 1e-7
 """Relative change of the velocity by which a simulation starts beside a motion: less where a stretch is narrow."""

@@ -11,21 +11,23 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport import load, loads
-from vireport.atlas import atlas, motion_of_cycle
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.atlas.families import atlas
 from vireport.checks import reference
-from vireport.motions import Event, Held, Level, Limits, Model, Motion, linearised, residuals, solve, trace, turns
-from vireport.physics import Groups, Word
-from vireport.scenario import Parameter
-from vireport.simulation import (
-    PHASE,
-    VELOCITY,
-    Impact,
-    check_model,
-    check_start,
-    find_attractor,
-    follow_one,
-)
-from vireport.study import sweep_of
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.motions.periodicity import Model, linearised, residuals, trace
+from vireport.motions.sweep import Held, Level
+from vireport.motions.switching import Limits
+from vireport.motions.turning import turns
+from vireport.physics.groups import Groups
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import PHASE, VELOCITY
+from vireport.study.study import sweep_of
 
 WORDS = "B", "BT", "BBT", "BTT", "BBTT", "BBTBT"
 LEVELS = Level(Held.GBAR, 0.2), Level(Held.RATIO, 1.7), Level(Held.D, 0.4)

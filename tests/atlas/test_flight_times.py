@@ -10,21 +10,26 @@ import pytest
 from msgspec.structs import replace
 
 from vireport import load, loads
-from vireport.atlas import atlas, candidates_above, motion_of_cycle
+from vireport.atlas.cycles import motion_of_cycle
 from vireport.atlas.exclusion import Exclusion
+from vireport.atlas.families import atlas
 from vireport.atlas.four_impacts import four_impacts
 from vireport.atlas.one_impact import one_impact
-from vireport.atlas.surface import onto_sweep
-from vireport.motions import Claim, Curve, Held, Level, Limits, Model, Motion, flight_jacobian, residuals, turns
-from vireport.physics import Groups, Word
-from vireport.simulation import (
-    Impact,
-    attractors,
-    find_attractor,
-    random_starts,
-    start_speed,
-)
-from vireport.study import sweep_of
+from vireport.atlas.surface import candidates_above, onto_sweep
+from vireport.motions.families import Claim
+from vireport.motions.motion import Motion
+from vireport.motions.paths import Curve
+from vireport.motions.periodicity import Model, residuals
+from vireport.motions.stability import flight_jacobian
+from vireport.motions.sweep import Held, Level
+from vireport.motions.switching import Limits
+from vireport.motions.turning import turns
+from vireport.physics.groups import Groups
+from vireport.physics.word import Word
+from vireport.simulation.attractors import attractors, find_attractor
+from vireport.simulation.events import Impact
+from vireport.simulation.starts import random_starts, start_speed
+from vireport.study.study import sweep_of
 
 BBT, BTT = (1, 1, -1), (1, -1, -1)
 

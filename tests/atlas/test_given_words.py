@@ -9,14 +9,25 @@ from conftest import EXAMPLES
 from exact import printed_maps
 from mpmath import mp, mpf
 
-from vireport.atlas import atlas, motion_of_cycle, motions_of
-from vireport.base import ScenarioError, UsageError
-from vireport.chart import chart_of
-from vireport.motions import Limits, Model, Motion, Sweep, model_of
-from vireport.physics import ARRAYS, Device, Word
-from vireport.scenario import Parameter, load
-from vireport.simulation import attractors, random_starts, start_speed
-from vireport.study import Task, analyse
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.atlas.families import atlas
+from vireport.atlas.given import motions_of
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.chart.over import chart_of
+from vireport.motions.motion import Motion
+from vireport.motions.periodicity import Model
+from vireport.motions.points import model_of
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.physics.numbers import ARRAYS
+from vireport.physics.word import Word
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts, start_speed
+from vireport.study.plan import Task
+from vireport.study.study import analyse
 
 HARMONIC = {"order": 3, "percent": 1.0, "phase_deg": 40.0}
 

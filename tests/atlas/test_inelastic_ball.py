@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 from conftest import first
 
-from vireport.atlas import Atlas
-from vireport.motions import Curve, Event, Motion
-from vireport.physics import Word
-from vireport.scenario import loads
-from vireport.study import analyse
+from vireport.motions.events import Event
+from vireport.motions.families import Atlas
+from vireport.motions.motion import Motion
+from vireport.motions.paths import Curve
+from vireport.physics.word import Word
+from vireport.scenario.loading import loads
+from vireport.study.study import analyse
 
 GRAVITY = 9.81
 

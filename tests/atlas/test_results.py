@@ -11,13 +11,18 @@ import pytest
 from msgspec.structs import replace
 
 from vireport import analyse, loads
-from vireport.atlas import portrait_of
-from vireport.base import ScenarioError, UsageError
-from vireport.motions import Limits, families, generation, ladder
-from vireport.physics import generated_voltage
-from vireport.report import Report, render_html
+from vireport.atlas.cycles import portrait_of
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.motions import families
+from vireport.motions.generation import generation, ladder
+from vireport.motions.switching import Limits
+from vireport.physics.energy import generated_voltage
+from vireport.report.context import Report
 from vireport.report.motions import families_table
-from vireport.study import Study, branches_csv, provenance_of
+from vireport.report.rendering import render_html
+from vireport.study.provenance import provenance_of
+from vireport.study.results import branches_csv
+from vireport.study.study import Study
 
 TEXT = """\
 schema_version: 1
@@ -245,7 +250,7 @@ def test_results_say_what_is_claimed_of_each_word(study):
 
 @pytest.mark.slow
 def test_figure_and_section_name_the_words(study):
-    from vireport.figures import pictures
+    from vireport.figures.pictures import pictures
 
     drawn = {picture.name: picture for picture in pictures(study)}
     picture, rungs = drawn["figure-atlas"], drawn["figure-ladder"].figure.axes
@@ -279,7 +284,7 @@ def test_report_and_results_say_from_how_many_impacts_on_families_are_left_out(s
 
 
 def test_pages_show_the_families_that_can_be_set_then_the_shortest_words_and_results_have_all(study, monkeypatch):
-    from vireport.figures import pictures
+    from vireport.figures.pictures import pictures
 
     every = study.to_dict()
     assert study.atlas.shown == study.atlas.families

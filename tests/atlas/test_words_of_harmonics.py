@@ -8,12 +8,19 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 from raw_flights import Flights
 
-from vireport.atlas import atlas, motion_of_cycle
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.atlas.families import atlas
 from vireport.checks import reference
-from vireport.motions import Atlas, Claim, Event, Limits, Sweep
-from vireport.physics import Device, Harmonic, Restitutions
-from vireport.scenario import Parameter
-from vireport.simulation import attractors, random_starts
+from vireport.motions.events import Event
+from vireport.motions.families import Atlas, Claim
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Restitutions
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts
 
 PARTS = [(2, 5.0, 225.0), (3, 4.0, 30.0)]
 """Order, per cent and phase in degrees."""

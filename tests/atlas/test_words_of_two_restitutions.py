@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from conftest import first
 
-from vireport.atlas import atlas
-from vireport.motions import Limits, Sweep
-from vireport.physics import Device, Restitutions
-from vireport.scenario import Parameter
-from vireport.simulation import attractors, random_starts
+from vireport.atlas.families import atlas
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.physics.groups import Restitutions
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts
 
 
 @pytest.mark.parametrize(("inclination", "low", "high"), first(1, [(45.0, 0.85, 1.0), (0.0, 0.2, 0.5)], unpacked=True))

@@ -14,7 +14,6 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport import analyse, loads, recheck_disturbances
-from vireport.attraction import Trap
 from vireport.attraction.cells import Cells, generations
 from vireport.attraction.flights import (
     ERRORS,
@@ -50,15 +49,21 @@ from vireport.attraction.section import (
 )
 from vireport.attraction.settling import settles
 from vireport.attraction.survived import MOMENTS, SIZES, survived, survived_again
-from vireport.attraction.trap import lap_derivative, lap_matrix, norm_bound, proved_trap, trap_of
-from vireport.base import UsageError
+from vireport.attraction.trap import Trap, lap_derivative, lap_matrix, norm_bound, proved_trap, trap_of
+from vireport.base.errors import UsageError
 from vireport.checks.enclosures import UnprovedError
-from vireport.design import motions_at
-from vireport.motions import Motion, motion_at
-from vireport.physics import Affine, Device, Groups, Restitutions, between, flight
-from vireport.scenario import Parameter
-from vireport.shocks import flight_times, shocked
-from vireport.simulation import FLIGHT, PHASE, RIDING, TURN, VELOCITY, WALL, check_model, follow_impacts
+from vireport.design.point import motions_at
+from vireport.motions.motion import Motion
+from vireport.motions.points import motion_at
+from vireport.physics import flight
+from vireport.physics.affine import Affine, between
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, Restitutions
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.deviations import flight_times
+from vireport.shocks.shock import shocked
+from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, TURN, VELOCITY, WALL
 
 TEXT = """\
 schema_version: 1

@@ -13,7 +13,7 @@ import pytest
 from msgspec import Struct
 
 import vireport
-from vireport.base import json_answer, json_text
+from vireport.base.encoding import json_answer, json_text
 
 PACKAGE = Path(vireport.__file__).parent
 

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES, first
 
-from vireport.base import NumericalError, ScenarioError, UsageError
+from vireport.base.errors import NumericalError, ScenarioError, UsageError
 from vireport.bench.answers import CURVES, NOTHING, PLANE, STABLE, UNSTABLE, margins_answer, plane_answer, study_answer
 from vireport.bench.controls import controls_of, ends_of
 from vireport.bench.session import Opened, loaded_of, opened, start_data
 from vireport.bench.session import first as first_of
-from vireport.design import motions_at
-from vireport.physics import Device
-from vireport.scenario import DesignInput, Parameter
-from vireport.study import Task, analyse
+from vireport.design.point import motions_at
+from vireport.physics.device import Device
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.plan import Task
+from vireport.study.study import analyse
 
 NAMES = "inclined", "horizontal", "inclined-forcing", "design-point"
 SAME = ("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "phi_top_rad", "velocity_bottom", "velocity_top", "trace")

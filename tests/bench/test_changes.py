@@ -7,8 +7,9 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport.bench.changes import FALLS_SHORT, Change, changes, may_work, rounded_away, works
-from vireport.scenario import DesignInput, load
-from vireport.study import Study, analyse
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import DesignInput
+from vireport.study.study import Study, analyse
 
 CASES = {
     "not stable": ("device.length_m=0.6",),

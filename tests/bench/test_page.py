@@ -17,8 +17,8 @@ from serving import Served, serving
 from vireport.bench.answers import margins_answer, plane_answer, study_answer
 from vireport.bench.session import first, loaded_of, opened, start_data
 from vireport.bench.widget import one_module
-from vireport.scenario import load
-from vireport.study import analyse
+from vireport.scenario.loading import load
+from vireport.study.study import analyse
 
 pytestmark = [pytest.mark.slow, needs_a_browser]
 

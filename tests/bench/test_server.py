@@ -19,8 +19,8 @@ from serving import Served, serving
 
 from vireport.bench.server import MOST_UNKNOWN
 from vireport.bench.session import MODULES, first, loaded_of, opened
-from vireport.cli import main
-from vireport.scenario import load
+from vireport.cli.app import main
+from vireport.scenario.loading import load
 
 
 @pytest.fixture(scope="module")
@@ -287,7 +287,7 @@ def test_what_cannot_be_explored_is_told(
 def test_an_earlier_run_is_explored_as_its_scenario_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario, known = str(EXAMPLES / "design-point.yaml"), []
     assert main(["run", scenario, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
-    monkeypatch.setattr("vireport.bench.serve", lambda opened, *_: known.append(opened), raising=False)
+    monkeypatch.setattr("vireport.bench.server.serve", lambda opened, *_: known.append(opened))
     over = ["--set", "device.length_m=0.71", "--no-browser"]
     assert main(["explore", str(tmp_path / "results.json"), *over]) == 0
     assert main(["explore", scenario, *over]) == 0
@@ -302,7 +302,7 @@ def test_where_no_browser_opens_the_address_is_there(
     def serve(known: Any, folder: Path, port: int, begun: Any) -> None:
         begun("http://127.0.0.1:1/x/")
 
-    monkeypatch.setattr("vireport.bench.serve", serve, raising=False)
+    monkeypatch.setattr("vireport.bench.server.serve", serve)
     monkeypatch.setattr("webbrowser.open", lambda address: False)
     assert main(["explore", str(EXAMPLES / "best-design.yaml")]) == 0
     told = capsys.readouterr()

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from conftest import EXAMPLES
 
-from vireport.base import ScenarioError, UsageError
+from vireport.base.errors import ScenarioError, UsageError
 from vireport.bench.session import first, loaded_of, opened, refusal, require_new, save
-from vireport.scenario import load
-from vireport.study import analyse
+from vireport.scenario.loading import load
+from vireport.study.study import analyse
 
 
 def test_a_map_is_refused_with_the_command_for_it() -> None:

@@ -11,11 +11,11 @@ import pytest
 from conftest import EXAMPLES
 
 import vireport
-from vireport.base import ScenarioError, UsageError
-from vireport.bench import explore
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.bench.notebook import explore
 from vireport.bench.session import first, opened
 from vireport.bench.widget import BenchWidget
-from vireport.scenario import load
+from vireport.scenario.loading import load
 
 
 def encoded(answer: dict[str, Any]) -> Any:
@@ -77,7 +77,7 @@ def test_a_study_and_what_was_loaded_can_be_shown() -> None:
 
 
 def test_what_is_missing_is_named_with_its_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vireport.bench.find_spec", lambda name: None)
+    monkeypatch.setattr("vireport.bench.notebook.find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r"needs the package anywidget: pip install 'vireport\[notebook\]'"):
         explore(EXAMPLES / "inclined.yaml")
 

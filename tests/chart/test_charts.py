@@ -15,25 +15,30 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
 from vireport import load
-from vireport.atlas import atlas
-from vireport.chart import (
-    Chart,
-    FollowedLocus,
-    Meeting,
-    Plane,
-    StraightSweep,
-    chart,
-    plane_of,
-)
+from vireport.atlas.families import atlas
+from vireport.chart.chart import Chart, chart
 from vireport.chart.figure import picture
 from vireport.chart.loci import Locus
+from vireport.chart.meetings import Meeting
+from vireport.chart.network import FollowedLocus
+from vireport.chart.over import plane_of
+from vireport.chart.plane import Plane, StraightSweep
 from vireport.checks import reference
-from vireport.design import line_of, motions_at
+from vireport.design.lines import line_of
 from vireport.design.margins import margins_of
-from vireport.motions import BESIDE, Condition, Event, Limits, Sweep, solve
-from vireport.physics import RESTITUTIONS, Groups, Word
-from vireport.scenario import DesignInput, Parameter
-from vireport.simulation import attractors, random_starts, start_speed
+from vireport.design.point import motions_at
+from vireport.motions.conditions import Condition
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.motion import BESIDE
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits
+from vireport.physics.device import RESTITUTIONS
+from vireport.physics.groups import Groups
+from vireport.physics.word import Word
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts, start_speed
 
 PLANES = (
     "inclination_deg=0..90,length_m=0.3..1",

@@ -17,12 +17,14 @@ from matplotlib.colors import to_hex
 from mpmath import mp, mpf
 
 from vireport import analyse, load
-from vireport.base import RenderError
-from vireport.chart import Chart, Plane, StraightSweep, chart, chart_of, outputs, plane_of, with_regions
+from vireport.base.errors import RenderError
+from vireport.chart import outputs
+from vireport.chart.chart import Chart, chart, with_regions
 from vireport.chart.design import BEYOND, charted_design
 from vireport.chart.figure import colored, picture
 from vireport.chart.opening import chart_opening, end_shown
-from vireport.chart.plane import Cut
+from vireport.chart.over import chart_of, plane_of
+from vireport.chart.plane import Cut, Plane, StraightSweep
 from vireport.chart.regions import (
     PIXELS,
     ROOM,
@@ -37,14 +39,21 @@ from vireport.chart.regions import (
 from vireport.chart.report import ChartReport
 from vireport.chart.words import naming
 from vireport.checks import reference
-from vireport.cli import main
-from vireport.design import design_point
-from vireport.gate import WordedOpening
-from vireport.motions import Event, Limits, Motion, find_motions
-from vireport.physics import Device, Groups, Word
-from vireport.physics import each as of_each
-from vireport.scenario import DesignInput, Loaded
-from vireport.study import Task, provenance_of
+from vireport.cli.app import main
+from vireport.design.point import design_point
+from vireport.gate.opening import WordedOpening
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.motions.pointwise import find_motions
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.physics.groups import each as of_each
+from vireport.physics.word import Word
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DesignInput
+from vireport.study.plan import Task
+from vireport.study.provenance import provenance_of
 
 SMALL = "restitution=0.4..0.6,length_m=0.55..0.75"
 WORD = (2, "BT", 1, False)

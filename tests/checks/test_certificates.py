@@ -17,16 +17,14 @@ from pages import Page
 from strategies import random_sweeps
 
 from vireport import analyse, load, loads
-from vireport.base import NumericalError, plain
+from vireport.base.errors import NumericalError
+from vireport.base.records import plain
 from vireport.checks import reference
-from vireport.motions import (
-    CRITICAL,
-    Event,
-    orbits,
-    return_trace,
-    solve,
-)
-from vireport.scenario import DRIVING, Parameter
+from vireport.motions.diagram import solve
+from vireport.motions.events import CRITICAL, Event
+from vireport.motions.orbits import orbits
+from vireport.motions.stability import return_trace
+from vireport.scenario.parameters import DRIVING, Parameter
 
 pytest.importorskip("flint")
 
@@ -44,9 +42,10 @@ from vireport.checks.enclosures import (
     precision,
     prove,
 )
-from vireport.report import Report, certify_text, render_html
-from vireport.report.certificates import plus_minus
-from vireport.study import provenance_of
+from vireport.report.certificates import certify_text, plus_minus
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.study.provenance import provenance_of
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
 

@@ -12,22 +12,16 @@ from conftest import first, solved
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
-from vireport.checks import crosscheck, is_one_to_one
-from vireport.checks.crosscheck import difference, orbits_at
-from vireport.design import design_point
-from vireport.figures import simulated_points
-from vireport.figures.curves import _paired, _paired_voltages
-from vireport.gate import Evidence, Status, verdict_of
-from vireport.physics import Groups
-from vireport.simulation import (
-    BOTTOM,
-    Impact,
-    Outcome,
-    attractors,
-    find_attractor,
-    random_starts,
-)
-from vireport.wording import Words
+from vireport.checks.crosscheck import crosscheck, difference, is_one_to_one, orbits_at
+from vireport.design.point import design_point
+from vireport.figures.curves import _paired, _paired_voltages, simulated_points
+from vireport.gate.evidence import Evidence
+from vireport.gate.verdict import Status, verdict_of
+from vireport.physics.groups import Groups
+from vireport.simulation.attractors import Outcome, attractors, find_attractor
+from vireport.simulation.events import BOTTOM, Impact
+from vireport.simulation.starts import random_starts
+from vireport.wording.templates import Words
 
 LIVELY = ["period_ratio=3", "device.restitution=0.9"]
 """Here starts of the horizontal example end on 1:1 motions of one and of three forcing periods."""
@@ -263,8 +257,8 @@ def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -
 
 
 def test_units_of_what_is_in_the_unit_of_the_parameter(example) -> None:
-    from vireport.report import Report
-    from vireport.study import provenance_of
+    from vireport.report.context import Report
+    from vireport.study.provenance import provenance_of
 
     study = analyse(load(example("simulated")))
     rows = {row.path: row for row in Report(study, {}, provenance_of(study.loaded, "test")).inputs()}

@@ -9,19 +9,17 @@ import pytest
 
 from vireport import analyse, load, loads
 from vireport.checks.hysteresis import follow_sweep
-from vireport.figures import pictures
-from vireport.physics import Groups
-from vireport.report import Report, render_html
-from vireport.scenario import Direction, SimulationBlock
-from vireport.simulation import (
-    BOTTOM,
-    Conditions,
-    Outcome,
-    Stage,
-    course,
-)
-from vireport.study import provenance_of, sweep_of
+from vireport.figures.pictures import pictures
+from vireport.physics.groups import Groups
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.scenario.blocks import Direction, SimulationBlock
+from vireport.simulation.attractors import Outcome
+from vireport.simulation.events import BOTTOM
+from vireport.simulation.following import Conditions, Stage, course
 from vireport.study.coexistence import FoundBy, ends_at
+from vireport.study.provenance import provenance_of
+from vireport.study.study import sweep_of
 
 LITERATURE = """\
 schema_version: 1

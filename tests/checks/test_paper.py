@@ -7,10 +7,9 @@ from math import cos, pi, sin
 import pytest
 from conftest import first
 
-from vireport.checks import Agreement, Misprint, compare_with_paper
-from vireport.checks.paper import CASES
-from vireport.scenario import load
-from vireport.study import analyse
+from vireport.checks.paper import CASES, Agreement, Misprint, compare_with_paper
+from vireport.scenario.loading import load
+from vireport.study.study import analyse
 
 # What is in print, what 40-digit arithmetic gives, and whether they agree.
 OURS = {

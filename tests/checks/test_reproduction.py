@@ -9,9 +9,8 @@ from msgspec.structs import replace
 from strategies import random_sweeps
 
 from vireport import analyse
-from vireport.checks import reproduce
-from vireport.checks.reproduction import MOST_PERIODS
-from vireport.design import solution_of
+from vireport.checks.reproduction import MOST_PERIODS, reproduce
+from vireport.design.solution import solution_of
 
 
 @pytest.mark.parametrize(("name", "periods"), [("inclined", 154), ("horizontal", 17), ("design-point", 141)])

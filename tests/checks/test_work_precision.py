@@ -11,26 +11,9 @@ import pytest
 from mpmath import mp, mpf
 from msgspec.structs import replace
 
-from vireport.base import NumericalError
-from vireport.checks import (
-    ACCURACIES,
-    CLOSED,
-    EXPLICIT,
-    METHOD_NAMES,
-    PRINTED,
-    RK4,
-    SIMULATED,
-    SIMULATED_TRANSIENT,
-    WHOLE,
-    MethodRun,
-    WorkPrecision,
-    accuracy_data,
-    find_root,
-    measure,
-    measurements,
-    ranking,
-    reference,
-)
+from vireport.base.errors import NumericalError
+from vireport.checks import reference
+from vireport.checks.accuracy_tables import measurements, ranking
 from vireport.checks.benchmark import (
     Benchmark,
     BenchmarkProblem,
@@ -47,17 +30,38 @@ from vireport.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.checks.methods import METHODS, Knob, Method, settle, shoot, shoot_critical
+from vireport.checks.methods import (
+    CLOSED,
+    EXPLICIT,
+    METHOD_NAMES,
+    METHODS,
+    PRINTED,
+    RK4,
+    SIMULATED,
+    SIMULATED_TRANSIENT,
+    WHOLE,
+    Knob,
+    Method,
+    settle,
+    shoot,
+    shoot_critical,
+)
 from vireport.checks.reference import reference_orbit, reference_voltage
+from vireport.checks.rootfinding import find_root
 from vireport.checks.timing import Machine, Spread
-from vireport.checks.workprecision import compare
-from vireport.figures import alt_text
+from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, compare, measure
 from vireport.figures.accuracy import figure_accuracy, shown_errors
-from vireport.motions import Event, Sweep
-from vireport.physics import Device, Groups, Membrane
-from vireport.scenario import Parameter, load
-from vireport.study import Task, analyse
-from vireport.text import plain_text
+from vireport.figures.captions import alt_text
+from vireport.motions.events import Event
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.physics.groups import Groups
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import Parameter
+from vireport.study.plan import Task
+from vireport.study.study import analyse
+from vireport.text.tables import plain_text
 
 INCLINED = Device(0.1245, 0.5, 9.8, None, 3.0, 2.0, 45.0)
 HORIZONTAL = Device(0.1245, 0.5, 9.8, None, 5.0, 2.0, 0.0)

@@ -11,15 +11,19 @@ import numpy as np
 import yaml
 
 from vireport import load
-from vireport.base import ScenarioError, VireportError, json_answer, json_text
+from vireport.base.encoding import json_answer, json_text
+from vireport.base.errors import ScenarioError, VireportError
 from vireport.bench.answers import margins_answer, plane_answer, study_answer
 from vireport.bench.changes import changes
 from vireport.bench.session import first, loaded_of, opened, refusal, start_data
-from vireport.cli import main
-from vireport.physics import Device
-from vireport.scenario import Parameter, loads
-from vireport.simulation import FLIGHT, WALL, Impact, check_model, check_start, follow_one
-from vireport.study import Task, analyse
+from vireport.cli.app import main
+from vireport.physics.device import Device
+from vireport.scenario.loading import loads
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, WALL
+from vireport.study.plan import Task
+from vireport.study.study import analyse
 
 DRIVEN = "length_m", "amplitude_n", "frequency_hz", "inclination_deg"
 INPUTS = (*DRIVEN, "restitution", "capsule_mass_kg")

@@ -16,8 +16,7 @@ import pytest
 from bad_scenarios import SEVERAL
 from conftest import EXAMPLES
 
-from vireport.cli import main
-from vireport.cli.app import program
+from vireport.cli.app import main, program
 
 
 def accept_ctrl_c() -> None:

@@ -10,8 +10,8 @@ import pytest
 from bad_scenarios import SEVERAL
 from PIL import Image
 
-from vireport.cli import main
-from vireport.text import visible
+from vireport.cli.app import main
+from vireport.text.foreign import visible
 
 MAP = Path(__file__).resolve().parents[2] / "examples" / "maps" / "map.yaml"
 SLOW = pytest.mark.slow
@@ -114,7 +114,7 @@ def test_what_has_changed_since_an_earlier_run_by_the_exit_code(name: str, earli
 def test_two_earlier_runs_are_compared_by_the_results_that_they_wrote(
     earlier, tmp_path: Path, monkeypatch, capsys
 ) -> None:
-    monkeypatch.setattr("vireport.study.analyse", lambda *_: pytest.fail("it was solved"))
+    monkeypatch.setattr("vireport.study.study.analyse", lambda *_: pytest.fail("it was solved"))
     data = json.loads(Path(earlier("results.json")).read_text())
     (tmp_path / "old.json").write_text(json.dumps(data))
     data["critical_points"][0]["sweep_value"] *= 1.01
@@ -148,7 +148,7 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("alone", [True, False])
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
-    from vireport.base import NumericalError
+    from vireport.base.errors import NumericalError
     from vireport.extremes import catalogue
     from vireport.extremes.rows import Case
 

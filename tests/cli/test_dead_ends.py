@@ -10,8 +10,8 @@ import pytest
 from conftest import first
 
 from vireport import load
-from vireport.cli import main
-from vireport.optimise import problem_of
+from vireport.cli.app import main
+from vireport.optimise.problem import problem_of
 
 MAP = str(Path(__file__).parents[2] / "examples" / "maps" / "map.yaml")
 INCLINED = str(Path(__file__).parents[2] / "examples" / "inclined.yaml")

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from conftest import first
 
-from vireport.cli import main
+from vireport.cli.app import main
 
 ROOT = Path(__file__).resolve().parents[2]
 INCLINED, DESIGN = (str(ROOT / "examples" / f"{name}.yaml") for name in ("inclined", "design-point"))
@@ -160,7 +160,7 @@ class Finder:
         if name == 'typer': interrupt()
 sys.meta_path.insert(0, Finder())""",
     "in a library that swallows it": """
-import vireport.study as s
+import vireport.study.study as s
 real = s.analyse
 def analyse(*arguments):
     try: interrupt()
@@ -168,13 +168,13 @@ def analyse(*arguments):
     return real(*arguments)
 s.analyse = analyse""",
     "in a library that makes another error of it": """
-import vireport.study as s
+import vireport.study.study as s
 def analyse(*arguments):
     try: interrupt()
     except KeyboardInterrupt: raise SystemError('returned a result with an exception set')
 s.analyse = analyse""",
     "where the interpreter cannot raise it": """
-import vireport.study as s
+import vireport.study.study as s
 real = s.analyse
 class Gone:
     def __del__(self): interrupt()
@@ -273,14 +273,14 @@ def test_the_exit_code_names_the_signal_wherever_it_comes(name: str, code: int, 
 
 @pytest.mark.slow
 def test_an_interrupted_map_says_how_it_goes_on(tmp_path: Path) -> None:
-    code = "import vireport.maps as s\ns.run_map = interrupt"
+    code = "import vireport.maps.run as s\ns.run_map = interrupt"
     run = interrupted(code, "map", "map.yaml", cwd=tmp_path)
     assert run.returncode == 130
     assert b"run the same command again" in run.stderr
 
 
 def test_a_fault_that_is_no_exception_of_python_is_no_unmet_requirement(monkeypatch, capsys) -> None:
-    import vireport.study
+    from vireport.study import plan
 
     class Panic(BaseException):
         """As an extension module raises it."""
@@ -288,7 +288,7 @@ def test_a_fault_that_is_no_exception_of_python_is_no_unmet_requirement(monkeypa
     def panic(*arguments: object) -> None:
         raise Panic("at the disco")
 
-    monkeypatch.setattr(vireport.study, "plan", panic)
+    monkeypatch.setattr(plan, "plan", panic)
     assert main(["check", INCLINED]) == 3
     assert "fault of ours" in capsys.readouterr().err
 

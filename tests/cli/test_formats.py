@@ -6,15 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.chart import outputs as charts
-from vireport.cli import main, outputs
+from vireport.cli import outputs
+from vireport.cli.app import main
 from vireport.cli.formats import FORMATS, formats_of
-from vireport.comparison import COMPARISON_FILES
-from vireport.maps import MAP_FILES
+from vireport.comparison.outputs import COMPARISON_FILES
+from vireport.maps.outputs import MAP_FILES
 from vireport.optimise import outputs as searches
-from vireport.study import ALL_FORMATS
-from vireport.study import FORMATS as OF_RUNS
+from vireport.study.plan import ALL_FORMATS
+from vireport.study.plan import FORMATS as OF_RUNS
 
 FILES = {
     "run": outputs.NAMES,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vireport import load
-from vireport.cli import main
+from vireport.cli.app import main
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SCENARIO, IMPACTS = str(EXAMPLES / "measured.yaml"), str(EXAMPLES / "measured-impacts.csv")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from vireport.cli import accuracy_outputs, main
-from vireport.cli.app import program
+from vireport.cli import accuracy_outputs
+from vireport.cli.app import main, program
 from vireport.cli.group import OLD_NAMES
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

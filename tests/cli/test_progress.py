@@ -14,11 +14,13 @@ from select import select
 import pytest
 
 from vireport import load
-from vireport.base import UsageError, WorkStep, counted, portion
-from vireport.chart import chart_of
-from vireport.cli import identify_outputs, main
+from vireport.base.errors import UsageError
+from vireport.base.progress import WorkStep, counted, portion
+from vireport.chart.over import chart_of
+from vireport.cli import identify_outputs
+from vireport.cli.app import main
 from vireport.cli.outcome import progress
-from vireport.extremes import run_catalogue
+from vireport.extremes.catalogue import run_catalogue
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")

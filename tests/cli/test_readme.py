@@ -21,11 +21,12 @@ from vireport import (
     loads,
     results,
 )
-from vireport.base import EXTRAS
+from vireport.base.errors import EXTRAS
 from vireport.cli.app import program
-from vireport.scenario import loads_map, schema
-from vireport.study import provenance_of
-from vireport.text import AlertCode
+from vireport.scenario.json_schema import schema
+from vireport.scenario.loading import loads_map
+from vireport.study.provenance import provenance_of
+from vireport.text.alerts import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"

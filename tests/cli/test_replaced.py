@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from vireport.base import UsageError, files, is_marked, require_writable
-from vireport.cli import main
+from vireport.base import files
+from vireport.base.errors import UsageError
+from vireport.base.files import is_marked, require_writable
+from vireport.cli.app import main
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 DESIGN, INCLINED = str(EXAMPLES / "design-point.yaml"), str(EXAMPLES / "inclined.yaml")

@@ -21,29 +21,23 @@ from PIL import Image
 
 import vireport
 from vireport import analyse, compare_figure, load, loads
-from vireport.base import NumericalError, ScenarioError, UsageError
-from vireport.comparison import (
-    Comparison,
-    ComparisonReport,
-    ComparisonRow,
-    Merit,
-    QuantityGroup,
-    compare,
-    comparison_provenance,
-    left_out,
-    listed,
-    render_comparison,
-    terminal_summary,
-)
+from vireport.base.errors import NumericalError, ScenarioError, UsageError
+from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.figures import compare_pictures
-from vireport.comparison.ranking import rank_studies, ranking_table
+from vireport.comparison.messages import listed
+from vireport.comparison.outputs import comparison_provenance, render_comparison, terminal_summary
+from vireport.comparison.pages import ComparisonReport
+from vireport.comparison.quantities import QuantityGroup
+from vireport.comparison.ranking import Merit, rank_studies, ranking_table
+from vireport.comparison.table import ComparisonRow
 from vireport.comparison.variants import variants
-from vireport.figures import SCENARIO_COLORS
-from vireport.gate import Conclusion, margin_to_use
-from vireport.report import render_html, render_markdown
-from vireport.scenario import DesignInput
-from vireport.shocks import withstood_by
-from vireport.study import Study
+from vireport.figures.overlay import SCENARIO_COLORS
+from vireport.gate.least_margin import margin_to_use
+from vireport.gate.verdict import Conclusion
+from vireport.report.rendering import render_html, render_markdown
+from vireport.scenario.parameters import DesignInput
+from vireport.shocks.withstood import withstood_by
+from vireport.study.study import Study
 
 THREE = ("horizontal", "inclined", "inclined-forcing")
 PAPER_PANELS = {"figure-2": (3, 3), "figure-4": (2, 3), "figure-7": (1, 3)}
@@ -792,7 +786,7 @@ def test_studies_and_comparisons_show_themselves() -> None:
 
 
 def test_rows_are_the_motions_by_the_names_of_the_files() -> None:
-    from vireport.study import branches_csv
+    from vireport.study.results import branches_csv
 
     rows = study("inclined").rows()
     read = list(csv.DictReader(io.StringIO(branches_csv(study("inclined").solution).decode())))

@@ -15,17 +15,11 @@ from pages import Page, squeeze
 from pypdf import PdfReader
 
 from vireport import diff
-from vireport.base import UsageError
-from vireport.cli import main
-from vireport.comparison import (
-    ComparisonRow,
-    changes,
-    changes_table,
-    diff_json,
-    diff_markdown,
-    diff_text,
-    read_baseline,
-)
+from vireport.base.errors import UsageError
+from vireport.cli.app import main
+from vireport.comparison.baseline import changes, read_baseline
+from vireport.comparison.diff_outputs import changes_table, diff_json, diff_markdown, diff_text
+from vireport.comparison.table import ComparisonRow
 
 
 @cache

@@ -10,9 +10,10 @@ from conftest import EXAMPLES
 from vireport import load
 from vireport.comparison.quantities import STANDARD_ERRORS, ComparedScenario, QuantityGroup, compared_scenarios
 from vireport.comparison.table import NO_DIFFERENCE, axes_of, comparison_rows
-from vireport.design import solution_of
-from vireport.physics import Device, Membrane
-from vireport.study import measured_data, measured_of
+from vireport.design.solution import solution_of
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.study.measured import measured_data, measured_of
 from vireport.study.results import solution_data
 
 KNOWN = {"device.restitution": None, "device.restitution_bottom": 0.52, "device.restitution_top": 0.47}

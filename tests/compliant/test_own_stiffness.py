@@ -9,16 +9,18 @@ from conftest import first, solved
 from msgspec.structs import replace
 
 from vireport import analyse, load
-from vireport.compliant import compliant_model, own_stiffness, own_stiffness_data
 from vireport.compliant.descent import Missing
+from vireport.compliant.model import compliant_model
+from vireport.compliant.own_stiffness import own_stiffness, own_stiffness_data
 from vireport.compliant.return_map import SUBSTEPS, bounce, return_trip
-from vireport.design import design_point
-from vireport.gate import Evidence, verdict_of
-from vireport.motions import Event
-from vireport.physics import Harmonic
-from vireport.scenario import Parameter
-from vireport.simulation import BOTTOM, TOP
-from vireport.study import FORMATS
+from vireport.design.point import design_point
+from vireport.gate.evidence import Evidence
+from vireport.gate.verdict import verdict_of
+from vireport.motions.events import Event
+from vireport.physics.forcing import Harmonic
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM, TOP
+from vireport.study.plan import FORMATS
 
 ALL = len(SUBSTEPS)
 

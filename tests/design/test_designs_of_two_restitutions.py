@@ -7,19 +7,18 @@ import pytest
 from conftest import first
 from msgspec.structs import replace
 
-from vireport.design import (
-    design_point,
-    devices_off,
-    prove_again,
-    region_of,
-    restitution_effect,
-)
-from vireport.design.devices import stable_motions
-from vireport.design.proof import Leaf, prove_region
-from vireport.motions import Event, Sweep, Symmetry, solve
-from vireport.physics import Device, Membrane, Restitutions, conversion, voltages
-from vireport.physics.energy import Dielectric
-from vireport.scenario import DesignInput, Parameter
+from vireport.design.devices import devices_off, region_of, stable_motions
+from vireport.design.point import design_point
+from vireport.design.proof import Leaf, prove_again, prove_region
+from vireport.design.sensitivity import restitution_effect
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.energy import Dielectric, Membrane, conversion, voltages
+from vireport.physics.groups import Restitutions
+from vireport.scenario.parameters import DesignInput, Parameter
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 """The device of Fig. 3 (c)-(d), whose margin in frequency is 4.7 %."""

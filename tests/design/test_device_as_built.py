@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from exact_device import held_ends, held_motions
 
-from vireport.base import NumericalError
-from vireport.physics import Device, Harmonic, Restitutions, SpeedLaw
-from vireport.scenario import CapsuleMotion, DesignInput
+from vireport.base.errors import NumericalError
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.scenario.blocks import CapsuleMotion
+from vireport.scenario.parameters import DesignInput
 
 PARTS = {
     "two restitutions": ("restitutions",),

@@ -17,9 +17,17 @@ from vireport.design.distortion import ORDERS, Distortion, Ray, distortions, wit
 from vireport.design.lines import ends_along, mirrored, stable_ones
 from vireport.design.margins import Margin, margins_of
 from vireport.design.point import motions_at
-from vireport.motions import Curve, Event, Motions, linearised, motion_at, residuals, trace, turns
-from vireport.physics import FLOATS, Device, Harmonic, Restitutions, unaccelerated, wave
-from vireport.scenario import DesignInput, Parameter
+from vireport.motions.events import Event
+from vireport.motions.one_to_one import Motions
+from vireport.motions.paths import Curve
+from vireport.motions.periodicity import linearised, residuals, trace
+from vireport.motions.points import motion_at
+from vireport.motions.turning import turns
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic, unaccelerated, wave
+from vireport.physics.groups import Restitutions
+from vireport.physics.numbers import FLOATS
+from vireport.scenario.parameters import DesignInput, Parameter
 
 INCLINED = Device(
     capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.6934, amplitude_n=3.0, frequency_hz=2.0,

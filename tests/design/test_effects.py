@@ -11,15 +11,22 @@ from msgspec.structs import replace
 from scipy.optimize import fsolve
 
 from vireport import analyse, load
-from vireport.design import Effect, Shift, Unmoved, design_point, shifts
-from vireport.design.effects import _ends, _least_margin, _Origin
+from vireport.design.effects import Effect, Shift, Unmoved, _ends, _least_margin, _Origin, shifts
 from vireport.design.lines import Line, along, stable_ones
+from vireport.design.point import design_point
 from vireport.design.speed_law import falling, with_law
-from vireport.motions import Event, Sweep, solve
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
 from vireport.motions.periodicity import residuals
-from vireport.physics import FLOATS, Device, Harmonic, Restitutions
-from vireport.scenario import CapsuleMotion, DesignInput, LeftOut, Parameter
-from vireport.simulation import BOTTOM, Impact, find_attractor
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Restitutions
+from vireport.physics.numbers import FLOATS
+from vireport.scenario.blocks import CapsuleMotion, LeftOut
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0, ball_mass_kg=0.0041)
 FREE = replace(PAPER, capsule=CapsuleMotion.FREE)

@@ -8,13 +8,17 @@ from conftest import solved
 from mpmath import mp
 from msgspec.structs import replace
 
-from vireport.atlas import motion_of_cycle
-from vireport.design import followed_motion
-from vireport.disturbances import FromRest, disturbances_of
-from vireport.motions import Event, motion_at
-from vireport.physics import Device, Restitutions, by_wall
-from vireport.scenario import DesignInput, Parameter
-from vireport.simulation import find_attractor, start_of
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.design.followed import followed_motion
+from vireport.disturbances.behaviour import disturbances_of
+from vireport.disturbances.from_rest import FromRest
+from vireport.motions.events import Event
+from vireport.motions.points import motion_at
+from vireport.physics.device import Device
+from vireport.physics.groups import Restitutions, by_wall
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import start_of
 
 BESIDE = 2e-4
 """Share of the value of an input by which devices are off the end of a motion."""

@@ -9,8 +9,9 @@ import pytest
 
 from vireport.design.lines import LINES, Ending, LineCurve, endings, stable_ones
 from vireport.design.point import motions_at
-from vireport.physics import Device, Restitutions
-from vireport.scenario import Parameter
+from vireport.physics.device import Device
+from vireport.physics.groups import Restitutions
+from vireport.scenario.parameters import Parameter
 
 SEED = 11
 FINER = 4

@@ -16,24 +16,24 @@ from msgspec.structs import replace
 from strategies import random_sweeps
 
 from vireport import analyse, loads
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.checks import reference
 from vireport.cli.outputs import results_outcome
-from vireport.design import Margin, design_point, margins
-from vireport.design.point import ending_beyond
-from vireport.motions import (
-    UNSTABLE,
-    Event,
-    Sweep,
-    Symmetry,
-    classify,
-    find_motions,
-    orbits,
-    solve,
-    touches,
-)
-from vireport.physics import RESTITUTIONS, Device, Groups, Restitutions, by_wall
-from vireport.scenario import DRIVING, CapsuleMotion, DesignInput, Parameter
+from vireport.design import margins
+from vireport.design.margins import Margin
+from vireport.design.point import design_point, ending_beyond
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.orbits import orbits
+from vireport.motions.pointwise import find_motions
+from vireport.motions.stability import UNSTABLE, classify
+from vireport.motions.sweep import Sweep
+from vireport.motions.turning import touches
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.groups import Groups, Restitutions, by_wall
+from vireport.scenario.blocks import CapsuleMotion
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 
 NEAR = 0.06
 """Distance in q and radians within which a motion is the one that ends nearby."""
@@ -300,7 +300,8 @@ def test_both_the_pitchfork_and_the_end_of_stable_motion_are_margins() -> None:
 
 @pytest.mark.slow
 def test_the_simulated_motion_is_symmetric_on_one_side_of_the_pitchfork_only() -> None:
-    from vireport.simulation import BOTTOM, Impact, find_attractor
+    from vireport.simulation.attractors import find_attractor
+    from vireport.simulation.events import BOTTOM, Impact
 
     margin = passing(TAKEN_OVER, DesignInput.LENGTH)
     point = margin.point.closed
@@ -401,7 +402,8 @@ def apart_at_bottom(attractor: Any, velocity: float, phi: float) -> float:
 
 @pytest.mark.slow
 def test_the_simulation_stays_on_one_side_and_leaves_on_the_other() -> None:
-    from vireport.simulation import BOTTOM, Impact, find_attractor
+    from vireport.simulation.attractors import find_attractor
+    from vireport.simulation.events import BOTTOM, Impact
 
     tried = 0
     for (device, design), varied in product(stable_devices(12, 5), DesignInput):

@@ -7,9 +7,9 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import analyse, load
-from vireport.design import measured_share
-from vireport.physics import Device
-from vireport.scenario import DesignInput
+from vireport.design.measured import measured_share
+from vireport.physics.device import Device
+from vireport.scenario.parameters import DesignInput
 
 LENGTH, AMPLITUDE = DesignInput.LENGTH, DesignInput.AMPLITUDE
 

@@ -11,16 +11,23 @@ from exact_device import held_ends, held_motions
 from msgspec.structs import replace
 from scipy.optimize import fsolve
 
-from vireport.base import NumericalError
-from vireport.design import Effect, design_point, motions_at, shifts
+from vireport.base.errors import NumericalError
+from vireport.design.effects import Effect, shifts
 from vireport.design.lines import Line
 from vireport.design.margins import margins_of
+from vireport.design.point import design_point, motions_at
 from vireport.design.speed_law import constant, motions_under_law
 from vireport.disturbances.from_rest import Target, from_rest
-from vireport.motions import Event, Symmetry
-from vireport.physics import Device, Harmonic, Restitutions, SpeedLaw
-from vireport.scenario import CapsuleMotion, DesignInput, LeftOut, Parameter
-from vireport.simulation import BOTTOM, VELOCITY, Impact, check_model, find_attractor, follow_one
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.scenario.blocks import CapsuleMotion, LeftOut
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact, check_model, follow_one
+from vireport.simulation.kernel import VELOCITY
 
 PAPER = Device(0.1245, SpeedLaw(0.5, 0.5, -0.1, 2.0), 9.8, 0.6934, 3.0, 2.0, 45.0)
 LEVEL = replace(PAPER, length_m=0.5554, inclination_deg=0.0)

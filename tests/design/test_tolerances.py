@@ -21,20 +21,18 @@ from vireport import (
     loads,
     recheck,
 )
-from vireport.base import UsageError
-from vireport.cli import main
-from vireport.design import design_point, devices_off, prove_again, region_of
-from vireport.design.devices import Region, stable_motions
-from vireport.design.proof import Leaf, prove_region
-from vireport.physics import AFFINE, Affine, Device, Groups
-from vireport.scenario import CapsuleMotion, DesignInput, Parameter
-from vireport.simulation import (
-    BOTTOM,
-    PHASE,
-    VELOCITY,
-    check_model,
-    follow_impacts,
-)
+from vireport.base.errors import UsageError
+from vireport.cli.app import main
+from vireport.design.devices import Region, devices_off, region_of, stable_motions
+from vireport.design.point import design_point
+from vireport.design.proof import Leaf, prove_again, prove_region
+from vireport.physics.affine import AFFINE, Affine
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.scenario.blocks import CapsuleMotion
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.events import BOTTOM, check_model, follow_impacts
+from vireport.simulation.kernel import PHASE, VELOCITY
 
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
 BINARY = (operator.add, operator.sub, operator.mul, operator.truediv)

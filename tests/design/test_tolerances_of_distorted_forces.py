@@ -10,14 +10,18 @@ from mpmath import mp
 from msgspec.structs import replace
 
 from vireport import load
-from vireport.base import UsageError
-from vireport.design import assess_tolerances, design_point, devices_off, motions_at, region_of, sample_steps
-from vireport.design.devices import stable_motions
+from vireport.base.errors import UsageError
+from vireport.design.devices import devices_off, region_of, stable_motions
+from vireport.design.point import design_point, motions_at
 from vireport.design.proof import prove_region
-from vireport.design.tolerances import Answer
-from vireport.physics import Device, Groups, Harmonic, Restitutions
-from vireport.scenario import DesignInput, Distribution, Parameter
-from vireport.simulation import BOTTOM, PHASE, VELOCITY, check_model, follow_one
+from vireport.design.tolerances import Answer, assess_tolerances, sample_steps
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions
+from vireport.scenario.blocks import Distribution
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.events import BOTTOM, check_model, follow_one
+from vireport.simulation.kernel import PHASE, VELOCITY
 
 UNIFORM = Distribution.UNIFORM
 FORCE = Harmonic.of(2, 2.0, 225.0), Harmonic.of(3, 1.0, 40.0)

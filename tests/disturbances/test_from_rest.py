@@ -14,15 +14,31 @@ from msgspec.structs import replace
 from rest_simulator import outcome
 
 from vireport import analyse, loads
-from vireport.design import motions_at, solution_of
-from vireport.disturbances import Destination, disturbances_of
-from vireport.disturbances.behaviour import _window
-from vireport.disturbances.from_rest import PHASES, RAMPS, FromRest, Target, from_rest, started, switched_on, unpressed
+from vireport.design.point import motions_at
+from vireport.design.solution import solution_of
+from vireport.disturbances.behaviour import _window, disturbances_of
+from vireport.disturbances.from_rest import (
+    PHASES,
+    RAMPS,
+    Destination,
+    FromRest,
+    Target,
+    from_rest,
+    started,
+    switched_on,
+    unpressed,
+)
 from vireport.disturbances.ramp import ramped
 from vireport.disturbances.windows import along, outcomes_at, window
-from vireport.physics import ARRAYS, FLOATS, Device, Groups, Harmonic, Restitutions
-from vireport.scenario import Parameter
-from vireport.simulation import BOTTOM, Impact, attractors, presses, random_starts, start_speed
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions
+from vireport.physics.numbers import ARRAYS, FLOATS
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import attractors
+from vireport.simulation.events import BOTTOM, Impact
+from vireport.simulation.release import presses
+from vireport.simulation.starts import random_starts, start_speed
 
 PAPER = Device(
     capsule_mass_kg=0.1245,
@@ -122,7 +138,8 @@ def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_h
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     motions, _, _ = motions_at(device, Parameter.LENGTH)
     phase, velocity = float(motions.phi_bottom[0]), float(motions.velocity_bottom[0])
-    from vireport.simulation import FLIGHT, PHASE, VELOCITY, WALL, check_model, check_start, follow_one
+    from vireport.simulation.events import check_model, check_start, follow_one
+    from vireport.simulation.kernel import FLIGHT, PHASE, VELOCITY, WALL
 
     start = Impact(BOTTOM, 0.0, acos(-groups.gbar))
     rows, _ = follow_one(check_model(groups)[0], check_start(start, groups.d), 400, compiled=False)
@@ -186,7 +203,7 @@ def test_the_share_of_switch_on_moments_is_that_of_starts_simulated_one_by_one(f
 def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     """At 3.6 N, 3 periods for nearly all moments, 20 for all."""
     solution = solved("inclined-forcing", excitation__amplitude_n=3.6, sweep=None)
-    from vireport.scenario import DisturbancesBlock
+    from vireport.scenario.blocks import DisturbancesBlock
 
     at_once, short, long = (
         disturbances_of(solution, DisturbancesBlock(ramp_periods=periods), compiled=True)
@@ -361,7 +378,8 @@ def test_a_small_disturbance_is_down_to_a_hundredth_after_the_recovery() -> None
     solution = solved("design-point")
     told = disturbances_of(solution, None).recovery
     motions, groups = solution.design.motions, solution.device.groups(Parameter.LENGTH, 0.7).as_floats()
-    from vireport.simulation import PHASE, VELOCITY, WALL, check_model, check_start, follow_one
+    from vireport.simulation.events import check_model, check_start, follow_one
+    from vireport.simulation.kernel import PHASE, VELOCITY, WALL
 
     phase, velocity = float(motions.phi_bottom[0]), float(motions.velocity_bottom[0])
     start = check_start(Impact(BOTTOM, velocity * (1 + 1e-6), phase), groups.d)

@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load
-from vireport.design import motions_at
-from vireport.disturbances import Destination, met_along
-from vireport.disturbances.met import VALUES
+from vireport.design.point import motions_at
+from vireport.disturbances.from_rest import Destination
+from vireport.disturbances.met import VALUES, met_along
 from vireport.disturbances.windows import outcomes_at
-from vireport.figures import shown_along, simulated_points
-from vireport.physics import Device
-from vireport.scenario import DesignInput
-from vireport.study import Task, sweep_of
-from vireport.wording import Words
+from vireport.figures.captions import shown_along
+from vireport.figures.curves import simulated_points
+from vireport.physics.device import Device
+from vireport.scenario.parameters import DesignInput
+from vireport.study.plan import Task
+from vireport.study.study import sweep_of
+from vireport.wording.templates import Words
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

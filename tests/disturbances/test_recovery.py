@@ -12,10 +12,12 @@ from exact_device import ExactDevice
 from msgspec.structs import replace
 
 from vireport import analyse, load
-from vireport.design import Solution, solution_of
+from vireport.design.solution import Solution, solution_of
 from vireport.disturbances.recovery import NoRecovery, Recovery, recovery_of
-from vireport.physics import Device, Harmonic, Restitutions, SpeedLaw
-from vireport.scenario import CapsuleMotion
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.scenario.blocks import CapsuleMotion
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 

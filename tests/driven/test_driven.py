@@ -16,12 +16,15 @@ from scipy.interpolate import CubicSpline
 from scipy.io import savemat
 
 from vireport import UsageError, analyse, load
-from vireport.base import ReadingPlace, VireportError
-from vireport.cli import main
-from vireport.design import solution_of, stable_motion
-from vireport.driven import Driven, NoInterval, batched, driven_by
-from vireport.gate import Status
-from vireport.physics import Device, Membrane
+from vireport.base.errors import VireportError
+from vireport.base.reading import ReadingPlace
+from vireport.cli.app import main
+from vireport.design.solution import solution_of, stable_motion
+from vireport.driven.driven import Driven, driven_by
+from vireport.driven.means import NoInterval, batched
+from vireport.gate.verdict import Status
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
 
 RATE = 100.0
 FILM = "device.membrane={thickness_m: 1e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1e8}"

@@ -13,16 +13,16 @@ from conftest import EXAMPLES, first
 from msgspec.structs import replace
 
 from vireport import load
-from vireport.base import NumericalError
-from vireport.extremes import critical, exit_status, motions, run_catalogue, simulation, table_data, table_text
-from vireport.extremes.catalogue import catalogue
+from vireport.base.errors import NumericalError
+from vireport.extremes import critical, motions, simulation
+from vireport.extremes.catalogue import catalogue, exit_status, run_catalogue, table_data, table_text
 from vireport.extremes.harvester import Harvester, harvester_of
 from vireport.extremes.rows import Case, CaseFinding, CaseVerdict, NotThereError, run
-from vireport.motions import Motions
-from vireport.physics import Device
-from vireport.scenario import Parameter
-from vireport.simulation import FLIGHT, REST, SETTLING, VELOCITY
-from vireport.study import Study
+from vireport.motions.one_to_one import Motions
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.kernel import FLIGHT, REST, SETTLING, VELOCITY
+from vireport.study.study import Study
 
 UNLIKE = {"device.restitution": None, "device.restitution_bottom": 0.55, "device.restitution_top": 0.45}
 CHEAP = ("restitution", "inclination", "length", "membrane", "grazing")

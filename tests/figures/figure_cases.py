@@ -16,16 +16,15 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from vireport.figures import Picture, figure_2, figure_4, figure_7, pictures
-from vireport.physics import Device
-from vireport.scenario import Parameter, load
-from vireport.simulation import (
-    BOTTOM,
-    Impact,
-    Portrait,
-    portrait,
-)
-from vireport.study import Study, analyse
+from vireport.figures.pictures import pictures
+from vireport.figures.style import Picture
+from vireport.figures.sweeps import figure_2, figure_4, figure_7
+from vireport.physics.device import Device
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM, Impact
+from vireport.simulation.trajectories import Portrait, portrait
+from vireport.study.study import Study, analyse
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 FIGURES = {"figure-2": figure_2, "figure-4": figure_4, "figure-7": figure_7}

@@ -11,8 +11,8 @@ from vireport.figures.device import (
     picture,
     shown_motion,
 )
-from vireport.scenario import load
-from vireport.study import analyse
+from vireport.scenario.loading import load
+from vireport.study.study import analyse
 
 
 def test_the_stable_motion_is_shown() -> None:

@@ -7,9 +7,9 @@ import pytest
 from figure_cases import boxes_of
 from matplotlib.figure import Figure
 
-from vireport.figures import Label, blank, finished, round_ticks, style
-from vireport.figures.labels import write_labels
-from vireport.figures.layout import tick_labels, widened
+from vireport.figures.labels import Label, write_labels
+from vireport.figures.layout import blank, finished, round_ticks, tick_labels, widened
+from vireport.figures.style import style
 
 
 def test_round_ticks() -> None:

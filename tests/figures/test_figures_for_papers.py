@@ -16,24 +16,28 @@ from matplotlib.text import Text
 from pypdf import PdfReader
 
 from vireport import figure_2, figure_4, figure_7
-from vireport.base import UsageError
-from vireport.chart import chart, plane_of, with_regions
+from vireport.base.errors import UsageError
+from vireport.chart.chart import chart, with_regions
 from vireport.chart.figure import figure_chart
 from vireport.chart.figure import picture as chart_picture
-from vireport.cli import main
-from vireport.comparison import Comparison, compare
+from vireport.chart.over import plane_of
+from vireport.cli.app import main
+from vireport.comparison.comparison import Comparison, compare
 from vireport.comparison.figures import compare_figure, compare_pictures
-from vireport.figures import Picture, Sheet, drawn_for, pictures
-from vireport.maps import map_plan, run_map
+from vireport.figures.pictures import pictures
+from vireport.figures.style import Picture, Sheet, drawn_for
+from vireport.maps.cells import map_plan
 from vireport.maps.design import map_design
 from vireport.maps.figures import map_pictures
 from vireport.maps.findings import findings_of
-from vireport.motions import Limits
-from vireport.optimise import optimise, problem_of
+from vireport.maps.run import run_map
+from vireport.motions.switching import Limits
 from vireport.optimise.outputs import picture_front
-from vireport.physics import Device
-from vireport.scenario import load, load_map
-from vireport.study import Study, analyse
+from vireport.optimise.problem import problem_of
+from vireport.optimise.search import optimise
+from vireport.physics.device import Device
+from vireport.scenario.loading import load, load_map
+from vireport.study.study import Study, analyse
 
 WIDTHS = 86, 178
 """A column and a page of a paper [mm]."""

@@ -9,16 +9,20 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import load
-from vireport.design import solution_of
-from vireport.figures import figure_2, figure_4
+from vireport.design.solution import solution_of
 from vireport.figures.curves import TURN
 from vireport.figures.measured import BAR, WAYS, bars, draw, flight, impact_marks, legend, phase, speed
 from vireport.figures.portraits import AT_END, arrivals, measured_times
-from vireport.figures.sweeps import drawing_of
-from vireport.physics import Device, Membrane
-from vireport.scenario import Approach, Parameter
-from vireport.simulation import BOTTOM, Impact, portrait
-from vireport.study import Study, measured_of, plan, sweep_of
+from vireport.figures.sweeps import drawing_of, figure_2, figure_4
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.scenario.blocks import Approach
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM, Impact
+from vireport.simulation.trajectories import portrait
+from vireport.study.measured import measured_of
+from vireport.study.plan import plan
+from vireport.study.study import Study, sweep_of
 
 KNOWN = {"device.restitution": None, "device.restitution_bottom": 0.52, "device.restitution_top": 0.47}
 SWEEP = {"parameter": "length_m", "from": 0.6, "to": 0.75}

@@ -17,18 +17,11 @@ from figure_cases import PAPER, ROOT, assert_readable, motion, of_look, simulate
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vireport.figures import (
-    PairedImpacts,
-    alt_text,
-    figure_2,
-    figure_7,
-    pictures,
-    png_of,
-    simulated_points,
-)
-from vireport.figures.curves import stretches
+from vireport.figures.captions import alt_text
+from vireport.figures.curves import PairedImpacts, simulated_points, stretches
 from vireport.figures.diagram import WORDS, figure_diagram, groups
 from vireport.figures.diagram import picture as diagram_picture
+from vireport.figures.pictures import pictures
 from vireport.figures.portraits import (
     BALL,
     BOTTOM_IMPACT,
@@ -46,8 +39,10 @@ from vireport.figures.portraits import (
     rides,
     short,
 )
-from vireport.simulation import Diagram, Outcome
-from vireport.study import Task
+from vireport.figures.style import png_of
+from vireport.figures.sweeps import figure_2, figure_7
+from vireport.simulation.attractors import Diagram, Outcome
+from vireport.study.plan import Task
 
 
 @pytest.mark.parametrize("name", list(PAPER))

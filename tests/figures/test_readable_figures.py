@@ -13,9 +13,10 @@ import vireport
 from vireport import Comparison
 from vireport.checks.methods import METHODS
 from vireport.comparison.figures import compare_pictures
-from vireport.figures import measured_pictures, pictures, simulated_points
-from vireport.scenario import load_map, loads
-from vireport.study import analyse
+from vireport.figures.curves import simulated_points
+from vireport.figures.pictures import measured_pictures, pictures
+from vireport.scenario.loading import load_map, loads
+from vireport.study.study import analyse
 
 EXAMPLES = ("horizontal", "inclined", "inclined-forcing")
 
@@ -70,8 +71,9 @@ def test_of_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_of_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
-    from vireport.maps import map_plan, run_map
+    from vireport.maps.cells import map_plan
     from vireport.maps.figures import map_figures
+    from vireport.maps.run import run_map
 
     text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
     file = tmp_path / "map.yaml"

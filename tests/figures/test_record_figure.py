@@ -9,7 +9,9 @@ from matplotlib.colors import to_hex
 
 from vireport import load
 from vireport.figures.record import BOTTOM, TOP, figure_record
-from vireport.measurement import filtered, inquiry_of, read_signals
+from vireport.measurement.inquiry import inquiry_of
+from vireport.measurement.picking import filtered
+from vireport.measurement.signals import read_signals
 
 LOOKS = {1.0: BOTTOM, -1.0: TOP}
 

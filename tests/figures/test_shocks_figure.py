@@ -7,11 +7,11 @@ import pytest
 from figure_cases import ROOT, texts_of
 from matplotlib.colors import to_rgb
 
-from vireport.disturbances import Destination
-from vireport.figures import pictures
+from vireport.disturbances.from_rest import Destination
+from vireport.figures.pictures import pictures
 from vireport.figures.shocks import LEAST, MANIFOLD, OWN
-from vireport.scenario import load
-from vireport.study import analyse
+from vireport.scenario.loading import load
+from vireport.study.study import analyse
 
 NOT_REACHED = "excitation.amplitude_n=3.6", "disturbances={}"
 

@@ -35,22 +35,20 @@ from msgspec.structs import replace
 from PIL import Image
 from scipy.spatial import KDTree
 
-from vireport.disturbances import Destination, Disturbances, FromRest, OutcomeRange
-from vireport.figures import (
-    PairedImpacts,
-    figure_2,
-    figure_7,
-    figure_css,
-    pictures,
-    simulated_points,
-)
+from vireport.disturbances.behaviour import Disturbances
+from vireport.disturbances.from_rest import Destination, FromRest
+from vireport.disturbances.windows import OutcomeRange
 from vireport.figures.curves import (
     TURN,
+    PairedImpacts,
     phase_curve,
     phase_cut,
+    simulated_points,
     stretches,
 )
 from vireport.figures.labels import LEADER
+from vireport.figures.pictures import pictures
+from vireport.figures.style import figure_css
 from vireport.figures.sweeps import (
     ALIKE,
     BOTTOM,
@@ -59,10 +57,13 @@ from vireport.figures.sweeps import (
     NO_MOTION,
     OUTCOMES,
     TOP,
+    figure_2,
+    figure_7,
 )
-from vireport.physics import Voltages
-from vireport.scenario import Parameter, load
-from vireport.study import Study, analyse
+from vireport.physics.energy import Voltages
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import Parameter
+from vireport.study.study import Study, analyse
 
 # What is drawn
 

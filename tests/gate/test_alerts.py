@@ -13,17 +13,25 @@ from definitions import device_of
 from scipy.optimize import brentq
 
 from vireport import analyse, loads
-from vireport.base import UsageError
-from vireport.design import contact_share, mass_elasticity, restitution_effect, solution_of
-from vireport.gate import Alert, Evidence, Status, cause_of
-from vireport.gate.alerts import CAUSES
-from vireport.measurement import ShakerDoubt, ShakerFinding
-from vireport.membranes import Grade
-from vireport.motions import Event, Stability, Symmetry, impact_velocities
-from vireport.physics import Device, Dielectric, Membrane, MembraneStretch, SpeedLaw, area_growth, deflection
-from vireport.scenario import DesignInput, Loaded, Parameter
-from vireport.study import Study, sweep_of
-from vireport.text import CATALOGUE, AlertCode, explanation
+from vireport.base.errors import UsageError
+from vireport.design.sensitivity import contact_share, mass_elasticity, restitution_effect
+from vireport.design.solution import solution_of
+from vireport.gate.alerts import CAUSES, Alert, cause_of
+from vireport.gate.evidence import Evidence
+from vireport.gate.verdict import Status
+from vireport.measurement.shaker import ShakerDoubt, ShakerFinding
+from vireport.membranes.compliance import Grade
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.one_to_one import impact_velocities
+from vireport.motions.stability import Stability
+from vireport.physics.device import Device
+from vireport.physics.energy import Dielectric, Membrane, MembraneStretch, area_growth, deflection
+from vireport.physics.groups import SpeedLaw
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.study import Study, sweep_of
+from vireport.text.alerts import CATALOGUE, AlertCode, explanation
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 

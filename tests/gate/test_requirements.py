@@ -14,16 +14,22 @@ from conftest import markdown, solved
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
-from vireport.cli import main
-from vireport.gate import REQUIREMENTS, Criterion, Evidence, Limit, Question, Requirement, Status, assess, unmet
-from vireport.gate.evidence import held_against
+from vireport.cli.app import main
+from vireport.gate.evidence import Criterion, Evidence, Limit, Question, held_against, unmet
 from vireport.gate.ranges import with_peaks
-from vireport.physics import ROUNDED, Groups, Rounded, generated_voltage
-from vireport.report import Report
-from vireport.scenario import LimitKind, RequirementsBlock
-from vireport.simulation import attractors, random_starts
-from vireport.study import Task, plan, provenance_of, results
-from vireport.text import AlertCode
+from vireport.gate.requirements import REQUIREMENTS, Requirement, assess
+from vireport.gate.verdict import Status
+from vireport.physics.energy import generated_voltage
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ROUNDED, Rounded
+from vireport.report.context import Report
+from vireport.scenario.blocks import LimitKind, RequirementsBlock
+from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts
+from vireport.study.plan import Task, plan
+from vireport.study.provenance import provenance_of
+from vireport.study.study import results
+from vireport.text.alerts import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "examples" / "ci"

@@ -11,12 +11,15 @@ import pytest
 from conftest import solved, toleranced
 from msgspec.structs import replace
 
-from vireport.design import Solution
-from vireport.gate import Evidence, Question, Status, Verdict, alerts, cause_of, opening_of, verdict_of
-from vireport.membranes import Grade
-from vireport.physics import contacts
-from vireport.text import CATALOGUE
-from vireport.wording import Words
+from vireport.design.solution import Solution
+from vireport.gate.alerts import alerts, cause_of
+from vireport.gate.evidence import Evidence, Question
+from vireport.gate.opening import opening_of
+from vireport.gate.verdict import Status, Verdict, verdict_of
+from vireport.membranes.compliance import Grade
+from vireport.physics.contact import contacts
+from vireport.text.alerts import CATALOGUE
+from vireport.wording.templates import Words
 
 MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)
 

@@ -9,10 +9,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vireport.maps import MapPlan, map_plan, run_map
-from vireport.maps.cells import cell_values
+from vireport.maps.cells import MapPlan, cell_values, map_plan
+from vireport.maps.run import run_map
 from vireport.maps.store import Store
-from vireport.scenario import loads_map
+from vireport.scenario.loading import loads_map
 
 HELD = """\
 schema_version: 1

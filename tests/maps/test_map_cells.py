@@ -8,9 +8,8 @@ from map_texts import TEXT, all_cells, plan_of, sampled
 from msgspec.structs import replace
 from scipy.stats import qmc
 
-from vireport.base import NumericalError
-from vireport.maps import map_plan
-from vireport.maps.cells import cell_values
+from vireport.base.errors import NumericalError
+from vireport.maps.cells import cell_values, map_plan
 
 BOX = np.array([[0.0, 0.2], [90.0, 0.9]])
 
@@ -71,6 +70,6 @@ def test_another_seed_gives_other_points() -> None:
 
 
 def test_the_example_is_a_map(example) -> None:
-    from vireport.scenario import load_map
+    from vireport.scenario.loading import load_map
 
     assert map_plan(load_map(example("maps/map"))).shape == (60, 80)

@@ -13,14 +13,18 @@ import pytest
 from map_texts import HELD, TEXT, plan_of, undisturbed_result
 
 from vireport import analyse, loads
-from vireport.base import NumericalError
-from vireport.maps import MapPlan, run_map
+from vireport.base.errors import NumericalError
+from vireport.maps.cells import MapPlan
 from vireport.maps.evaluation import evaluate
-from vireport.motions import find_motions
-from vireport.physics import Device, Groups
-from vireport.scenario import Parameter
-from vireport.shocks import SCAN, least_of
-from vireport.simulation import VELOCITY, check_model, follow_impacts
+from vireport.maps.run import run_map
+from vireport.motions.pointwise import find_motions
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.shock import SCAN
+from vireport.shocks.withstood import least_of
+from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.kernel import VELOCITY
 
 
 def whole(plan: MapPlan) -> pa.Table:

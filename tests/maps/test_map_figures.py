@@ -12,9 +12,10 @@ pytest.importorskip("pyarrow")
 import pyarrow.parquet as pq
 from map_texts import TEXT, written_map
 
-from vireport.maps import map_plan, run_map
+from vireport.maps.cells import map_plan
 from vireport.maps.figures import map_figures
-from vireport.scenario import loads_map
+from vireport.maps.run import run_map
+from vireport.scenario.loading import loads_map
 
 
 @pytest.fixture
@@ -75,7 +76,7 @@ def test_pictures_show_what_switching_on_leads_to(file: Path) -> None:
     pytest.importorskip("numba")
     from PIL import Image
 
-    from vireport.figures import OUTCOMES
+    from vireport.figures.sweeps import OUTCOMES
 
     text = TEXT.replace("map:", "map:\n  from_rest: true\n  shock: true").replace("count: 20", "count: 8")
     file.write_text(text.replace("count: 25", "count: 10"), encoding="utf-8")

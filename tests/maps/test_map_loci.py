@@ -7,11 +7,11 @@ import pytest
 from map_texts import TEXT, plan_of
 from msgspec.structs import replace
 
-from vireport.figures import held_by
+from vireport.figures.captions import held_by
 from vireport.maps.loci import loci_of
-from vireport.motions import find_motions
-from vireport.physics import Groups
-from vireport.scenario import Parameter
+from vireport.motions.pointwise import find_motions
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
 
 pytestmark = pytest.mark.slow  # the curves take some seconds
 

@@ -20,15 +20,18 @@ from pages import HtmlTable, Page
 from pypdf import PdfReader
 from shown import Amount, Cell, Row, Said, table_faults
 
-from vireport.base import RenderError, ScenarioError
-from vireport.cli import main
-from vireport.maps import MapOutput, map_plan, run_map
+from vireport.base.errors import RenderError, ScenarioError
+from vireport.cli.app import main
+from vireport.maps.cells import map_plan
 from vireport.maps.design import map_design
 from vireport.maps.evaluation import CODES
 from vireport.maps.findings import MapQuantity, findings_of
-from vireport.motions import STABILITIES
-from vireport.scenario import loads, loads_map
-from vireport.study import Task, analyse
+from vireport.maps.outputs import MapOutput
+from vireport.maps.run import run_map
+from vireport.motions.stability import STABILITIES
+from vireport.scenario.loading import loads, loads_map
+from vireport.study.plan import Task
+from vireport.study.study import analyse
 
 DESIGN = HELD.replace("restitution: 0.5}", "restitution: 0.5, length_m: 0.7}") + "inclination_deg: 45\n"
 MAP = DESIGN + TEXT.removeprefix(HELD)

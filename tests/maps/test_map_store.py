@@ -16,8 +16,8 @@ import pytest
 from conftest import first
 from map_texts import CHUNKS, TEXT, result, store_in, undisturbed_result, written_map
 
-from vireport.base import OutputError, UsageError
-from vireport.maps import run_map
+from vireport.base.errors import OutputError, UsageError
+from vireport.maps.run import run_map
 from vireport.maps.store import RejectedFileError, encoded_chunk, finished_counts, read_chunk
 
 FINISHED = [".lock", "map.parquet", "map.parquet.sha256"]

@@ -18,8 +18,9 @@ from pathlib import Path
 import pytest
 from map_texts import TEXT, result, store_in, undisturbed_result, written_map
 
-from vireport.base import NumericalError, UsageError
-from vireport.maps import run_map, workers
+from vireport.base.errors import NumericalError, UsageError
+from vireport.maps import workers
+from vireport.maps.run import run_map
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vireport.measurement import Channel, HeardPlace, Recording, Unbroken
+from vireport.measurement.recordings import Channel, HeardPlace, Recording, Unbroken
 
 RATE = 48_000.0
 

@@ -10,9 +10,10 @@ import numpy as np
 from msgspec import Struct
 
 from vireport import load
-from vireport.physics import Device
-from vireport.scenario import Parameter
-from vireport.simulation import FLIGHT, PHASE, VELOCITY, WALL, Impact, check_model, check_start, follow_one
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, VELOCITY, WALL
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

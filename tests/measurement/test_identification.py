@@ -12,14 +12,15 @@ from scipy.special import stdtrit
 from synthetic import Truth, device_of, in_force_time, truth, word
 
 from vireport import load
-from vireport.measurement import ClockedDevice, Fitted, NoFit, Unidentifiable, Unknown, answered, fit, judged
-from vireport.measurement.flights import equations, velocities
-from vireport.measurement.inquiry import inquiry_of
-from vireport.measurement.misfit import Misfit
+from vireport.measurement.flights import ClockedDevice, Unknown, equations, velocities
+from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, fit
+from vireport.measurement.inquiry import answered, inquiry_of
+from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record
-from vireport.physics import Device, SpeedLaw
-from vireport.scenario import DesignInput
-from vireport.simulation import Impact
+from vireport.physics.device import Device
+from vireport.physics.groups import SpeedLaw
+from vireport.scenario.parameters import DesignInput
+from vireport.simulation.events import Impact
 
 BOTTOM, TOP, BOTH, PHASE = (
     Unknown.RESTITUTION_BOTTOM,
@@ -137,8 +138,9 @@ def test_regimes_are_what_they_are_called() -> None:
 
 def test_flights_have_the_velocities_of_the_simulation() -> None:
     """The simulation integrates from its own state; times and phase alone give the same velocities."""
-    from vireport.scenario import Parameter
-    from vireport.simulation import FLIGHT, PHASE, VELOCITY, WALL, check_model, check_start, follow_one
+    from vireport.scenario.parameters import Parameter
+    from vireport.simulation.events import check_model, check_start, follow_one
+    from vireport.simulation.kernel import FLIGHT, PHASE, VELOCITY, WALL
 
     device, *_ = known("chaos")
     groups = device.groups(Parameter.LENGTH, device.length_m)

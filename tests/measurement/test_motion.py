@@ -9,10 +9,15 @@ import pytest
 from synthetic import EXAMPLES, device_of, in_force_time, slow_sweep, truth
 
 from vireport import load, loads
-from vireport.measurement import ForceMaximum, Measured, NoFit, Quantity, Record, Unidentifiable, measured
-from vireport.physics import Device, Word
-from vireport.scenario import DesignInput, Parameter
-from vireport.simulation import BOTTOM, Cycle, Impact, find_attractor
+from vireport.measurement.identification import NoFit, Unidentifiable
+from vireport.measurement.motion import ForceMaximum, Measured, Quantity, measured
+from vireport.measurement.records import Record
+from vireport.physics.device import Device
+from vireport.physics.word import Word
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.cycles import Cycle
+from vireport.simulation.events import BOTTOM, Impact
 
 REGIMES = {
     "1:1": ("inclined", {}, "BT", 1),

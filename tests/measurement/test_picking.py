@@ -10,8 +10,8 @@ from conftest import first
 from msgspec.structs import replace
 from sounds import RATE, clock, contact, hum, recording, ringing, signal
 
-from vireport.base import UsageError
-from vireport.measurement import Picked, picked
+from vireport.base.errors import UsageError
+from vireport.measurement.picking import Picked, picked
 
 APART = 0.02, 0.3
 

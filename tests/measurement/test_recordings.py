@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat, wavfile
 
-from vireport.base import UsageError, VireportError
-from vireport.measurement import HeardPlace, Recording, read_recording
+from vireport.base.errors import UsageError, VireportError
+from vireport.measurement.recordings import HeardPlace, Recording, read_recording
 
 HEAD = "time_s,bottom_voltage_v,top_voltage_v"
 ROWS = [f"{k / 1000},{k % 7},{-(k % 5)}" for k in range(100)]

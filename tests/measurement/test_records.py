@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vireport.base import ScenarioError, UsageError
-from vireport.cli import main
-from vireport.measurement import parse_record, read_record
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.cli.app import main
+from vireport.measurement.records import parse_record, read_record
 
 HEAD = "time_s,membrane\n"
 GOOD = f"{HEAD}0.1,bottom\n0.3,top\n0.6,bottom\n"

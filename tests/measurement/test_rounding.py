@@ -9,9 +9,12 @@ from scipy.special import stdtrit
 from synthetic import device_of, truth
 
 from vireport import load
-from vireport.measurement import Fitted, Record, Unknown, answered, inquiry_of
+from vireport.measurement.flights import Unknown
+from vireport.measurement.identification import Fitted
+from vireport.measurement.inquiry import answered, inquiry_of
+from vireport.measurement.records import Record
 from vireport.measurement.rounding import rounding_of
-from vireport.simulation import Impact
+from vireport.simulation.events import Impact
 
 EACH = Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
 

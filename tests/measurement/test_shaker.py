@@ -9,9 +9,9 @@ import pytest
 from sounds import clock, recording, ringing, signal
 
 from vireport import load
-from vireport.base import UsageError
-from vireport.measurement import ShakerDoubt, ShakerFinding, ShakerMotion, shaker_findings, shaker_motion
-from vireport.physics import Device
+from vireport.base.errors import UsageError
+from vireport.measurement.shaker import ShakerDoubt, ShakerFinding, ShakerMotion, shaker_findings, shaker_motion
+from vireport.physics.device import Device
 
 RATE, SECONDS, AMPLITUDE = 2000.0, 40.0, 24.1
 HARMONICS = ((2, 3.0, 57.0), (3, 1.0, 229.0))

@@ -16,12 +16,13 @@ from sounds import RATE, clock, hum, ringing, signal
 from synthetic import device_of, truth
 
 from vireport import load
-from vireport.cli import main
-from vireport.design import design_point, devices_off
-from vireport.design.devices import stable_motions
-from vireport.measurement import read_record
-from vireport.physics import Device, Harmonic, with_harmonic
-from vireport.scenario import DesignInput
+from vireport.cli.app import main
+from vireport.design.devices import devices_off, stable_motions
+from vireport.design.point import design_point
+from vireport.measurement.records import read_record
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic, with_harmonic
+from vireport.scenario.parameters import DesignInput
 
 SCENARIO, IMPACTS = str(EXAMPLES / "measured.yaml"), str(EXAMPLES / "measured-impacts.csv")
 TRUTH = {"restitution_bottom": 0.52, "restitution_top": 0.47}

@@ -12,36 +12,26 @@ from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
-from vireport.base import NumericalError
-from vireport.compliant import (
-    FINEST,
-    CompliantMotion,
-    Rigid,
-    compliant_model,
-    descend,
-    free_flight,
-    motion_to_follow,
-)
+from vireport.base.errors import NumericalError
+from vireport.compliant.descent import FINEST, CompliantMotion, Rigid, descend, motion_to_follow
+from vireport.compliant.model import compliant_model, free_flight
 from vireport.compliant.return_map import SUBSTEPS, bounce, return_trip
-from vireport.design import design_point
+from vireport.design.point import design_point
 from vireport.figures.stiffness import picture
-from vireport.membranes import (
-    Compliance,
-    RunOutcome,
-    comparison_with_rigid,
-    compliance,
-    compliance_data,
-    findings,
-    solvers_on_stiff_membranes,
-    verdict,
-)
-from vireport.membranes.stiff_solvers import period_of, run_once
-from vireport.physics import Device, Membrane, contacts, damping_number
-from vireport.report import Report, render_html
-from vireport.scenario import Parameter, load
-from vireport.simulation import BOTTOM, TOP
-from vireport.study import Task, provenance_of
-from vireport.text import plain_text
+from vireport.membranes.compliance import Compliance, compliance, compliance_data
+from vireport.membranes.compliance_tables import comparison_with_rigid, findings, solvers_on_stiff_membranes, verdict
+from vireport.membranes.stiff_solvers import RunOutcome, period_of, run_once
+from vireport.physics.contact import contacts, damping_number
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM, TOP
+from vireport.study.plan import Task
+from vireport.study.provenance import provenance_of
+from vireport.text.tables import plain_text
 
 ALL = len(SUBSTEPS)
 MASS = 0.0041

@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 from strategies import random_sweeps
 
-from vireport.motions import (
-    Event,
-    Orbits,
-    flight_turns,
-    orbits,
-    solve,
-    wall_gap,
-)
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.orbits import Orbits, orbits
+from vireport.motions.turning import flight_turns, wall_gap
 from vireport.physics import flight
 
 

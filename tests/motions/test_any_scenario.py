@@ -15,10 +15,12 @@ from hypothesis import given, settings
 from strategies import solvable_trees
 
 from vireport import analyse, loads
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.cli.outputs import run_files
-from vireport.motions import Motions, orbits
-from vireport.study import provenance_of, results_json
+from vireport.motions.one_to_one import Motions
+from vireport.motions.orbits import orbits
+from vireport.study.provenance import provenance_of
+from vireport.study.study import results_json
 
 EXAMPLES = int(os.environ.get("EXAMPLES", "0"))
 

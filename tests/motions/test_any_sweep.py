@@ -9,16 +9,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from strategies import sweeps
 
-from vireport.design import design_point
-from vireport.motions import (
-    BifurcationDiagram,
-    Motions,
-    Sweep,
-    orbits,
-    solve,
-)
-from vireport.physics import Device
-from vireport.scenario import Parameter
+from vireport.design.point import design_point
+from vireport.motions.diagram import BifurcationDiagram, solve
+from vireport.motions.one_to_one import Motions
+from vireport.motions.orbits import orbits
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
 
 SUBNORMAL = Device(1.0, 0.03125, 9.8, 0.21353156973176252, 0.8541262789270501, 1.0, 2.2250738585072014e-308, 3)
 """A tilt whose conditions have derivatives below the smallest normal double."""

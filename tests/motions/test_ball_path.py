@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from conftest import study
 
-from vireport.design import motions_at
-from vireport.motions import ball_path
-from vireport.physics import Device, Harmonic
-from vireport.scenario import CapsuleMotion, Parameter
+from vireport.design.point import motions_at
+from vireport.motions.one_to_one import ball_path
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.scenario.blocks import CapsuleMotion
+from vireport.scenario.parameters import Parameter
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 

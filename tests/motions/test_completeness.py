@@ -8,10 +8,11 @@ from conftest import first
 from msgspec.structs import replace
 from strategies import random_sweeps
 
-from vireport.design import design_point
-from vireport.motions import Sweep, solve
-from vireport.physics import Device
-from vireport.scenario import Parameter
+from vireport.design.point import design_point
+from vireport.motions.diagram import solve
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
 
 
 def scan(d: float, gbar: float, r: float, samples: int = 400_001) -> list[tuple[float, float, float]]:

@@ -14,37 +14,22 @@ from strategies import random_sweeps, sweep_grid
 
 from vireport.checks import reference
 from vireport.checks.crosscheck import orbits_at
-from vireport.design import (
-    Solution,
-    around_length,
-    design_point,
-    solution_of,
-    stable_ranges,
-)
 from vireport.design.bounds import bounds_of
-from vireport.motions import (
-    Branch,
-    Event,
-    Motions,
-    Sweep,
-    impact_velocities,
-    one_to_one_bounds,
-    solve,
-    undecided,
-)
-from vireport.physics import (
-    Conversion,
-    Device,
-    Dielectric,
-    Groups,
-    Membrane,
-    Rounded,
-    Voltages,
-    voltage_bounds,
-    voltages,
-)
-from vireport.scenario import DRIVING, Parameter
-from vireport.simulation import growth_bound
+from vireport.design.point import around_length, design_point, stable_ranges
+from vireport.design.solution import Solution, solution_of
+from vireport.motions.branches import Branch
+from vireport.motions.diagram import solve
+from vireport.motions.error_bounds import one_to_one_bounds, undecided
+from vireport.motions.events import Event
+from vireport.motions.one_to_one import Motions, impact_velocities
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.energy import Conversion, Dielectric, Membrane, Voltages, voltages
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import Rounded
+from vireport.physics.voltage_bounds import voltage_bounds
+from vireport.scenario.parameters import DRIVING, Parameter
+from vireport.simulation.cycles import growth_bound
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
 

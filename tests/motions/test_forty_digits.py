@@ -9,7 +9,7 @@ from exact import critical_motion, motion_near, quantities, unknowns
 from mpmath import mpf
 from strategies import random_sweeps
 
-from vireport.motions import solve
+from vireport.motions.diagram import solve
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
 

@@ -7,14 +7,23 @@ import pytest
 from mpmath import mp, mpf
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, UsageError
-from vireport.design import solution_of
+from vireport.base.errors import NumericalError, UsageError
 from vireport.design.margins import margins_of
 from vireport.design.point import motions_at
-from vireport.motions import Event, Friction, Sweep, find_motions, orbits, return_trace, solve
-from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall
-from vireport.scenario import CapsuleMotion, DesignInput, Parameter
-from vireport.simulation import BOTTOM, Impact, find_attractor
+from vireport.design.solution import solution_of
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.orbits import Friction, orbits
+from vireport.motions.pointwise import find_motions
+from vireport.motions.stability import return_trace
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions, by_wall
+from vireport.scenario.blocks import CapsuleMotion
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 SECOND = (Harmonic.of(2, 20.0, 130.0),)

@@ -12,18 +12,24 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 from raw_flights import Flights
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.checks import reference
 from vireport.design.point import motions_at
-from vireport.motions import Event, Motions, Sweep, find_motions, orbits, solve, turns
 from vireport.motions.contour import Surface, contours, places
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.one_to_one import Motions
+from vireport.motions.orbits import orbits
 from vireport.motions.points import motion_at
-from vireport.motions.pointwise import PointwiseMotions
-from vireport.motions.sweep import Held, Level
-from vireport.motions.turning import wall_gap
-from vireport.physics import Device, Groups, Harmonic, Restitutions, by_wall, unaccelerated
-from vireport.scenario import DRIVING, Parameter
-from vireport.simulation import BOTTOM, Impact, find_attractor
+from vireport.motions.pointwise import PointwiseMotions, find_motions
+from vireport.motions.sweep import Held, Level, Sweep
+from vireport.motions.turning import turns, wall_gap
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic, unaccelerated
+from vireport.physics.groups import Groups, Restitutions, by_wall
+from vireport.scenario.parameters import DRIVING, Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact
 
 INCLINED = Device(
     capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.6934, amplitude_n=3.0, frequency_hz=2.0,

@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from vireport.motions import Branch, Event, Sweep, Symmetry, solve
+from vireport.motions.branches import Branch
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
 from vireport.motions.level_curve import orbits_on
-from vireport.physics import Device, Harmonic, by_wall
-from vireport.scenario import Parameter
+from vireport.motions.motion import Symmetry
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import by_wall
+from vireport.scenario.parameters import Parameter
 
 HORIZONTAL = Device(
     capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.5554, amplitude_n=3.0, frequency_hz=2.0,

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from conftest import first
 
-from vireport.motions import Friction, find_motions, orbits
-from vireport.physics import Groups, Harmonic, Restitutions
+from vireport.motions.orbits import Friction, orbits
+from vireport.motions.pointwise import find_motions
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions
 
 FORCE = Harmonic.of(2, 5.0, 225.0), Harmonic.of(3, 4.0, 40.0)
 STRONG = Harmonic.of(2, 40.0, 70.0), Harmonic.of(5, 30.0, 200.0)

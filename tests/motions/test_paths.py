@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.motions import Arc, Curve, Event, PathPoint, Sweep, follow, model_of, motion_at, solve
-from vireport.physics import FLOATS, Device
-from vireport.scenario import Parameter
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.paths import Arc, Curve, PathPoint, follow
+from vireport.motions.points import model_of, motion_at
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.numbers import FLOATS
+from vireport.scenario.parameters import Parameter
 
 
 @pytest.mark.parametrize("inclination", [29.26757812, 29.25842285, 29.2580032, 29.257973, 29.25797239])

@@ -8,20 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from vireport.motions import (
-    UNSTABLE,
-    Sweep,
-    classify,
-    find_motions,
-    orbits,
-    sample,
-    solve,
-)
-from vireport.motions.level_curve import curve_of
-from vireport.motions.pointwise import forms
+from vireport.motions.diagram import solve
+from vireport.motions.level_curve import curve_of, sample
+from vireport.motions.orbits import orbits
+from vireport.motions.pointwise import find_motions, forms
 from vireport.motions.roots import bracketed_root
-from vireport.physics import IMAGINARY_STEP, Device, Groups
-from vireport.scenario import Parameter
+from vireport.motions.stability import UNSTABLE, classify
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import IMAGINARY_STEP
+from vireport.scenario.parameters import Parameter
 
 DEVICE = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
 

@@ -11,10 +11,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.design import design_point
-from vireport.motions import Sweep, find_motions, solve, table
-from vireport.physics import Device, Groups
-from vireport.scenario import Parameter
+from vireport.design.point import design_point
+from vireport.motions.diagram import solve, table
+from vireport.motions.pointwise import find_motions
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
 
 MASS, R, GRAVITY, FREQUENCY = 0.1245, 0.5, 9.8, 2.0
 

@@ -9,12 +9,16 @@ from conftest import first
 from msgspec.structs import replace
 
 from vireport.design.lines import LINES, Line, along
-from vireport.motions import linearised
 from vireport.motions.orbits import orbits
-from vireport.motions.periodicity import residuals, trace, weighted_trace
+from vireport.motions.periodicity import linearised, residuals, trace, weighted_trace
 from vireport.motions.polish import DECIMALS, in_decimals
-from vireport.physics import FLOATS, Device, Groups, Harmonic, Restitutions, SpeedLaw, Word, flight
-from vireport.scenario import Parameter
+from vireport.physics import flight
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw
+from vireport.physics.numbers import FLOATS
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 
 BT = Word((1, -1), 1)
 

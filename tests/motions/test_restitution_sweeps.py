@@ -11,14 +11,19 @@ import pytest
 from mpmath import mp, mpf
 
 from vireport.checks import reference
-from vireport.motions import Event, Sweep, orbits, return_trace, solve
 from vireport.motions.bounces import Bounces
+from vireport.motions.diagram import solve
 from vireport.motions.error_bounds import one_to_one_bounds
-from vireport.motions.orbits import Friction
-from vireport.motions.sweep import Held, Level
-from vireport.physics import Device, Harmonic, Restitutions, by_wall, moved
-from vireport.scenario import Parameter
-from vireport.simulation import BOTTOM, Impact, check_model, find_attractor, follow_one
+from vireport.motions.events import Event
+from vireport.motions.orbits import Friction, orbits
+from vireport.motions.stability import return_trace
+from vireport.motions.sweep import Held, Level, Sweep
+from vireport.physics.device import Device, moved
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Restitutions, by_wall
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact, check_model, follow_one
 
 VARIED = Parameter.RESTITUTION, Parameter.RESTITUTION_BOTTOM, Parameter.RESTITUTION_TOP
 PAPER = Device(0.1245, 0.5, 9.8, 0.7, 3.0, 2.0, 45.0)

@@ -8,15 +8,8 @@ from exact import return_determinant
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vireport.motions import (
-    STABILITIES,
-    classify,
-    eigenvalues,
-    flight_jacobian,
-    orbits,
-    return_trace,
-)
-from vireport.motions.stability import discriminant
+from vireport.motions.orbits import orbits
+from vireport.motions.stability import STABILITIES, classify, discriminant, eigenvalues, flight_jacobian, return_trace
 from vireport.physics import flight
 
 

@@ -10,15 +10,9 @@ from mpmath import mp, mpf
 from scipy.optimize import minimize_scalar
 from strategies import phases, shares
 
-from vireport.motions import (
-    Held,
-    Level,
-    coefficients,
-    level_residual,
-    orbits,
-)
 from vireport.motions.level_curve import evaluate, find_strands
-from vireport.motions.sweep import level_terms
+from vireport.motions.orbits import coefficients, orbits
+from vireport.motions.sweep import Held, Level, level_residual, level_terms
 
 restitutions = st.floats(0, 0.999)
 ratios = st.integers(1, 5)

@@ -13,37 +13,22 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport.checks import reference
-from vireport.motions import (
-    Event,
-    Model,
-    Motion,
-    Sweep,
-    coefficients,
-    determinant_of,
-    find_motions,
-    orbits,
-    return_trace,
-    solve,
-    trace,
-    wall_gap,
-)
-from vireport.motions.pointwise import differentiated_motions, forms
-from vireport.motions.stability import flight_jacobians
-from vireport.physics import Device, Groups, Restitutions, Word
-from vireport.scenario import DesignInput, Parameter
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    PHASE,
-    RIDING,
-    SETTLING,
-    VELOCITY,
-    WALL,
-    Impact,
-    check_model,
-    find_attractor,
-    follow_one,
-)
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.motions.orbits import coefficients, orbits
+from vireport.motions.periodicity import Model, trace
+from vireport.motions.pointwise import differentiated_motions, find_motions, forms
+from vireport.motions.stability import determinant_of, flight_jacobians, return_trace
+from vireport.motions.sweep import Sweep
+from vireport.motions.turning import wall_gap
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, Restitutions
+from vireport.physics.word import Word
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact, check_model, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 restitutions = st.floats(0, 0.95)
 shares, phases, ratios = st.floats(-0.49, 0.49), st.floats(0, 6.28), st.integers(1, 3)

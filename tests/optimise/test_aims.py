@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from vireport import analyse, loads
-from vireport.base import ScenarioError
-from vireport.cli import main
+from vireport.base.errors import ScenarioError
+from vireport.cli.app import main
 from vireport.optimise.cells import evaluate
 from vireport.optimise.problem import problem_of
 

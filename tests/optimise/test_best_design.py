@@ -15,20 +15,23 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.checks import reference
-from vireport.cli import main
-from vireport.gate import keeps_motion
-from vireport.motions import UNSTABLE, classify, find_motions
-from vireport.optimise import JudgedDesign, Problem, grid_of, optimise, problem_of
+from vireport.cli.app import main
+from vireport.gate.designs import keeps_motion
+from vireport.motions.pointwise import find_motions
+from vireport.motions.stability import UNSTABLE, classify
 from vireport.optimise.bound import _bounds, largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate
 from vireport.optimise.evolution import evolve
+from vireport.optimise.grid import JudgedDesign, grid_of
 from vireport.optimise.outputs import figure_front, picture_front
-from vireport.optimise.problem import smallest_margin
+from vireport.optimise.problem import Problem, problem_of, smallest_margin
 from vireport.optimise.refine import SLOTS, _linear
-from vireport.physics import Groups
-from vireport.scenario import Objective, Parameter
+from vireport.optimise.search import optimise
+from vireport.physics.groups import Groups
+from vireport.scenario.blocks import Objective
+from vireport.scenario.parameters import Parameter
 
 LENGTH = "{path: device.length_m, from: 0.1, to: 1.2}"
 FREQUENCY = "{path: excitation.frequency_hz, from: 1, to: 4}"

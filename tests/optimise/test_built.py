@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from design_texts import DEVICE, unlimited
 
-from vireport.optimise import optimise, outputs, problem_of
+from vireport.optimise import outputs
 from vireport.optimise.built import LOSS, built_design
-from vireport.optimise.search import SearchResult
-from vireport.scenario import loads
+from vireport.optimise.problem import problem_of
+from vireport.optimise.search import SearchResult, optimise
+from vireport.scenario.loading import loads
 
 LENGTH = "{path: device.length_m, from: 0.4, to: 1.0}"
 

@@ -12,11 +12,15 @@ import pytest
 from design_texts import DEVICE, UNLIMITED, unlimited
 
 from vireport import analyse, loads
-from vireport.cli import main
-from vireport.gate import REQUIREMENTS, OfMotions, OfShaker, Requirement
-from vireport.optimise import DesignGrid, Problem, grid_of, optimise, problem_of
+from vireport.cli.app import main
+from vireport.gate.requirements import REQUIREMENTS, OfMotions, OfShaker, Requirement
 from vireport.optimise.cells import evaluate
-from vireport.scenario import LimitKind, Need, Parameter, schema
+from vireport.optimise.grid import DesignGrid, grid_of
+from vireport.optimise.problem import Problem, problem_of
+from vireport.optimise.search import optimise
+from vireport.scenario.blocks import LimitKind, Need
+from vireport.scenario.json_schema import schema
+from vireport.scenario.parameters import Parameter
 
 pytestmark = pytest.mark.usefixtures("without_a_front")
 

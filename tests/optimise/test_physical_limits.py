@@ -14,10 +14,12 @@ from design_texts import DEVICE
 from pages import Page
 
 from vireport import analyse, loads
-from vireport.cli import main
-from vireport.gate import Status
-from vireport.optimise import optimise, outputs, problem_of
+from vireport.cli.app import main
+from vireport.gate.verdict import Status
+from vireport.optimise import outputs
 from vireport.optimise.bound import largest_value
+from vireport.optimise.problem import problem_of
+from vireport.optimise.search import optimise
 
 pytestmark = pytest.mark.usefixtures("without_a_front")
 

@@ -8,15 +8,9 @@ import pytest
 from conftest import first
 from scipy.integrate import solve_ivp
 
-from vireport.base import NumericalError
-from vireport.physics import (
-    SMALLEST_RESTITUTION,
-    Membrane,
-    contacts,
-    damping_number,
-    deflection,
-    law_of,
-)
+from vireport.base.errors import NumericalError
+from vireport.physics.contact import SMALLEST_RESTITUTION, contacts, damping_number, law_of
+from vireport.physics.energy import Membrane, deflection
 
 MASS = 0.0041
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, MASS)

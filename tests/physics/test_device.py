@@ -10,16 +10,10 @@ from msgspec.structs import replace
 from strategies import random_sweeps
 
 from vireport.checks import reference
-from vireport.physics import (
-    DIGITS,
-    GROUP_ERROR,
-    NO_GRAVITY,
-    DecimalOps,
-    Device,
-    Restitutions,
-    SpeedLaw,
-)
-from vireport.scenario import DRIVING, DesignInput, Parameter
+from vireport.physics.device import GROUP_ERROR, NO_GRAVITY, Device
+from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.physics.numbers import DIGITS, DecimalOps
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 
 DEVICES = [sweep.device for sweep in random_sweeps(200, seed=6)]
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from msgspec.structs import replace
 
-from vireport.physics import (
+from vireport.physics.energy import (
     Dielectric,
     Membrane,
     area_growth,

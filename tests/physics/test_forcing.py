@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from vireport.physics import DIGITS, DecimalOps, Harmonic, peaks, unaccelerated, unaccelerated_by, wave, with_harmonic
+from vireport.physics.forcing import Harmonic, peaks, unaccelerated, unaccelerated_by, wave, with_harmonic
+from vireport.physics.numbers import DIGITS, DecimalOps
 
 FORCES = [
     ((2, 0.02, 225.0),),

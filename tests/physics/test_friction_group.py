@@ -9,9 +9,12 @@ import pytest
 from mpmath import mp, mpf
 from msgspec.structs import replace
 
-from vireport.motions import DECIMALS, in_decimals
-from vireport.physics import ARRAYS, Device, Groups
-from vireport.scenario import CapsuleMotion, DesignInput, Parameter
+from vireport.motions.polish import DECIMALS, in_decimals
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.blocks import CapsuleMotion
+from vireport.scenario.parameters import DesignInput, Parameter
 
 RUBBED = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 40.0, ball_mass_kg=0.0041, friction=0.15)
 

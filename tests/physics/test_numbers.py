@@ -10,20 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.motions import (
-    coefficients,
-    orbits,
-    return_trace,
-)
-from vireport.motions.orbits import ORBIT_NUMBERS
-from vireport.physics import (
-    ARRAYS,
-    DIGITS,
-    ROUNDED,
-    DecimalOps,
-    Harmonic,
-    Rounded,
-)
+from vireport.motions.orbits import ORBIT_NUMBERS, coefficients, orbits
+from vireport.motions.stability import return_trace
+from vireport.physics.forcing import Harmonic
+from vireport.physics.numbers import ARRAYS, DIGITS, ROUNDED, DecimalOps, Rounded
 
 
 @given(st.floats(-40, 40))

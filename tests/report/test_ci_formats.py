@@ -16,15 +16,13 @@ from msgspec.structs import replace
 from pages import Page
 
 from vireport import analyse, load, loads
-from vireport.cli import main
-from vireport.report import (
-    Report,
-    github,
-    junit,
-    render_html,
-)
+from vireport.cli.app import main
+from vireport.report.ci_formats import github, junit
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
 from vireport.scenario.document import read
-from vireport.study import ALL_FORMATS, FORMATS, provenance_of
+from vireport.study.plan import ALL_FORMATS, FORMATS
+from vireport.study.provenance import provenance_of
 
 ROOT = EXAMPLES.parent
 CI = EXAMPLES / "ci"

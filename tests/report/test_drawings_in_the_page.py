@@ -10,9 +10,11 @@ import pytest
 from msgspec.structs import replace
 from pages import tidy
 
-from vireport.figures import pictures
-from vireport.report import Report, render_html
-from vireport.study import Study, provenance_of, with_pages
+from vireport.figures.pictures import pictures
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.study.provenance import provenance_of, with_pages
+from vireport.study.study import Study
 
 
 def report_of(study: Study) -> Report:

@@ -14,7 +14,7 @@ from pages import squeeze
 from PIL import Image, ImageStat
 from pypdf import PdfReader
 
-from vireport.cli import main
+from vireport.cli.app import main
 
 NAMES = ("inclined", "horizontal", "simulated", "design-point", "best-design", "ci/failing")
 """All but those that have the sections and figures of another one."""

@@ -11,9 +11,9 @@ from conftest import EXAMPLES
 from markdown_it import MarkdownIt
 from pages import Page, squeeze
 
-from vireport.cli import main
+from vireport.cli.app import main
 from vireport.report.markdown import fill_markdown
-from vireport.text import Table, numbers
+from vireport.text.tables import Table, numbers
 
 PARSER = MarkdownIt("gfm-like", {"linkify": False})
 

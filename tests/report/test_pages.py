@@ -13,7 +13,7 @@ from conftest import EXAMPLES, first
 from msgspec import Struct
 from pypdf import PageObject, PdfReader
 
-from vireport.cli import main
+from vireport.cli.app import main
 
 NAMES = (
     *("horizontal", "inclined-forcing", "simulated"),

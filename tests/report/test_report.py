@@ -20,14 +20,17 @@ from msgspec.structs import replace
 from pages import Page, squeeze, tidy
 from pypdf import PdfReader
 
-from vireport.base import RenderError, UsageError
-from vireport.figures import Picture, blank
-from vireport.physics import RESTITUTIONS
-from vireport.report import Report, render_html, render_pdf
-from vireport.scenario import load, loads
-from vireport.study import Study, analyse, provenance_of, with_pages
-from vireport.text import MINUS
-from vireport.wording import TEMPLATES
+from vireport.base.errors import RenderError, UsageError
+from vireport.figures.layout import blank
+from vireport.figures.style import Picture
+from vireport.physics.device import RESTITUTIONS
+from vireport.report.context import Report
+from vireport.report.rendering import render_html, render_pdf
+from vireport.scenario.loading import load, loads
+from vireport.study.provenance import provenance_of, with_pages
+from vireport.study.study import Study, analyse
+from vireport.text.formatting import MINUS
+from vireport.wording.templates import TEMPLATES
 
 ROOT = TEMPLATES.parent
 SWEPT = first(1, ("inclined", "horizontal", "inclined-forcing"))
@@ -458,7 +461,7 @@ def test_pages_are_numbered(reader) -> None:
 
 @pytest.mark.slow
 def test_a_real_report_is_small(study_of) -> None:
-    from vireport.figures import pictures
+    from vireport.figures.pictures import pictures
 
     study = study_of("horizontal")
     html = render_html(model_of(study, pictures(study)))

@@ -11,10 +11,11 @@ from pathlib import Path
 import pytest
 
 from vireport import analyse, load
-from vireport.base import RenderError
-from vireport.cli import main
-from vireport.report import Report, render_html
-from vireport.study import provenance_of
+from vireport.base.errors import RenderError
+from vireport.cli.app import main
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.study.provenance import provenance_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DESIGN = ROOT / "examples" / "design-point.yaml"

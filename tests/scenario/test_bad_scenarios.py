@@ -9,9 +9,10 @@ import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD, Bad
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from vireport.base import ScenarioError
-from vireport.scenario import Scenario, hints, loads
-from vireport.scenario.blocks import MapFile
+from vireport.base.errors import ScenarioError
+from vireport.scenario import hints
+from vireport.scenario.blocks import MapFile, Scenario
+from vireport.scenario.loading import loads
 
 
 def refusal(text: str | bytes) -> ScenarioError:

@@ -11,7 +11,7 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from vireport.base import Mistake, ScenarioError
+from vireport.base.errors import Mistake, ScenarioError
 from vireport.scenario.document import (
     DEEPEST,
     LARGEST_FILE,

@@ -8,15 +8,10 @@ import sys
 
 import pytest
 
-from vireport.base import ScenarioError, UsageError
-from vireport.scenario import (
-    DRIVING,
-    Sampling,
-    load_map,
-    loads,
-    loads_map,
-)
-from vireport.scenario.blocks import AxisPath
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.scenario.blocks import AxisPath, Sampling
+from vireport.scenario.loading import load_map, loads, loads_map
+from vireport.scenario.parameters import DRIVING
 
 HELD = """\
 schema_version: 1

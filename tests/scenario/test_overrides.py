@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from bad_scenarios import GOOD, MINIMAL
 
-from vireport.base import ScenarioError
-from vireport.scenario import loads, to_dict
+from vireport.base.errors import ScenarioError
+from vireport.scenario.blocks import to_dict
+from vireport.scenario.loading import loads
 
 
 def value_at(tree, path):

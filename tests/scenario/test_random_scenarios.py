@@ -11,8 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import valid_trees
 
-from vireport.base import ScenarioError
-from vireport.scenario import DRIVING, loads, to_dict
+from vireport.base.errors import ScenarioError
+from vireport.scenario.blocks import to_dict
+from vireport.scenario.loading import loads
+from vireport.scenario.parameters import DRIVING
 
 REPEATABLE = settings(derandomize=True, max_examples=50, deadline=None)
 

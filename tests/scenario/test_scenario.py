@@ -12,20 +12,11 @@ import pytest
 from bad_scenarios import GOOD, MINIMAL
 from pydantic import ValidationError
 
-from vireport.base import ScenarioError, UsageError
-from vireport.scenario import (
-    DRIVING,
-    HAVE_DEFAULTS,
-    Parameter,
-    Scenario,
-    SimulationBlock,
-    inputs,
-    load,
-    loads,
-    to_dict,
-    with_default_blocks,
-)
-from vireport.scenario.blocks import MembraneBlock
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.scenario.blocks import MembraneBlock, Scenario, SimulationBlock, inputs, to_dict
+from vireport.scenario.loading import load, loads, with_default_blocks
+from vireport.scenario.parameters import DRIVING, Parameter
+from vireport.scenario.rules import HAVE_DEFAULTS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = {

@@ -10,17 +10,11 @@ from bad_scenarios import BAD_SCENARIOS, GOOD
 from jsonschema import Draft202012Validator
 from pydantic import ValidationError
 
-from vireport.base import ScenarioError
-from vireport.scenario import (
-    Scenario,
-    init_text,
-    loads,
-    schema,
-    to_dict,
-)
-from vireport.scenario.blocks import MapFile
+from vireport.base.errors import ScenarioError
+from vireport.scenario.blocks import MapFile, Scenario, to_dict
 from vireport.scenario.document import read
-from vireport.scenario.json_schema import keys
+from vireport.scenario.json_schema import init_text, keys, schema
+from vireport.scenario.loading import loads
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCHEMA = schema()

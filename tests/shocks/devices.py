@@ -6,10 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vireport.design import motions_at
-from vireport.motions import Motion, motion_at
-from vireport.physics import Device, Groups, Harmonic
-from vireport.scenario import Parameter
+from vireport.design.point import motions_at
+from vireport.motions.motion import Motion
+from vireport.motions.points import motion_at
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
 
 
 class Case(NamedTuple):

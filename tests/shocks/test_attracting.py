@@ -12,16 +12,21 @@ import pytest
 from conftest import solved
 
 from vireport import analyse, loads
-from vireport.atlas import atlas
-from vireport.design import Solution
-from vireport.disturbances import disturbances_of
-from vireport.motions import Limits, Motion, Sweep
-from vireport.physics import Groups
-from vireport.scenario import Parameter
-from vireport.shocks import AttractingMotion, AttractingMotions, attracting_motions, shocks_around
+from vireport.atlas.families import atlas
+from vireport.design.solution import Solution
+from vireport.disturbances.behaviour import disturbances_of
+from vireport.motions.motion import Motion
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.attracting import AttractingMotion, AttractingMotions, attracting_motions
 from vireport.shocks.returning import core_of, endings
 from vireport.shocks.shock import shocked
-from vireport.simulation import Attractor, find_attractor, random_starts, start_of, start_speed
+from vireport.shocks.withstood import shocks_around
+from vireport.simulation.attractors import Attractor, find_attractor
+from vireport.simulation.events import start_of
+from vireport.simulation.starts import random_starts, start_speed
 
 pytest.importorskip("numba")
 

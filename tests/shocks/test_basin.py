@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from devices import case
 
-from vireport.physics import Device
-from vireport.scenario import Parameter
-from vireport.shocks import basins_of
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.basin import basins_of
 from vireport.shocks.plane import Recogniser
-from vireport.simulation import BOTTOM, Impact, Outcome, find_attractor, start_of
+from vireport.simulation.attractors import Outcome, find_attractor
+from vireport.simulation.events import BOTTOM, Impact, start_of
 
 
 def test_points_and_shares_are_those_of_impacts_followed_one_by_one() -> None:

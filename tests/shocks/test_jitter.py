@@ -10,13 +10,18 @@ import pytest
 from conftest import first
 from devices import DISTORTED, case, of
 
-from vireport.atlas import motion_of_cycle
-from vireport.motions import Motion
-from vireport.physics import Device, Groups, Harmonic, Membrane, generated_voltage, wrapped
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.motions.motion import Motion
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane, generated_voltage
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import wrapped
 from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
 from vireport.shocks.impact_map import backwards, forwards
 from vireport.shocks.jitter import TOLERANCE, Jitter, NoJitter, Unsettled, jitter
-from vireport.simulation import InFlight, check_model, find_attractor, follow_impacts
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import InFlight, check_model, follow_impacts
 
 MEMBRANE = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 0.0041)
 

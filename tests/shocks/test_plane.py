@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from devices import case
 
-from vireport.motions import Motion
-from vireport.physics import wrapped
+from vireport.motions.motion import Motion
+from vireport.physics.numbers import wrapped
 from vireport.shocks.manifold import on_shocks, stable_manifold
 from vireport.shocks.plane import shock_plane
 from vireport.shocks.returning import core_of, endings
 from vireport.shocks.shock import shocked
-from vireport.simulation import PHASE, VELOCITY, WALL, Outcome, check_model, follow_impacts, random_starts
+from vireport.simulation.attractors import Outcome
+from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.kernel import PHASE, VELOCITY, WALL
+from vireport.simulation.starts import random_starts
 
 
 def passes(groups, companion: Motion, starts: np.ndarray, impacts: int = 12) -> np.ndarray:  # type: ignore[no-untyped-def]

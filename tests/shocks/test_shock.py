@@ -9,13 +9,17 @@ import pytest
 from conftest import first
 from devices import DISTORTED, Case, case, of
 
-from vireport.atlas import motion_of_cycle
-from vireport.base import NumericalError
-from vireport.physics import Device, Groups, Restitutions, flight
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.base.errors import NumericalError
+from vireport.physics import flight
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, Restitutions
 from vireport.shocks.manifold import on_shocks, stable_manifold
 from vireport.shocks.returning import Elsewhere, core_of, endings
 from vireport.shocks.shock import QUICK, SCAN, LeastShock, least_shock, shocked
-from vireport.simulation import Outcome, attractors, check_start, find_attractor, random_starts, start_of
+from vireport.simulation.attractors import Outcome, attractors, find_attractor
+from vireport.simulation.events import check_start, start_of
+from vireport.simulation.starts import random_starts
 
 FRACTAL = 3.6
 """Force at which bands of jumps that lead out accumulate at the least one [N]; plain bisection gives 0.1708 there."""

@@ -13,11 +13,13 @@ from mpmath import mp, mpf
 from test_jitter import monte_carlo
 from test_shock import lead_out, least
 
-from vireport.design import motions_at
+from vireport.design.point import motions_at
 from vireport.disturbances.ramp import ramped
-from vireport.motions import motion_at
-from vireport.physics import Device, Groups, wrapped
-from vireport.scenario import Parameter
+from vireport.motions.points import motion_at
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import wrapped
+from vireport.scenario.parameters import Parameter
 from vireport.shocks.deviations import flight_matrices, kick_effects
 from vireport.shocks.impact_map import forwards
 from vireport.shocks.jitter import Jitter, jitter

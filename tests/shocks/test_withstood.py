@@ -14,13 +14,13 @@ from devices import of
 from msgspec.structs import replace
 
 from vireport import analyse, loads
-from vireport.base import UsageError
-from vireport.cli import main
-from vireport.disturbances import Disturbances
-from vireport.shocks import withstood_by
+from vireport.base.errors import UsageError
+from vireport.cli.app import main
+from vireport.disturbances.behaviour import Disturbances
 from vireport.shocks.jitter import jitter as jitter_of
 from vireport.shocks.shock import least_shock
-from vireport.study import refuse_undecidable
+from vireport.shocks.withstood import withstood_by
+from vireport.study.plan import refuse_undecidable
 from vireport.study.results import disturbances_data
 
 TEXT = """\

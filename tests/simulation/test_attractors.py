@@ -7,30 +7,9 @@ from math import inf, log, pi, radians, sin
 import numpy as np
 import pytest
 
-from vireport.physics import Groups
-from vireport.simulation import (
-    BOTTOM,
-    PHASE,
-    REST,
-    RIDING,
-    RUNNING,
-    SETTLING,
-    TOP,
-    VELOCITY,
-    WALL,
-    Impact,
-    InFlight,
-    Outcome,
-    attractors,
-    check_model,
-    check_start,
-    cycles,
-    diagram,
-    find_attractor,
-    follow_impacts,
-    follow_one,
-)
-from vireport.simulation.attractors import SETTLED
+from vireport.physics.groups import Groups
+from vireport.simulation import cycles
+from vireport.simulation.attractors import SETTLED, Outcome, attractors, diagram, find_attractor
 from vireport.simulation.cycles import (
     exponent,
     jacobians,
@@ -39,7 +18,18 @@ from vireport.simulation.cycles import (
     refine,
     word_of,
 )
-from vireport.simulation.events import as_start
+from vireport.simulation.events import (
+    BOTTOM,
+    TOP,
+    Impact,
+    InFlight,
+    as_start,
+    check_model,
+    check_start,
+    follow_impacts,
+    follow_one,
+)
+from vireport.simulation.kernel import PHASE, REST, RIDING, RUNNING, SETTLING, VELOCITY, WALL
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
 CHAOS = (0.2545, 0.3, 0.5)

@@ -16,25 +16,19 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from msgspec.structs import replace
 
-from vireport.physics import Groups
-from vireport.simulation import (
+from vireport.physics.groups import Groups
+from vireport.simulation.events import (
     BOTTOM,
-    FLIGHT,
-    FREE,
-    PHASE,
-    RIDING,
-    SETTLING,
     TOP,
-    VELOCITY,
-    WALL,
     Impact,
     InFlight,
+    as_start,
     check_model,
     check_start,
     follow_impacts,
     follow_one,
 )
-from vireport.simulation.events import as_start
+from vireport.simulation.kernel import FLIGHT, FREE, PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 FLIGHTS = 10_000
 # Where the terms of Z add up to no more than this many times t |Z'|, the crossing counts as transversal.

@@ -9,26 +9,12 @@ import pytest
 from conftest import first
 from mpmath import mp, mpf
 
-from vireport.physics import Groups, Harmonic, Restitutions
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    PHASE,
-    REST,
-    RIDING,
-    SETTLING,
-    TOP,
-    TURN,
-    VELOCITY,
-    WALL,
-    Impact,
-    check_model,
-    check_start,
-    follow_impacts,
-    follow_one,
-    path,
-)
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions
 from vireport.simulation.cycles import jacobians
+from vireport.simulation.events import BOTTOM, TOP, Impact, check_model, check_start, follow_impacts, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, REST, RIDING, SETTLING, TURN, VELOCITY, WALL
+from vireport.simulation.trajectories import path
 
 Parts = tuple[tuple[int, float, float], ...]
 """Order, share and phase in degrees of harmonics."""

@@ -9,30 +9,22 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from vireport.design import Effect, design_point, shifts
+from vireport.design.effects import Effect, shifts
 from vireport.design.lines import Line, along, ends_along, stable_ones
+from vireport.design.point import design_point
 from vireport.design.speed_law import Falling, falling
-from vireport.motions import Curve
-from vireport.physics import FLOATS, Device, Groups, Harmonic, Restitutions, SpeedLaw, flight
-from vireport.scenario import LeftOut, Parameter
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    PHASE,
-    REST,
-    RIDING,
-    SETTLING,
-    VELOCITY,
-    WALL,
-    Impact,
-    InFlight,
-    check_model,
-    check_start,
-    find_attractor,
-    follow_impacts,
-    follow_one,
-    random_starts,
-)
+from vireport.motions.paths import Curve
+from vireport.physics import flight
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw
+from vireport.physics.numbers import FLOATS
+from vireport.scenario.blocks import LeftOut
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact, InFlight, check_model, check_start, follow_impacts, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.starts import random_starts
 
 CAPPED = (-0.1, 0.8, 300), (-0.3, 3.0, 200)
 CHATTER = (-0.01, 0.8, 40), *(pytest.param(*own, marks=pytest.mark.slow) for own in CAPPED)

@@ -11,16 +11,10 @@ import numpy as np
 import pytest
 from conftest import first
 
-from vireport.physics import Groups
-from vireport.simulation import (
-    BOTTOM,
-    Impact,
-    Outcome,
-    check_model,
-    events,
-    find_attractor,
-    follow_impacts,
-)
+from vireport.physics.groups import Groups
+from vireport.simulation import events
+from vireport.simulation.attractors import Outcome, find_attractor
+from vireport.simulation.events import BOTTOM, Impact, check_model, follow_impacts
 
 CHAOS = (0.2545, 0.3, 0.5)
 

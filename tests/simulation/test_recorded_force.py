@@ -11,20 +11,12 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from vireport import load
-from vireport.design import solution_of
-from vireport.physics import Cubics, Device, Groups, Restitutions, SpeedLaw
-from vireport.simulation import (
-    FLIGHT,
-    PHASE,
-    RIDING,
-    SETTLING,
-    VELOCITY,
-    WALL,
-    Impact,
-    check_model,
-    check_start,
-    follow_one,
-)
+from vireport.design.solution import solution_of
+from vireport.physics.cubics import Cubics
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 BEGUN = 0.3
 """Phase of the force at the first sample [rad]."""

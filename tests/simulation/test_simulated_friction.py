@@ -12,29 +12,22 @@ from exact_friction import Reference
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from vireport.disturbances import Destination
-from vireport.disturbances.from_rest import CREEPS, from_rest
-from vireport.physics import Groups, Harmonic, Restitutions
-from vireport.simulation import (
+from vireport.disturbances.from_rest import CREEPS, Destination, from_rest
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions
+from vireport.simulation.attractors import Outcome, find_attractor
+from vireport.simulation.cycles import jacobians
+from vireport.simulation.events import (
     BOTTOM,
-    FLIGHT,
-    PHASE,
-    RIDING,
-    SETTLING,
     TOP,
-    TURN,
-    VELOCITY,
-    WALL,
     Impact,
     InFlight,
-    Outcome,
     check_model,
     check_start,
-    find_attractor,
     follow_impacts,
     follow_one,
 )
-from vireport.simulation.cycles import jacobians
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 

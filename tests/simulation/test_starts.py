@@ -7,19 +7,11 @@ from math import comb, pi
 import numpy as np
 import pytest
 
-from vireport.base import share_interval
-from vireport.physics import Groups
-from vireport.simulation import (
-    BOTTOM,
-    Impact,
-    InFlight,
-    attractors,
-    check_start,
-    even_starts,
-    random_starts,
-    start_of,
-    start_speed,
-)
+from vireport.base.shares import share_interval
+from vireport.physics.groups import Groups
+from vireport.simulation.attractors import attractors
+from vireport.simulation.events import BOTTOM, Impact, InFlight, check_start, start_of
+from vireport.simulation.starts import even_starts, random_starts, start_speed
 
 
 def test_starts_fill_the_states_evenly() -> None:

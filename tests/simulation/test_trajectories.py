@@ -11,26 +11,12 @@ from conftest import first
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
-from vireport.physics import Groups
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    PHASE,
-    RIDING,
-    SETTLING,
-    TOP,
-    VELOCITY,
-    WALL,
-    Impact,
-    InFlight,
-    Outcome,
-    check_model,
-    check_start,
-    find_attractor,
-    follow_one,
-    path,
-)
+from vireport.physics.groups import Groups
+from vireport.simulation.attractors import Outcome, find_attractor
 from vireport.simulation.cycles import jacobians, product
+from vireport.simulation.events import BOTTOM, TOP, Impact, InFlight, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.trajectories import path
 
 
 def simulate(d: float, g: float, r: float, start: Impact | InFlight, impacts: int) -> np.ndarray:

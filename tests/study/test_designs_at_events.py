@@ -11,8 +11,8 @@ import pytest
 import yaml
 from conftest import first
 
-from vireport.cli import main
-from vireport.scenario import DesignInput
+from vireport.cli.app import main
+from vireport.scenario.parameters import DesignInput
 
 TOUCHING = 48
 """A device at the very length at which its motion touches a membrane, with a capsule whose recoil does not move it."""

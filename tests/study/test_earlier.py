@@ -12,11 +12,13 @@ import pytest
 from pypdf import PdfReader, PdfWriter
 
 from vireport import analyse, load
-from vireport.base import UsageError
-from vireport.cli import main
-from vireport.report import Report, render_html, render_pdf
-from vireport.scenario import to_dict
-from vireport.study import earlier_run, provenance_of, read_earlier
+from vireport.base.errors import UsageError
+from vireport.cli.app import main
+from vireport.report.context import Report
+from vireport.report.rendering import render_html, render_pdf
+from vireport.scenario.blocks import to_dict
+from vireport.study.earlier import earlier_run, read_earlier
+from vireport.study.provenance import provenance_of
 
 SET = ("device.restitution=0.55", "title=</script><script>alert(1)</script>")
 
@@ -141,7 +143,7 @@ def test_changes_are_listed_as_diff_lists_them(files, again) -> None:
 
 
 def test_measured_times_and_origin_are_not_compared() -> None:
-    from vireport.comparison import unequal
+    from vireport.comparison.diff_outputs import unequal
 
     old = {"runs": [{"seconds": 1.0, "errors": {"d": 1e-9}}], "provenance": {"python": "3.11"}, "line": 7}
     new = {"runs": [{"seconds": 2.0, "errors": {"d": 2e-9}}], "provenance": {"python": "3.12"}, "line": None}

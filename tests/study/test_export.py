@@ -13,7 +13,9 @@ from exact import critical_motion, error_of, exact_row
 from mpmath import mpf
 
 from vireport.checks import reference
-from vireport.study import branches_csv, provenance_of, results_json
+from vireport.study.provenance import provenance_of
+from vireport.study.results import branches_csv
+from vireport.study.study import results_json
 
 ARRAYS = [
     *("sweep_value", "d", "gbar", "q", "phi_bottom_rad", "phi_top_rad", "velocity_bottom", "velocity_top"),

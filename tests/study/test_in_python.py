@@ -15,8 +15,8 @@ from msgspec import Struct
 
 import vireport
 from vireport import ScenarioError, Study, UsageError, VireportError, analyse, compare, load, loads
-from vireport.base import brief
-from vireport.study import results_json
+from vireport.base.records import brief
+from vireport.study.study import results_json
 
 LONGEST = 600
 """Characters of what a console shows of a record: some five lines."""

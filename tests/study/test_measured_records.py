@@ -14,12 +14,12 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import analyse, load
-from vireport.base import ScenarioError
-from vireport.cli import main
-from vireport.design import motions_at
-from vireport.physics import Device
-from vireport.scenario import Parameter
-from vireport.study import MeasuredAt, measured_data, measured_of
+from vireport.base.errors import ScenarioError
+from vireport.cli.app import main
+from vireport.design.point import motions_at
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
+from vireport.study.measured import MeasuredAt, measured_data, measured_of
 
 IDENTIFIED = {"device.restitution": None, "device.restitution_bottom": 0.52, "device.restitution_top": 0.47}
 SWEEP = {"parameter": "length_m", "from": 0.6, "to": 0.75}

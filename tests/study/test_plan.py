@@ -9,15 +9,8 @@ from importlib import import_module
 import pytest
 
 from vireport import ScenarioError, UsageError, analyse, load, loads
-from vireport.cli import main
-from vireport.study import (
-    ALL_FORMATS,
-    FIGURES,
-    FORMATS,
-    Addition,
-    Task,
-    plan,
-)
+from vireport.cli.app import main
+from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Addition, Task, plan
 
 DESIGN = """\
 schema_version: 1

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import pytest
 
 from vireport import load
-from vireport.base import ScenarioError, UsageError
+from vireport.base.errors import ScenarioError, UsageError
 from vireport.cli.app import program
-from vireport.scenario import load_any
+from vireport.scenario.loading import load_any
 
 
 class Refused(NamedTuple):

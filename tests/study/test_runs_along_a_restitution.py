@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.checks.certificates import certify
-from vireport.figures import figure_2
-from vireport.scenario import Parameter, loads
-from vireport.study import Study, Task, analyse
+from vireport.figures.sweeps import figure_2
+from vireport.scenario.loading import loads
+from vireport.scenario.parameters import Parameter
+from vireport.study.plan import Task
+from vireport.study.study import Study, analyse
 
 TEXT = """\
 schema_version: 1

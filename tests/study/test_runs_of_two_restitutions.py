@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from vireport.scenario import load
-from vireport.study import Task, analyse, plan
+from vireport.scenario.loading import load
+from vireport.study.plan import Task, plan
+from vireport.study.study import analyse
 
 UNLIKE = {"device.restitution": None, "device.restitution_bottom": 0.475, "device.restitution_top": 0.5}
 

@@ -8,17 +8,21 @@ import math
 import pytest
 from conftest import EXAMPLES
 
-from vireport.base import ScenarioError, UsageError
-from vireport.checks import measure
-from vireport.compliant import own_stiffness
-from vireport.design import region_of
-from vireport.disturbances import disturbances_of
-from vireport.membranes import compliance
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.checks.workprecision import measure
+from vireport.compliant.own_stiffness import own_stiffness
+from vireport.design.devices import region_of
+from vireport.disturbances.behaviour import disturbances_of
+from vireport.membranes.compliance import compliance
 from vireport.physics import flight
-from vireport.report import Report, render_html
-from vireport.scenario import DesignInput, load
-from vireport.shocks import withstood_by
-from vireport.study import Task, analyse, provenance_of
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import DesignInput
+from vireport.shocks.withstood import withstood_by
+from vireport.study.plan import Task
+from vireport.study.provenance import provenance_of
+from vireport.study.study import analyse
 
 POINT = {"sweep": None, "simulation": None, "motions": None, "device.length_m": 0.6934, "accuracy": None}
 FALLS = {"device.restitution_exponent": -0.1, "device.restitution_speed_m_s": 2.0}

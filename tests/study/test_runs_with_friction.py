@@ -8,21 +8,26 @@ import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
 
-from vireport.atlas import atlas
-from vireport.base import ScenarioError, UsageError
-from vireport.chart import plane_of
-from vireport.checks import measure
+from vireport.atlas.families import atlas
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
+from vireport.checks.workprecision import measure
 from vireport.comparison.quantities import ComparedScenario
-from vireport.compliant import own_stiffness
-from vireport.design import region_of
+from vireport.compliant.own_stiffness import own_stiffness
+from vireport.design.devices import region_of
 from vireport.figures.device import shown_motion
-from vireport.membranes import compliance
-from vireport.motions import Event, Limits
-from vireport.physics import Device
-from vireport.report import Report, render_html
-from vireport.scenario import DesignInput, Parameter, load
-from vireport.study import Task, analyse, plan, provenance_of
+from vireport.membranes.compliance import compliance
+from vireport.motions.events import Event
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.plan import Task, plan
+from vireport.study.provenance import provenance_of
+from vireport.study.study import analyse
 
 RUBS = {"device.friction": 0.05}
 NAMED = "device.friction"

@@ -10,18 +10,23 @@ import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
 
-from vireport.base import ScenarioError, UsageError
-from vireport.chart import plane_of
-from vireport.checks import measure
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
+from vireport.checks.workprecision import measure
 from vireport.comparison.quantities import ComparedScenario
-from vireport.design import region_of
+from vireport.design.devices import region_of
 from vireport.design.proof import prove_region
-from vireport.membranes import compliance
-from vireport.physics import Device, Harmonic
-from vireport.report import Report, render_html
-from vireport.scenario import DesignInput, Parameter, load
-from vireport.study import Task, analyse, plan, provenance_of, recheck
+from vireport.membranes.compliance import compliance
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.report.context import Report
+from vireport.report.rendering import render_html
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.plan import Task, plan
+from vireport.study.provenance import provenance_of
+from vireport.study.study import analyse, recheck
 
 SECOND = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
 NOTHING = {"excitation.harmonics": [{"order": 2, "percent": 0.0, "phase_deg": 225.0}]}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vireport import analyse
-from vireport.physics import Word
+from vireport.physics.word import Word
 
 LIMITS = {"impacts": 4, "periods": 2}
 FIFTH = [{"order": 5, "percent": 7.0, "phase_deg": -25.0}]

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vireport.scenario.blocks import is_printable
-from vireport.text import inert_cell, markdown_text, visible, without_joins
+from vireport.text.foreign import inert_cell, visible, without_joins
+from vireport.text.tables import markdown_text
 
 ANY = st.text(st.characters(exclude_categories=()), max_size=60)
 

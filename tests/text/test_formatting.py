@@ -8,7 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vireport.text import ABSENT, MINUS, bounded, error_bound, exact, percent, quantity, scaled, significant, words
+from vireport.text.formatting import (
+    ABSENT,
+    MINUS,
+    bounded,
+    error_bound,
+    exact,
+    percent,
+    quantity,
+    scaled,
+    significant,
+    words,
+)
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e300, max_value=1e300)
 NONZERO = FINITE.filter(lambda value: abs(value) > 1e-300)

@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-from vireport.text import (
-    Column,
-    Table,
-    numbers,
-    plain_table,
-    plain_text,
-    texts,
-)
-from vireport.text.tables import LINE, broken
+from vireport.text.tables import LINE, Column, Table, broken, numbers, plain_table, plain_text, texts
 
 TABLE = Table(
     "Motions", (*texts("Name"), *numbers("Ż [y_c]")), (("B1 | G1", "−0.5"), ("C1", "1 × 10⁻⁶")), "Velocities."

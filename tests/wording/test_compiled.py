@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import vireport.wording.templates as module
-from vireport.text import percent
-from vireport.wording import environment_of
+from vireport.text.formatting import percent
+from vireport.wording.templates import environment_of
 
 WORDS = "words/verdict.j2"
 

@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 
 from vireport import analyse, load
-from vireport.base import RenderError
-from vireport.checks import Agreement, Misprint
-from vireport.checks.paper import ComparedRow, ComparedTypes, PrintedPhase, PrintedQuantity
-from vireport.cli import main
-from vireport.motions import Event, Stability, Symmetry
+from vireport.base.errors import RenderError
+from vireport.checks.paper import Agreement, ComparedRow, ComparedTypes, Misprint, PrintedPhase, PrintedQuantity
+from vireport.cli.app import main
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.stability import Stability
 from vireport.report.templates import fill
-from vireport.wording import TEMPLATES, Words
+from vireport.wording.templates import TEMPLATES, Words
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ci" / "failing.yaml"
 

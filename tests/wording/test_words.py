@@ -17,31 +17,33 @@ from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.chart.words import Naming
-from vireport.comparison import Merit
-from vireport.design import MeasuredShare, Solution, Unmoved
-from vireport.disturbances import (
-    Destination,
-    Disturbances,
-    Edge,
-    FromRest,
-    OutcomeRange,
-    Ramp,
-    Window,
-)
+from vireport.comparison.ranking import Merit
+from vireport.design.effects import Unmoved
+from vireport.design.measured import MeasuredShare
+from vireport.design.solution import Solution
+from vireport.disturbances.behaviour import Disturbances, Ramp
+from vireport.disturbances.from_rest import Destination, FromRest
+from vireport.disturbances.windows import Edge, OutcomeRange, Window
 from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
-from vireport.gate import Conclusion, Evidence, Status, WordedOpening, opening_of, verdict_of
-from vireport.gate.opening import Said
+from vireport.gate.evidence import Evidence
+from vireport.gate.opening import Said, WordedOpening, opening_of
+from vireport.gate.verdict import Conclusion, Status, verdict_of
 from vireport.maps.cells import AxisName
-from vireport.measurement import BetterFit, NoFit, Open, Unfit, Unknown
-from vireport.membranes import Grade
-from vireport.motions import Event, Limits
-from vireport.physics import ElectricalCycle, Word
+from vireport.measurement.flights import Unknown
+from vireport.measurement.identification import NoFit, Open, Unfit
+from vireport.measurement.misfit import BetterFit
+from vireport.membranes.compliance import Grade
+from vireport.motions.events import Event
+from vireport.motions.switching import Limits
+from vireport.physics.energy import ElectricalCycle
+from vireport.physics.word import Word
 from vireport.report.markdown import FILTERS as MARKDOWN_FILTERS
 from vireport.report.templates import FILTERS
-from vireport.scenario import DesignInput, LeftOut, Parameter
-from vireport.study import Addition, Task
-from vireport.wording import TEMPLATES, Words, environment_of
+from vireport.scenario.blocks import LeftOut
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.plan import Addition, Task
 from vireport.wording import templates as wording
+from vireport.wording.templates import TEMPLATES, Words, environment_of
 
 TAKEN_OVER = {
     "device__capsule_mass_kg": 0.17773325,
@@ -148,7 +150,7 @@ def followed(*words: str) -> SimpleNamespace:
 
 
 def required(passed: bool, question: str = "MARGIN") -> SimpleNamespace:
-    from vireport.gate import Question
+    from vireport.gate.evidence import Question
 
     limit = thing(text="at least 5 %")
     return thing(

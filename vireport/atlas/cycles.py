@@ -7,22 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vireport.motions import Model, Motion, multipliers, residuals, trace
-from vireport.physics import Word
-from vireport.simulation import (
-    FLIGHT,
-    PHASE,
-    RIDING,
-    VELOCITY,
-    WALL,
-    Attractor,
-    Cycle,
-    Outcome,
-    check_model,
-)
+from vireport.motions.motion import Motion
+from vireport.motions.periodicity import Model, residuals, trace
+from vireport.motions.stability import multipliers
+from vireport.physics.word import Word
+from vireport.simulation.attractors import Attractor, Outcome
+from vireport.simulation.cycles import Cycle
+from vireport.simulation.events import check_model
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, VELOCITY, WALL
 
 if TYPE_CHECKING:
-    from vireport.simulation import Portrait
+    from vireport.simulation.trajectories import Portrait
 
 
 def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
@@ -35,7 +30,7 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     label : str
         See `Portrait`.
     """
-    from vireport.simulation import Portrait, path
+    from vireport.simulation.trajectories import Portrait, path
 
     word, count = motion.word, len(motion.word)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]

@@ -27,16 +27,12 @@ from vireport.atlas.surface import (
     sweep_conditions,
     within,
 )
-from vireport.motions import Held, Model
-from vireport.physics import (
-    AFFINE,
-    Affine,
-    Restitutions,
-    Word,
-    between,
-    by_wall,
-    flight,
-)
+from vireport.motions.periodicity import Model
+from vireport.motions.sweep import Held
+from vireport.physics import flight
+from vireport.physics.affine import AFFINE, Affine, between
+from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -26,35 +26,19 @@ from vireport.atlas.exclusion import (
 from vireport.atlas.four_impacts import four_impacts, side_of
 from vireport.atlas.one_impact import one_impact
 from vireport.atlas.surface import Candidates
-from vireport.base import Progress
-from vireport.motions import (
-    SAME,
-    Atlas,
-    Beginning,
-    BifurcationDiagram,
-    Claim,
-    Completeness,
-    Curve,
-    Event,
-    Family,
-    Limits,
-    Mark,
-    Model,
-    Motion,
-    PathPoint,
-    Point,
-    Sweep,
-    Trail,
-    admissible_families,
-    completed,
-    follow,
-    openings,
-    polished,
-    solve,
-    touching,
-    turns,
-)
-from vireport.physics import Word
+from vireport.base.progress import Progress
+from vireport.motions.branches import admissible_families
+from vireport.motions.diagram import BifurcationDiagram, solve
+from vireport.motions.events import Event
+from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark
+from vireport.motions.motion import SAME, Motion
+from vireport.motions.paths import Curve, PathPoint, Trail, completed, follow
+from vireport.motions.periodicity import Model
+from vireport.motions.points import Point, polished
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Beginning, Limits, openings, touching
+from vireport.motions.turning import turns
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

@@ -23,8 +23,10 @@ from vireport.atlas.surface import (
     sweep_conditions,
     within,
 )
-from vireport.motions import Held, Model
-from vireport.physics import Restitutions, Word
+from vireport.motions.periodicity import Model
+from vireport.motions.sweep import Held
+from vireport.physics.groups import Restitutions
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from vireport.motions import SAME, Curve, Model, Motion, linearised
-from vireport.physics import Word
+from vireport.motions.motion import SAME, Motion
+from vireport.motions.paths import Curve
+from vireport.motions.periodicity import Model, linearised
+from vireport.physics.word import Word
 
 TRIED = 1000
 """Guesses of a word: of 1000, from 22 to 250 came to the stable motion of a word of three to eight impacts, on four

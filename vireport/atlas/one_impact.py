@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.atlas.surface import Candidates, room, search_end, within
-from vireport.motions import Held, Model
-from vireport.physics import Word, by_wall
+from vireport.motions.periodicity import Model
+from vireport.motions.sweep import Held
+from vireport.physics.groups import by_wall
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

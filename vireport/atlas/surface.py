@@ -19,8 +19,15 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.motions import SMALLEST_STEP, Held, Level, Model, Motion, Turns, trace, turning_points
-from vireport.physics import ARRAYS, Flight, Restitutions, Word, by_wall, flight
+from vireport.motions.motion import Motion
+from vireport.motions.periodicity import Model, trace
+from vireport.motions.sweep import Held, Level
+from vireport.motions.turning import SMALLEST_STEP, Turns, turning_points
+from vireport.physics import flight
+from vireport.physics.flight import Flight
+from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.numbers import ARRAYS
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -16,8 +16,11 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.physics import AFFINE, AFFINE_ROUNDING, Affine, Groups, between, flight
-from vireport.simulation import FLIGHT, TURN, VELOCITY, WALL, check_model, follow_impacts
+from vireport.physics import flight
+from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
+from vireport.physics.groups import Groups
+from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.kernel import FLIGHT, TURN, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -22,7 +22,8 @@ from vireport.attraction.flights import (
     simulated_past,
 )
 from vireport.attraction.trap import Trap
-from vireport.physics import Affine, Groups
+from vireport.physics.affine import Affine
+from vireport.physics.groups import Groups
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

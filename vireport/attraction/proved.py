@@ -13,14 +13,22 @@ from numpy.typing import NDArray
 from vireport.attraction.section import Section, proved_section, section_again
 from vireport.attraction.survived import Survived, survived, survived_again
 from vireport.attraction.trap import Trap, proved_trap, trap_of
-from vireport.base import NumericalError, Progress, brief
-from vireport.design import Solution
-from vireport.disturbances import Destination, Disturbances, FromRest
-from vireport.motions import Motion, motion_at
-from vireport.physics import Device, Groups
-from vireport.scenario import Parameter
-from vireport.shocks import Withstood, core_of, endings, on_shocks, stable_manifold
-from vireport.simulation import BOTTOM, start_speed
+from vireport.base.errors import NumericalError
+from vireport.base.progress import Progress
+from vireport.base.records import brief
+from vireport.design.solution import Solution
+from vireport.disturbances.behaviour import Disturbances
+from vireport.disturbances.from_rest import Destination, FromRest
+from vireport.motions.motion import Motion
+from vireport.motions.points import motion_at
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.manifold import on_shocks, stable_manifold
+from vireport.shocks.returning import core_of, endings
+from vireport.shocks.withstood import Withstood
+from vireport.simulation.events import BOTTOM
+from vireport.simulation.starts import start_speed
 
 BEYOND = 1.03
 """How far cells of shocks reach, over the least on the sampled stable manifold of an unstable motion."""
@@ -254,7 +262,7 @@ def _release(device: Device, traps: list[Trap], wall: int = BOTTOM) -> Arrival:
 
 def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
     """A region around the motion of another word that the ball comes to."""
-    from vireport.atlas import motion_of_cycle
+    from vireport.atlas.cycles import motion_of_cycle
 
     return None if end.cycle is None else trap_of(groups, motion_of_cycle(end.cycle, groups.d), compiled)
 

@@ -15,9 +15,13 @@ from msgspec.structs import replace
 from vireport.attraction.trap import Trap
 from vireport.checks.confinement import stays_between
 from vireport.checks.enclosures import Ball, BallOps, UnprovedError, ball, precision, prove
-from vireport.physics import AFFINE_ROUNDING, Device, Flight, Groups
-from vireport.scenario import Parameter
-from vireport.simulation import BOTTOM, FLIGHT, RIDING, SETTLING, TURN, WALL, check_model, follow_one
+from vireport.physics.affine import AFFINE_ROUNDING
+from vireport.physics.device import Device
+from vireport.physics.flight import Flight
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM, check_model, follow_one
+from vireport.simulation.kernel import FLIGHT, RIDING, SETTLING, TURN, WALL
 
 PRECISIONS = (256, 512, 1024, 2048)
 """Bits of the arithmetic, tried in this order."""

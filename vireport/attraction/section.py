@@ -29,8 +29,9 @@ from vireport.attraction.flights import (
 from vireport.attraction.following import flown, is_small, longer, patience
 from vireport.attraction.settling import settles
 from vireport.attraction.trap import Trap
-from vireport.physics import Groups, between
-from vireport.simulation import BOTTOM
+from vireport.physics.affine import between
+from vireport.physics.groups import Groups
+from vireport.simulation.events import BOTTOM
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vireport.attraction.flights import Sets, restitutions
-from vireport.physics import AFFINE_ROUNDING, Groups
+from vireport.physics.affine import AFFINE_ROUNDING
+from vireport.physics.groups import Groups
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

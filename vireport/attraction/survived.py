@@ -23,8 +23,9 @@ from vireport.attraction.flights import (
 )
 from vireport.attraction.following import come_in, patience
 from vireport.attraction.trap import Trap, around
-from vireport.physics import Affine, Groups, between
-from vireport.shocks import shocked
+from vireport.physics.affine import Affine, between
+from vireport.physics.groups import Groups
+from vireport.shocks.shock import shocked
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

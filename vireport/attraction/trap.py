@@ -26,9 +26,11 @@ from vireport.attraction.flights import (
     restitutions,
     simulated,
 )
-from vireport.motions import Motion, flight_jacobian
-from vireport.physics import AFFINE, AFFINE_ROUNDING, Affine, Groups
-from vireport.shocks import flight_matrices, stationary
+from vireport.motions.motion import Motion
+from vireport.motions.stability import flight_jacobian
+from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine
+from vireport.physics.groups import Groups
+from vireport.shocks.deviations import flight_matrices, stationary
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -14,13 +14,16 @@ from typing import Any
 import msgspec
 from msgspec import Struct, to_builtins
 
-from vireport.base import Progress, VireportError, json_text
+from vireport.base.encoding import json_text
+from vireport.base.errors import VireportError
+from vireport.base.progress import Progress
 from vireport.bench.answers import margins_answer, plane_answer, study_answer
 from vireport.bench.changes import changes
 from vireport.bench.jobs import Aside, Job
 from vireport.bench.session import refusal
-from vireport.scenario import loads
-from vireport.study import Study, Task, analyse
+from vireport.scenario.loading import loads
+from vireport.study.plan import Task
+from vireport.study.study import Study, analyse
 
 
 class _Last(Struct, frozen=True):

@@ -11,14 +11,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.bench.controls import values_of
-from vireport.design import Solution, margins_of, solution_of
-from vireport.gate import Designs
-from vireport.motions import Branch, ball_path, eigenvalues
-from vireport.physics import Device, Membrane
-from vireport.scenario import DesignInput, Loaded, Scenario
-from vireport.study import ALL_FORMATS, FIGURES, Study, Task, margin_data, motion_columns, sweep_of
+from vireport.design.margins import margins_of
+from vireport.design.solution import Solution, solution_of
+from vireport.gate.designs import Designs
+from vireport.motions.branches import Branch
+from vireport.motions.one_to_one import ball_path
+from vireport.motions.stability import eigenvalues
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.scenario.blocks import Scenario
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DesignInput
+from vireport.study.plan import ALL_FORMATS, FIGURES, Task
+from vireport.study.results import margin_data, motion_columns
+from vireport.study.study import Study, sweep_of
 
 Floats = NDArray[np.float64]
 

@@ -9,24 +9,18 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, Progress, ScenarioError, UsageError
-from vireport.design import HIGHEST_RESTITUTION
-from vireport.gate import (
-    Conclusion,
-    Designs,
-    Limit,
-    OfMargin,
-    OfMotions,
-    OfRun,
-    OfShaker,
-    Requirement,
-    keeps_motion,
-    required,
-    spared,
-)
-from vireport.physics import RESTITUTIONS, Membrane
-from vireport.scenario import DesignInput, loads
-from vireport.study import Study, analyse
+from vireport.base.errors import NumericalError, ScenarioError, UsageError
+from vireport.base.progress import Progress
+from vireport.design.lines import HIGHEST_RESTITUTION
+from vireport.gate.designs import Designs, keeps_motion
+from vireport.gate.evidence import Limit
+from vireport.gate.requirements import OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
+from vireport.gate.verdict import Conclusion
+from vireport.physics.device import RESTITUTIONS
+from vireport.physics.energy import Membrane
+from vireport.scenario.loading import loads
+from vireport.scenario.parameters import DesignInput
+from vireport.study.study import Study, analyse
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

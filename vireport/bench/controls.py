@@ -10,20 +10,18 @@ from typing import Any
 from msgspec import Struct
 from pydantic.fields import FieldInfo
 
-from vireport.design import HIGHEST_RESTITUTION
-from vireport.physics import RESTITUTIONS
-from vireport.scenario import (
-    LARGEST,
+from vireport.design.lines import HIGHEST_RESTITUTION
+from vireport.physics.device import RESTITUTIONS
+from vireport.scenario.blocks import (
     CapsuleMotion,
-    DesignInput,
     MembraneBlock,
     RequirementsBlock,
-    ScalarInput,
     Scenario,
     TolerancesBlock,
     percent_key,
     unit_of,
 )
+from vireport.scenario.parameters import LARGEST, DesignInput, ScalarInput
 
 STIFFEST_FRICTION = 0.3
 """Upper end of the slider of the coefficient of friction: that of rubber on steel is never looked for."""

@@ -24,10 +24,11 @@ from typing import Any
 import msgspec
 from markupsafe import Markup, escape
 
-from vireport.base import UsageError, VireportError, json_answer, json_text
+from vireport.base.encoding import json_answer, json_text
+from vireport.base.errors import UsageError, VireportError
 from vireport.bench.jobs import Aside, Asked, Worker
 from vireport.bench.session import MODULES, NAME, Opened, first, job_of, refusal, require_new, save, start_data
-from vireport.wording import TEMPLATES, environment_of
+from vireport.wording.templates import TEMPLATES, environment_of
 
 HOST = "127.0.0.1"
 

@@ -9,23 +9,17 @@ from typing import Any
 
 from msgspec import Struct, to_builtins
 
-from vireport.base import ScenarioError, UsageError, VireportError, __version__, writable, write_new
+from vireport.base.errors import ScenarioError, UsageError, VireportError
+from vireport.base.files import writable, write_new
+from vireport.base.version import __version__
 from vireport.bench.answers import first_answer
 from vireport.bench.controls import CHOICES, controls_of, ends_of
 from vireport.bench.jobs import Aside, Asked, Job
-from vireport.scenario import (
-    DesignInput,
-    Loaded,
-    LoadedMap,
-    Parameter,
-    ScalarInput,
-    Scenario,
-    as_texts,
-    as_yaml,
-    load_any,
-    loads,
-    to_dict,
-)
+from vireport.scenario.blocks import Scenario, to_dict
+from vireport.scenario.loading import Loaded, LoadedMap, load_any, loads
+from vireport.scenario.overrides import as_texts
+from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
+from vireport.scenario.writing import as_yaml
 
 NOT_HERE = {
     "accuracy": "vireport verify measures error against run time",

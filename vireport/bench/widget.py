@@ -11,11 +11,12 @@ import anywidget
 import msgspec
 import traitlets
 
-from vireport.base import VireportError, json_answer
+from vireport.base.encoding import json_answer
+from vireport.base.errors import VireportError
 from vireport.bench.jobs import Aside, Asked, Worker
 from vireport.bench.session import MODULES, Opened, first, job_of, loaded_of, refusal, start_data
-from vireport.scenario import Loaded
-from vireport.wording import TEMPLATES
+from vireport.scenario.loading import Loaded
+from vireport.wording.templates import TEMPLATES
 
 
 def _read(*names: str) -> str:

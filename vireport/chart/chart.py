@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.atlas import FINE, atlas, motions_of
-from vireport.base import NumericalError, Progress, UsageError, WorkStep, portion
+from vireport.atlas.exclusion import FINE
+from vireport.atlas.families import atlas
+from vireport.atlas.given import motions_of
+from vireport.base.errors import NumericalError, UsageError
+from vireport.base.progress import Progress, WorkStep, portion
 from vireport.chart.design import ChartedDesign, charted_design
 from vireport.chart.meetings import Meeting
 from vireport.chart.network import (
@@ -21,28 +24,24 @@ from vireport.chart.network import (
 )
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, straight_sweeps
 from vireport.chart.regions import NarrowBand, Regions, narrow_bands, pieces, regions_of
-from vireport.design import along, line_of, motions_at
-from vireport.motions import (
-    NO_TOLERANCE,
-    Atlas,
-    Curve,
-    Event,
-    Limits,
-    Motion,
-    PathPoint,
-    completed,
-    follow,
-    model_of,
-    motion_at,
-    solve,
-    touching,
-)
-from vireport.physics import ARRAYS, FLOATS, Device, Word
-from vireport.scenario import Parameter
+from vireport.design.lines import along, line_of
+from vireport.design.point import motions_at
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.families import Atlas
+from vireport.motions.motion import Motion
+from vireport.motions.paths import Curve, PathPoint, completed, follow
+from vireport.motions.points import model_of, motion_at
+from vireport.motions.sweep import NO_TOLERANCE
+from vireport.motions.switching import Limits, touching
+from vireport.physics.device import Device
+from vireport.physics.numbers import ARRAYS, FLOATS
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 
 if TYPE_CHECKING:
-    from vireport.gate import Alert
-    from vireport.study import Study
+    from vireport.gate.alerts import Alert
+    from vireport.study.study import Study
 
 CUTS, SOLVED_CUTS = 3, 16
 """Sweeps across the plane along each input, on which loci are looked for: of all motions, and of 1:1 motions, which are

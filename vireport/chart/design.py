@@ -9,10 +9,14 @@ from msgspec import Struct
 
 from vireport.chart.plane import Plane
 from vireport.chart.regions import PIXELS, ROOM, StableMotion, stable_motions
-from vireport.design import followed_motion, line_of, margins, motions_at, reach
-from vireport.motions import Event, Limits
-from vireport.physics import Device
-from vireport.scenario import Parameter
+from vireport.design import margins
+from vireport.design.followed import followed_motion
+from vireport.design.lines import line_of, reach
+from vireport.design.point import motions_at
+from vireport.motions.events import Event
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.scenario.parameters import Parameter
 
 BEYOND = 2 * ROOM / PIXELS
 """Share of a range beyond the end of a motion at which it is told what is stable there."""

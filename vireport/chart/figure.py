@@ -21,29 +21,14 @@ from vireport.chart.chart import Chart
 from vireport.chart.design import ChartMargin
 from vireport.chart.regions import PIXELS, RegionSet, block, pieces, pixel
 from vireport.chart.words import Naming, naming, words_given
-from vireport.figures import (
-    DESIGN,
-    FILLS,
-    LOCI,
-    PER_LETTER,
-    Color,
-    Entry,
-    Label,
-    Look,
-    Picture,
-    Sheet,
-    blank,
-    drawn_for,
-    finished,
-    held_by,
-    mark_design,
-    round_ticks,
-    sheet,
-    style,
-)
-from vireport.motions import Event
-from vireport.text import MINUS
-from vireport.wording import Words
+from vireport.figures.captions import held_by
+from vireport.figures.labels import Label
+from vireport.figures.layout import Entry, blank, finished, round_ticks
+from vireport.figures.planes import DESIGN, mark_design
+from vireport.figures.style import FILLS, LOCI, PER_LETTER, Color, Look, Picture, Sheet, drawn_for, sheet, style
+from vireport.motions.events import Event
+from vireport.text.formatting import MINUS
+from vireport.wording.templates import Words
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -15,24 +15,15 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.chart.plane import Plane
-from vireport.motions import (
-    AT_ZERO,
-    BESIDE,
-    RANK,
-    STEEPEST,
-    Arc,
-    Condition,
-    Event,
-    Motion,
-    Path,
-    PathPoint,
-    Turn,
-    linearised,
-    residuals,
-    turns,
-    weighted_trace,
-)
-from vireport.physics import ARRAYS, Groups, Word
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
+from vireport.motions.motion import AT_ZERO, BESIDE, Motion
+from vireport.motions.paths import RANK, STEEPEST, Arc, Path, PathPoint
+from vireport.motions.periodicity import linearised, residuals, weighted_trace
+from vireport.motions.turning import Turn, turns
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

@@ -13,11 +13,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.chart.loci import Locus
 from vireport.chart.plane import Plane
-from vireport.motions import FARTHEST, Condition, Event, Motion, linearised, newton, residuals
-from vireport.physics import DIGITS, FLOATS, DecimalOps, Word
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.motions.periodicity import linearised, residuals
+from vireport.motions.polish import FARTHEST, newton
+from vireport.physics.numbers import DIGITS, FLOATS, DecimalOps
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

@@ -18,26 +18,18 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.chart.loci import Locus
 from vireport.chart.meetings import Meeting, meeting
 from vireport.chart.plane import Plane
-from vireport.motions import (
-    BESIDE,
-    IMAGE,
-    Arc,
-    Condition,
-    Event,
-    Limits,
-    Motion,
-    PathPoint,
-    completed,
-    follow,
-    off,
-    touching,
-    weighted_trace,
-)
-from vireport.physics import ARRAYS, Word
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
+from vireport.motions.motion import BESIDE, IMAGE, Motion
+from vireport.motions.paths import Arc, PathPoint, completed, follow
+from vireport.motions.periodicity import weighted_trace
+from vireport.motions.switching import Limits, off, touching
+from vireport.physics.numbers import ARRAYS
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

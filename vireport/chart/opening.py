@@ -12,7 +12,9 @@ from typing import Any
 from vireport.chart.chart import Chart
 from vireport.chart.design import ChartMargin
 from vireport.chart.words import Naming, words_given
-from vireport.gate import NEAR_CRITICAL, Opening, OpeningFact, Said, Status, gravest
+from vireport.gate.alerts import NEAR_CRITICAL
+from vireport.gate.opening import Opening, OpeningFact, Said, gravest
+from vireport.gate.verdict import Status
 
 MOST_KINDS = 3
 """Kinds of regions that are told of a chart without a design point."""

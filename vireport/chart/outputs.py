@@ -17,16 +17,14 @@ from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Plane
 from vireport.chart.regions import ChartRegion, StableMotion
 from vireport.chart.tables import exact_points, shown_points
-from vireport.gate import named_alerts
-from vireport.motions import Event, Motion
-from vireport.scenario import Loaded
-from vireport.study import FIGURE_FORMATS, Provenance, Task, json_bytes, provenance_of, with_pages
-from vireport.text import (
-    Table,
-    markdown_of,
-    markdown_text,
-    plain_text,
-)
+from vireport.gate.alerts import named_alerts
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.scenario.loading import Loaded
+from vireport.study.plan import FIGURE_FORMATS, Task
+from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.results import json_bytes
+from vireport.text.tables import Table, markdown_of, markdown_text, plain_text
 
 CHART_FILES = {
     Task.HTML: ("report.html",),
@@ -72,8 +70,8 @@ def files(
     if asked & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
         from vireport.chart.figure import picture
         from vireport.chart.report import ChartReport
-        from vireport.figures import Sheet, drawn_for
-        from vireport.report import render_files
+        from vireport.figures.style import Sheet, drawn_for
+        from vireport.report.rendering import render_files
 
         with drawn_for(Sheet.of(width_mm)):
             drawn = picture(chart, templates)
@@ -103,7 +101,7 @@ def _parts(chart: Chart, table: Callable[[Chart], Table], templates: Path | None
     """The verdict, what was found and what was not, and the points of codimension two."""
     from vireport.chart.opening import chart_opening
     from vireport.chart.words import naming
-    from vireport.wording import Words
+    from vireport.wording.templates import Words
 
     said = Words("chart", templates)
     if chart.regions is not None:

@@ -8,15 +8,21 @@ from math import isfinite
 import numpy as np
 from msgspec.structs import replace
 
-from vireport.atlas import LOOKED_FOR
-from vireport.base import NumericalError, Progress, UsageError, portion
+from vireport.atlas.families import LOOKED_FOR
+from vireport.base.errors import NumericalError, UsageError
+from vireport.base.progress import Progress, portion
 from vireport.chart.chart import Chart, ChartStart, chart, with_regions
 from vireport.chart.plane import Plane, is_swept
-from vireport.design import HIGHEST_RESTITUTION, reach
-from vireport.motions import Limits
-from vireport.physics import RESTITUTIONS, Device, Word
-from vireport.scenario import DesignInput, Loaded, Scenario, for_key
-from vireport.study import Study, Task, analyse
+from vireport.design.lines import HIGHEST_RESTITUTION, reach
+from vireport.motions.switching import Limits
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.word import Word
+from vireport.scenario.blocks import Scenario
+from vireport.scenario.hints import for_key
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DesignInput
+from vireport.study.plan import Task
+from vireport.study.study import Study, analyse
 
 LIMITS = Limits(4, 2)
 """Limits of the motions in a chart, where the scenario has no `motions` block."""

@@ -10,9 +10,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.motions import Sweep
-from vireport.physics import ARRAYS, RESTITUTIONS, Device, Groups
-from vireport.scenario import DesignInput, Parameter
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 

@@ -17,14 +17,21 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.atlas import FINE, atlas
-from vireport.base import NumericalError, Progress, counted
+from vireport.atlas.exclusion import FINE
+from vireport.atlas.families import atlas
+from vireport.base.errors import NumericalError
+from vireport.base.progress import Progress, counted
 from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, is_swept
-from vireport.design import motions_at
-from vireport.motions import IMAGE, NO_TOLERANCE, Curve, Limits, Motion, motion_at, settable
-from vireport.physics import FLOATS, Word
-from vireport.scenario import Parameter
+from vireport.design.point import motions_at
+from vireport.motions.motion import IMAGE, Motion
+from vireport.motions.paths import Curve
+from vireport.motions.points import motion_at
+from vireport.motions.sweep import NO_TOLERANCE, settable
+from vireport.motions.switching import Limits
+from vireport.physics.numbers import FLOATS
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

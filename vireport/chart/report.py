@@ -14,15 +14,16 @@ from vireport.chart.opening import chart_opening
 from vireport.chart.regions import PIXELS, ROOM
 from vireport.chart.tables import shown_points
 from vireport.chart.words import Naming, naming, words_given
-from vireport.gate import Alert, WordedOpening
-from vireport.scenario import Loaded
-from vireport.study import Provenance
-from vireport.text import Table
-from vireport.wording import Words
+from vireport.gate.alerts import Alert
+from vireport.gate.opening import WordedOpening
+from vireport.scenario.loading import Loaded
+from vireport.study.provenance import Provenance
+from vireport.text.tables import Table
+from vireport.wording.templates import Words
 
 if TYPE_CHECKING:
     from vireport.chart.network import FollowedLocus
-    from vireport.figures import Picture
+    from vireport.figures.style import Picture
 
 
 class ChartReport(Struct, frozen=True, eq=False, dict=True):

@@ -7,9 +7,10 @@ from math import isfinite
 
 from vireport.chart.chart import Chart
 from vireport.chart.meetings import Meeting
-from vireport.motions import Event
-from vireport.scenario import DesignInput
-from vireport.text import Table, bounded, error_bound, exact, numbers, texts
+from vireport.motions.events import Event
+from vireport.scenario.parameters import DesignInput
+from vireport.text.formatting import bounded, error_bound, exact
+from vireport.text.tables import Table, numbers, texts
 
 SHOWN = 1e-8
 """Relative error below which no digit of a point is printed on a terminal."""

@@ -12,9 +12,9 @@ from msgspec import Struct
 
 from vireport.chart.chart import Chart
 from vireport.chart.regions import Kind, Kinds, StableMotion
-from vireport.gate import NEAR_CRITICAL
-from vireport.motions import Limits
-from vireport.wording import Words
+from vireport.gate.alerts import NEAR_CRITICAL
+from vireport.motions.switching import Limits
+from vireport.wording.templates import Words
 
 
 class Naming(Struct, frozen=True, eq=False):

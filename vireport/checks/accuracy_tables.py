@@ -17,17 +17,11 @@ from vireport.checks.workprecision import (
     Order,
     WorkPrecision,
 )
-from vireport.text import (
-    ABSENT,
-    TIMES,
-    Table,
-    numbers,
-    significant,
-    texts,
-)
+from vireport.text.formatting import ABSENT, TIMES, significant
+from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
-    from vireport.wording import Words
+    from vireport.wording.templates import Words
 
 Row = tuple[str, ...]
 
@@ -92,7 +86,7 @@ def ranking(work: WorkPrecision, templates: Path | None = None) -> Iterator[Tabl
 
 
 def _words(templates: Path | None) -> Words:
-    from vireport.wording import Words
+    from vireport.wording.templates import Words
 
     return Words("accuracy", templates)
 

@@ -12,24 +12,19 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.checks.flights import FlightModel
-from vireport.design import (
-    DesignPoint,
-    Solution,
-    around_length,
-    stable_motion,
-)
-from vireport.motions import (
-    TRACE_LEVELS,
-    Event,
-    Motions,
-    Point,
-    Sweep,
-    Symmetry,
-    lap_decay,
-)
-from vireport.physics import Groups, Membrane, each, voltages, wrapped
+from vireport.design.point import DesignPoint, around_length
+from vireport.design.solution import Solution, stable_motion
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.one_to_one import Motions
+from vireport.motions.points import Point
+from vireport.motions.stability import lap_decay
+from vireport.motions.sweep import Sweep
+from vireport.physics.energy import Membrane, voltages
+from vireport.physics.groups import Groups, each
+from vireport.physics.numbers import wrapped
 
 if TYPE_CHECKING:
     from vireport.checks.reference import ReferenceOrbit

@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.checks.confinement import stays_between
 from vireport.checks.enclosures import (
     Ball,
@@ -27,25 +27,18 @@ from vireport.checks.enclosures import (
     precision,
     prove,
 )
-from vireport.motions import (
-    BifurcationDiagram,
-    Condition,
-    Event,
-    Held,
-    Level,
-    OneToOne,
-    Orbits,
-    Point,
-    Sweep,
-    Symmetry,
-    lap_decay,
-    level_residual,
-    orbits,
-    return_trace,
-    touches,
-)
-from vireport.physics import NO_GRAVITY, by_wall, each
-from vireport.scenario import Parameter
+from vireport.motions.conditions import Condition
+from vireport.motions.diagram import BifurcationDiagram
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.orbits import Orbits, orbits
+from vireport.motions.points import OneToOne, Point
+from vireport.motions.stability import lap_decay, return_trace
+from vireport.motions.sweep import Held, Level, Sweep, level_residual
+from vireport.motions.turning import touches
+from vireport.physics.device import NO_GRAVITY
+from vireport.physics.groups import by_wall, each
+from vireport.scenario.parameters import Parameter
 
 PRECISIONS = (192, 384, 768)
 """Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 
 from vireport.checks.enclosures import Ball, BallOps, dyadic
-from vireport.physics import Flight
+from vireport.physics.flight import Flight
 
 DEEPEST, MOST_PARTS = 100, 3000
 """Halvings of a flight, and parts of it, before it is left undecided whether the ball stays between the membranes."""

@@ -14,36 +14,26 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief, share_interval
+from vireport.base.records import brief
+from vireport.base.shares import share_interval
 from vireport.checks.hysteresis import Hysteresis, follow_sweep
-from vireport.design import Solution
-from vireport.motions import (
-    BifurcationDiagram,
-    Motions,
-    find_motions,
-    motions_of,
-)
-from vireport.physics import Device, Groups, each, wrapped
-from vireport.scenario import Direction, Parameter, SimulationBlock
-from vireport.simulation import (
-    BOTTOM,
-    Attractor,
-    Diagram,
-    Impact,
-    Outcome,
-    attractors,
-    diagram,
-    find_attractor,
-    motion_name,
-    portrait,
-    random_starts,
-    start_of,
-    start_speed,
-)
-from vireport.simulation import Portrait as Portrait
+from vireport.design.solution import Solution
+from vireport.motions.diagram import BifurcationDiagram
+from vireport.motions.one_to_one import Motions, motions_of
+from vireport.motions.pointwise import find_motions
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, each
+from vireport.physics.numbers import wrapped
+from vireport.scenario.blocks import Direction, SimulationBlock
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor, motion_name
+from vireport.simulation.events import BOTTOM, Impact, start_of
+from vireport.simulation.starts import random_starts, start_speed
+from vireport.simulation.trajectories import Portrait as Portrait
+from vireport.simulation.trajectories import portrait
 
 if TYPE_CHECKING:
-    from vireport.base import Progress
+    from vireport.base.progress import Progress
 
 Floats = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from vireport.base import NumericalError, install_command
+from vireport.base.errors import NumericalError, install_command
 
 try:
     from flint import arb, arb_mat, arb_series, ctx

@@ -13,18 +13,11 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError
-from vireport.physics import Groups, flight
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    RIDING,
-    SETTLING,
-    VELOCITY,
-    WALL,
-    check_model,
-    follow_one,
-)
+from vireport.base.errors import NumericalError
+from vireport.physics import flight
+from vireport.physics.groups import Groups
+from vireport.simulation.events import BOTTOM, check_model, follow_one
+from vireport.simulation.kernel import FLIGHT, RIDING, SETTLING, VELOCITY, WALL
 
 ROUNDING = 1e-15
 """Error of a flight in closed form."""

@@ -11,17 +11,10 @@ from typing import ClassVar
 
 from msgspec import Struct
 
-from vireport.base import brief
-from vireport.motions import Sweep
-from vireport.scenario import Direction, SimulationBlock
-from vireport.simulation import (
-    CLOSE,
-    RESOLUTION,
-    Conditions,
-    Course,
-    Stage,
-    course,
-)
+from vireport.base.records import brief
+from vireport.motions.sweep import Sweep
+from vireport.scenario.blocks import Direction, SimulationBlock
+from vireport.simulation.following import CLOSE, RESOLUTION, Conditions, Course, Stage, course
 
 
 class Loop(Struct, frozen=True, eq=False):

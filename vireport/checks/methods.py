@@ -18,7 +18,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.checks.benchmark import BenchmarkProblem, SolvedMotion
 from vireport.checks.flights import (
     Budget,
@@ -30,33 +30,16 @@ from vireport.checks.flights import (
     simulated,
 )
 from vireport.checks.rootfinding import Floats, find_root
-from vireport.design import design_point
-from vireport.motions import (
-    TRACE_LEVELS,
-    Event,
-    Jacobian,
-    Orbits,
-    coefficients,
-    flight_jacobian,
-    level_residual,
-    orbits,
-    product_trace,
-    return_trace,
-    solve,
-)
-from vireport.physics import Groups, by_wall, wrapped
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    PHASE,
-    RIDING,
-    SETTLING,
-    TOP,
-    VELOCITY,
-    WALL,
-    check_model,
-    follow_one,
-)
+from vireport.design.point import design_point
+from vireport.motions.diagram import solve
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.orbits import Orbits, coefficients, orbits
+from vireport.motions.stability import Jacobian, flight_jacobian, product_trace, return_trace
+from vireport.motions.sweep import level_residual
+from vireport.physics.groups import Groups, by_wall
+from vireport.physics.numbers import wrapped
+from vireport.simulation.events import BOTTOM, TOP, check_model, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 CLOSED, WHOLE = "closed form", "whole sweep, no guess"
 PRINTED, EXPLICIT = "Newton on (3.15)–(3.17)", "return map (2.11)–(2.12)"

@@ -15,20 +15,18 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.design import Solution, around_length
-from vireport.motions import (
-    FARTHEST,
-    Event,
-    Point,
-    Stability,
-    Sweep,
-    Symmetry,
-    find_motions,
-    motions_of,
-    orbits,
-    place_at,
-)
-from vireport.scenario import Parameter
+from vireport.design.point import around_length
+from vireport.design.solution import Solution
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.one_to_one import motions_of
+from vireport.motions.orbits import orbits
+from vireport.motions.points import Point, place_at
+from vireport.motions.pointwise import find_motions
+from vireport.motions.polish import FARTHEST
+from vireport.motions.stability import Stability
+from vireport.motions.sweep import Sweep
+from vireport.scenario.parameters import Parameter
 
 PAPER = (
     "Serdukova, Kuske, Yurchenko: Stability and bifurcation analysis of the period-T motion of a vibroimpact "

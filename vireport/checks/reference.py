@@ -18,9 +18,11 @@ from mpmath import mpf as mpf
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
-from vireport.physics import Device, Membrane, Restitutions, by_wall, each
-from vireport.scenario import Parameter
+from vireport.base.errors import NumericalError
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.physics.groups import Restitutions, by_wall, each
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 

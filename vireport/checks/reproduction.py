@@ -7,18 +7,11 @@ from math import ceil, log
 import numpy as np
 from msgspec import Struct
 
-from vireport.design import Solution, stable_motion
-from vireport.motions import eigenvalues
-from vireport.physics import wrapped
-from vireport.simulation import (
-    BOTTOM,
-    PHASE,
-    TOP,
-    VELOCITY,
-    WALL,
-    check_model,
-    follow_one,
-)
+from vireport.design.solution import Solution, stable_motion
+from vireport.motions.stability import eigenvalues
+from vireport.physics.numbers import wrapped
+from vireport.simulation.events import BOTTOM, TOP, check_model, follow_one
+from vireport.simulation.kernel import PHASE, VELOCITY, WALL
 
 ASIDE = 1e-3
 """Share of the impact velocity by which the simulation starts beside the motion."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Progress, counted
+from vireport.base.progress import Progress, counted
 
 SAMPLE, MOST_CALLS = 2e-3, 100
 """A call shorter than this [s] is timed as one of several in a row, and of how many at the most."""

@@ -18,7 +18,9 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, Progress, WorkStep, brief, install_command, plain, portion
+from vireport.base.errors import NumericalError, install_command
+from vireport.base.progress import Progress, WorkStep, portion
+from vireport.base.records import brief, plain
 from vireport.checks.benchmark import (
     Benchmark,
     BenchmarkProblem,
@@ -42,7 +44,7 @@ from vireport.checks.timing import (
 )
 
 if TYPE_CHECKING:
-    from vireport.design import Solution
+    from vireport.design.solution import Solution
 
 ACCURACIES = (1e-6, 1e-9, 1e-12)
 """Errors at which the methods are ranked."""

@@ -1,7 +1,1 @@
 """The command line."""
-
-from vireport.cli.app import main
-
-__all__ = [
-    "main",
-]

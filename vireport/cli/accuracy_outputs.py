@@ -7,21 +7,22 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from vireport.base import json_text
-from vireport.checks import accuracy_data, measurements, ranking
-from vireport.membranes import (
-    comparison_with_rigid,
-    compliance_data,
-    solvers_on_stiff_membranes,
-    verdict,
-)
-from vireport.scenario import AccuracyBlock, Loaded
-from vireport.study import Study, Task, analyse, provenance_of
-from vireport.text import Table, capital, plain_text
-from vireport.wording import Words
+from vireport.base.encoding import json_text
+from vireport.checks.accuracy_tables import measurements, ranking
+from vireport.checks.workprecision import accuracy_data
+from vireport.membranes.compliance import compliance_data
+from vireport.membranes.compliance_tables import comparison_with_rigid, solvers_on_stiff_membranes, verdict
+from vireport.scenario.blocks import AccuracyBlock
+from vireport.scenario.loading import Loaded
+from vireport.study.plan import Task
+from vireport.study.provenance import provenance_of
+from vireport.study.study import Study, analyse
+from vireport.text.formatting import capital
+from vireport.text.tables import Table, plain_text
+from vireport.wording.templates import Words
 
 if TYPE_CHECKING:
-    from vireport.base import Progress
+    from vireport.base.progress import Progress
 
 
 NAMES = ("accuracy.json", "figure-accuracy.png", "figure-stiffness.png")
@@ -85,7 +86,8 @@ def data(study: Study, command: str) -> bytes:
 
 def files(study: Study, command: str, width_mm: float | None = None) -> dict[str, bytes]:
     """The figures, as wide as a column of a paper where a width is given, and accuracy.json, by their names."""
-    from vireport.figures import Sheet, drawn_for, measured_pictures
+    from vireport.figures.pictures import measured_pictures
+    from vireport.figures.style import Sheet, drawn_for
 
     with drawn_for(Sheet.of(width_mm)):
         drawn = {f"{picture.name}.png": picture.png for picture in measured_pictures(study)}

@@ -14,7 +14,9 @@ from typing import cast
 import typer
 from typer.main import get_command
 
-from vireport.base import ScenarioError, UsageError, VireportError, __version__, interrupts
+from vireport.base import interrupts
+from vireport.base.errors import ScenarioError, UsageError, VireportError
+from vireport.base.version import __version__
 from vireport.cli.commands import app
 from vireport.cli.group import OLD_NAMES, PROGRAM, Program
 from vireport.cli.outcome import RED, tell

@@ -10,28 +10,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vireport.base import (
-    ScenarioError,
-    UsageError,
-    WorkStep,
-    __version__,
-    interrupts,
-    json_text,
-    portion,
-    require_writable,
-    writable,
-    write_new,
-)
+from vireport.base import interrupts
+from vireport.base.encoding import json_text
+from vireport.base.errors import ScenarioError, UsageError
+from vireport.base.files import require_writable, writable, write_new
+from vireport.base.progress import WorkStep, portion
+from vireport.base.version import __version__
 from vireport.cli import options as given
 from vireport.cli.formats import format_option, formats_of
 from vireport.cli.group import Command, CommandPanel, Program
 from vireport.cli.options import default_folder, figure_width_mm, recorded, refuse, refuse_files_beside_json
 from vireport.cli.outcome import CommandOutcome, deliver, emit, progress, tell, tell_lacking
-from vireport.text import explanation
+from vireport.text.alerts import explanation
 
 if TYPE_CHECKING:
-    from vireport.scenario import Loaded
-    from vireport.study import Earlier
+    from vireport.scenario.loading import Loaded
+    from vireport.study.earlier import Earlier
 
 CHARTED_SHARE = 0.9
 """Share of the time of exact curves that they take, as measured; their report takes the rest."""
@@ -106,17 +100,17 @@ def run(
         raise UsageError("standard input can be the results or the scenario, not both")
     before = None
     if baseline is not None:  # before the scenario is solved
-        from vireport.comparison import read_baseline
+        from vireport.comparison.baseline import read_baseline
 
         before = read_baseline(baseline)
     loaded, earlier = _read(scenario, set_, allow_outside)
     if full:
-        from vireport.scenario import with_default_blocks
+        from vireport.scenario.loading import with_default_blocks
 
         loaded = with_default_blocks(loaded)
     certify = certify or (earlier is not None and bool(earlier.results.get("certificates")))
     if certify:
-        from vireport.study import refuse_special, require_proofs
+        from vireport.study.plan import refuse_special, require_proofs
 
         refuse_special(loaded.scenario, "--certify")
         require_proofs()
@@ -150,7 +144,8 @@ def explore(
 
     What the page saves goes to the current folder, unless -o names another.
     """
-    from vireport.bench import opened, serve
+    from vireport.bench.server import serve
+    from vireport.bench.session import opened
 
     earlier, folder = _earlier(scenario), output or Path()
     known = opened(scenario, tuple(set_ or ())) if earlier is None else opened(earlier.loaded(set_ or ()))
@@ -211,15 +206,15 @@ def compare(
     refuse(context, "without --exit-code no changes are listed", "tolerance", "markdown")
     refuse_files_beside_json(context, "comparison")
     from vireport.cli.outputs import compare_outcome, file_names
-    from vireport.comparison import (
+    from vireport.comparison.comparison import compare as compare_scenarios
+    from vireport.comparison.diff_outputs import rerun_text
+    from vireport.comparison.outputs import (
         COMPARISON_FILES,
         COMPARISON_FOLDER,
         compare_json,
         comparison_provenance,
         folder_of,
-        rerun_text,
     )
-    from vireport.comparison import compare as compare_scenarios
 
     command, formats = recorded(context), formats_of("compare", format_)
     width_mm = figure_width_mm(figure_width, formats)
@@ -264,8 +259,10 @@ def _changes(
             f"{old} is no results.json and no report, and {new} is one: were they swapped? (vireport compare {new} "
             f"{old} --exit-code)"
         )
-    from vireport.comparison import diff, diff_json, diff_markdown, diff_text, read_baseline
-    from vireport.study import Task, analyse
+    from vireport.comparison.baseline import diff, read_baseline
+    from vireport.comparison.diff_outputs import diff_json, diff_markdown, diff_text
+    from vireport.study.plan import Task
+    from vireport.study.study import analyse
 
     before, later = read_baseline(old), _earlier(new)
     if later is not None and not overrides:
@@ -308,7 +305,7 @@ def map_(
         refuse(context, "cells are of the map file as it is, and go to files (--over draws curves)", "json", "set_")
         if not figures:
             refuse(context, "--no-figures writes the cells alone", "format_", "figure_width")
-        from vireport.maps import MapOutput
+        from vireport.maps.outputs import MapOutput
 
         asked = MapOutput(formats, command, templates, paper, figure_width_mm(figure_width, formats))
         _cells(file, output or default_folder(file), scheduler, workers, figures, asked, force, quiet, verbose)
@@ -316,10 +313,10 @@ def map_(
     refuse(context, "--over draws curves, and computes no cells", "scheduler", "workers", "figures")
     refuse_files_beside_json(context, "chart")
     loaded, _ = _read(file, set_)
-    from vireport.chart import chart_of
     from vireport.chart import outputs as charts
+    from vireport.chart.over import chart_of
     from vireport.cli.outputs import file_names
-    from vireport.study import provenance_of
+    from vireport.study.provenance import provenance_of
 
     width_mm, names = figure_width_mm(figure_width, formats), file_names(formats, charts.CHART_FILES)
     folder = output or default_folder(file, "-chart")
@@ -344,7 +341,8 @@ def _cells(
 ) -> None:  # fmt: skip
     """Compute a map file, or what is missing of it."""
     from vireport.cli.outputs import file_names
-    from vireport.maps import MAP_FILES, run_map
+    from vireport.maps.outputs import MAP_FILES
+    from vireport.maps.run import run_map
 
     require_writable(folder, file_names(asked.formats, MAP_FILES) if figures else (), force)
     try:
@@ -382,9 +380,10 @@ def optimise(
     refuse_files_beside_json(context, "result")
     loaded, _ = _read(scenario, set_)
     from vireport.cli.outputs import file_names, run_files
-    from vireport.optimise import optimise as search
-    from vireport.optimise import outputs, problem_of
-    from vireport.study import provenance_of
+    from vireport.optimise import outputs
+    from vireport.optimise.problem import problem_of
+    from vireport.optimise.search import optimise as search
+    from vireport.study.provenance import provenance_of
 
     problem, command, formats = problem_of(loaded), recorded(context), formats_of("optimise", format_)
     width_mm, provenance = figure_width_mm(figure_width, formats), provenance_of(loaded, command)
@@ -470,7 +469,7 @@ def verify(
 
     Files, the figures and accuracy.json, are written with -o only.
     """
-    from vireport.study import Task, refuse_special, require_reference
+    from vireport.study.plan import Task, refuse_special, require_reference
 
     if scenario is None and not extremes:
         raise UsageError("Missing argument 'SCENARIO' (only --extremes has a device of its own)")
@@ -482,7 +481,7 @@ def verify(
     require_reference()
     if extremes or loaded is None:
         refuse(context, "--extremes prints the cases", "output", "figure_width", "every")
-        from vireport.extremes import exit_status, run_catalogue, table_data, table_text
+        from vireport.extremes.catalogue import exit_status, run_catalogue, table_data, table_text
 
         with progress(quiet, verbose) as say:
             outcomes = run_catalogue(loaded, say)
@@ -523,7 +522,7 @@ def check(
 
     Computes nothing.
     """
-    from vireport.scenario import LoadedMap, load_any
+    from vireport.scenario.loading import LoadedMap, load_any
 
     formats, earlier = formats_of("check", format_), _earlier(scenario)
     try:
@@ -533,7 +532,7 @@ def check(
             else earlier.loaded(set_ or (), allow_outside)
         )
         if not isinstance(loaded, LoadedMap) and loaded.scenario.measured:
-            from vireport.study import require_records
+            from vireport.study.measured import require_records
 
             require_records(loaded)
     except ScenarioError as error:
@@ -542,7 +541,7 @@ def check(
         refused = {"valid": False, "kind": None, "mistakes": error.to_dicts(), "more": error.more, "steps": []}
         deliver(CommandOutcome(_json(refused), exit_code=error.exit_code))
         return
-    from vireport.gate import input_alerts
+    from vireport.gate.alerts import input_alerts
 
     alerts = input_alerts(loaded.scenario)
     if isinstance(loaded, LoadedMap):
@@ -551,7 +550,7 @@ def check(
         rows = [("cells", True, f"{loaded.block.cells:,} cells over {over}", "the file has a map block")]
         left_out: tuple[str, ...] = ()
     else:
-        from vireport.study import plan
+        from vireport.study.plan import plan
 
         name, kind = loaded.document.name, "scenario"
         planned = plan(loaded.scenario, formats)
@@ -574,11 +573,11 @@ def init(context: typer.Context, path: given.NewFile = NEW_FILE, schema: given.S
     if schema:
         if path != NEW_FILE:
             raise UsageError(f"--schema prints the schema: leave out {path}")
-        from vireport.scenario import schema as schema_of_scenarios
+        from vireport.scenario.json_schema import schema as schema_of_scenarios
 
         deliver(CommandOutcome(json_text(schema_of_scenarios(), indent=2, ascii_only=False) + "\n"))
         return
-    from vireport.scenario import init_text
+    from vireport.scenario.json_schema import init_text
 
     if path == "-":
         deliver(CommandOutcome(init_text()))
@@ -605,11 +604,11 @@ def _earlier(path: str) -> "Earlier | None":
     """The earlier run whose results.json or report a path is; None where it is that of a scenario."""
     if Path(path).suffix.lower() not in (".json", ".html", ".pdf"):
         return None  # what reads it need not be imported
-    from vireport.study import earlier_run
+    from vireport.study.earlier import earlier_run
 
     earlier = earlier_run(path)
     if earlier is not None:
-        from vireport.comparison import require_comparable
+        from vireport.comparison.baseline import require_comparable
 
         require_comparable(earlier.results, earlier.file)
     return earlier
@@ -622,6 +621,6 @@ def _read(
     earlier = _earlier(scenario)
     if earlier is not None:
         return earlier.loaded(overrides or (), allow_outside), earlier
-    from vireport.scenario import load
+    from vireport.scenario.loading import load
 
     return load(scenario, overrides or (), allow_outside), None

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.cli.options import output_option
 
 if TYPE_CHECKING:
-    from vireport.study import Task
+    from vireport.study.plan import Task
 
 PAGES = "html", "pdf"
 FIGURES = "png", "svg", "figure-pdf"
@@ -72,7 +72,7 @@ def formats_of(command: str, requested: list[str] | None) -> tuple[Task, ...]:
     UsageError
         For a word that is no format, a format that the command does not have, and where none is named.
     """
-    from vireport.study import Task
+    from vireport.study.plan import Task
 
     own = FORMATS[command]
     if not requested:

@@ -8,7 +8,7 @@ from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.cli.options import OptionPanel
 
 PROGRAM = "vireport"

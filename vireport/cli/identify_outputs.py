@@ -11,30 +11,29 @@ import numpy as np
 from msgspec import Struct, to_builtins
 from scipy.special import stdtrit  # type: ignore[import-untyped]
 
-from vireport.base import NumericalError, Progress, UsageError, WorkStep, portion
+from vireport.base.errors import NumericalError, UsageError
+from vireport.base.progress import Progress, WorkStep, portion
 from vireport.cli.outcome import CommandOutcome
-from vireport.design import Margin, MeasuredShare, design_point, measured_share
-from vireport.gate import record_alerts
-from vireport.measurement import (
-    OF_SHAKER,
-    Fitted,
-    Identification,
-    ShakerMotion,
-    Signals,
-    Unidentifiable,
-    Unknown,
-    answered,
-    inquiry_of,
-    read_record,
-    read_signals,
-    record_contents,
-    with_shaker,
-)
-from vireport.physics import RESTITUTIONS
-from vireport.scenario import DesignInput, Distribution, Loaded, Scenario, as_yaml, loads, percent_key, to_dict
-from vireport.study import json_bytes, provenance_of
-from vireport.text import Table, bounded, numbers, plain_text, significant, texts
-from vireport.wording import Words
+from vireport.design.margins import Margin
+from vireport.design.measured import MeasuredShare, measured_share
+from vireport.design.point import design_point
+from vireport.gate.alerts import record_alerts
+from vireport.measurement.flights import Unknown
+from vireport.measurement.identification import Fitted, Unidentifiable
+from vireport.measurement.inquiry import Identification, answered, inquiry_of
+from vireport.measurement.records import read_record, record_contents
+from vireport.measurement.shaker import ShakerMotion
+from vireport.measurement.signals import OF_SHAKER, Signals, read_signals, with_shaker
+from vireport.physics.device import RESTITUTIONS
+from vireport.scenario.blocks import Distribution, Scenario, percent_key, to_dict
+from vireport.scenario.loading import Loaded, loads
+from vireport.scenario.parameters import DesignInput
+from vireport.scenario.writing import as_yaml
+from vireport.study.provenance import provenance_of
+from vireport.study.results import json_bytes
+from vireport.text.formatting import bounded, significant
+from vireport.text.tables import Table, numbers, plain_text, texts
+from vireport.wording.templates import Words
 
 RECORD = "impacts.csv"
 """The impacts, beside the scenario of the device that made them."""
@@ -226,7 +225,7 @@ def _impacts_csv(signals: Signals) -> bytes:
 
 
 def _png(signals: Signals) -> bytes:
-    from vireport.figures import record_picture
+    from vireport.figures.record import record_picture
 
     return record_picture(signals).png
 

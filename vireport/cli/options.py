@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vireport.base import UsageError
-from vireport.text import visible
+from vireport.base.errors import UsageError
+from vireport.text.foreign import visible
 
 if TYPE_CHECKING:
-    from vireport.study import Task
+    from vireport.study.plan import Task
 
 
 class OptionPanel(StrEnum):
@@ -281,14 +281,14 @@ def figure_width_mm(text: str | None, formats: "tuple[Task, ...]") -> float | No
     number = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(mm|cm|in)?\s*", text)
     if number is None:
         raise UsageError(f"--figure-width: {text!r} is no width (allowed: a number with mm, cm or in, such as 86mm)")
-    from vireport.study import FIGURE_FORMATS
+    from vireport.study.plan import FIGURE_FORMATS
 
     if {"html", "pdf"} & set(formats) or not set(formats) & set(FIGURE_FORMATS):
         raise UsageError(
             "--figure-width: figures of a report are as wide as its page (give --format with "
             f"{', '.join(FIGURE_FORMATS)}, and neither html nor pdf)"
         )
-    from vireport.figures import Sheet
+    from vireport.figures.style import Sheet
 
     width_mm = float(number[1]) * {"mm": 1.0, "cm": 10.0, "in": 25.4}[number[2] or "mm"]
     Sheet.of(width_mm)  # refuses what is too narrow or too wide

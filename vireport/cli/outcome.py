@@ -14,14 +14,17 @@ from typing import TYPE_CHECKING, TextIO
 import typer
 from msgspec import Struct, field
 
-from vireport.base import UsageError, WorkStep, interrupts, write_files
-from vireport.text import visible
+from vireport.base import interrupts
+from vireport.base.errors import UsageError
+from vireport.base.files import write_files
+from vireport.base.progress import WorkStep
+from vireport.text.foreign import visible
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from vireport.base import Progress
-    from vireport.scenario import Loaded
+    from vireport.base.progress import Progress
+    from vireport.scenario.loading import Loaded
 
 REPORT = "report.html"
 """The file that a reader opens first."""
@@ -142,7 +145,7 @@ def tell(lines: Iterable[str], color: str = "") -> None:
 
 def tell_lacking(loaded: Loaded, formats: Iterable[str], quiet: bool) -> None:
     """Say before work begins what missing packages leave out or slow down, with the commands that install them."""
-    from vireport.study import plan
+    from vireport.study.plan import plan
 
     lines = plan(loaded.scenario, formats).lacking
     if lines and not quiet:

@@ -11,32 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from vireport.base import portion
+from vireport.base.progress import portion
 from vireport.cli.outcome import CommandOutcome
-from vireport.gate import unmet
-from vireport.scenario import Loaded
-from vireport.study import (
-    FIGURE_FORMATS,
-    FIGURES,
-    Provenance,
-    Study,
-    Task,
-    analyse,
-    branches_csv,
-    provenance_of,
-    results_json,
-    with_certificates,
-    with_pages,
-    worst_scenario,
-)
-from vireport.text import AlertCode
+from vireport.gate.evidence import unmet
+from vireport.scenario.loading import Loaded
+from vireport.study.plan import FIGURE_FORMATS, FIGURES, Task
+from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.results import branches_csv, worst_scenario
+from vireport.study.study import Study, analyse, results_json, with_certificates
+from vireport.text.alerts import AlertCode
 
 if TYPE_CHECKING:
-    from vireport.base import Progress
-    from vireport.comparison import Comparison
-    from vireport.figures import Picture
-    from vireport.study import Earlier
-    from vireport.text import Table
+    from vireport.base.progress import Progress
+    from vireport.comparison.comparison import Comparison
+    from vireport.figures.style import Picture
+    from vireport.study.earlier import Earlier
+    from vireport.text.tables import Table
 
 
 ANALYSED_SHARE = 0.9
@@ -114,13 +104,14 @@ def run_outcome(
         study = with_certificates(study)
     printed = ""
     if study.plan.runs(Task.GITHUB):
-        from vireport.report import github
+        from vireport.report.ci_formats import github
 
         printed = github(study)
     doubts = (alert.text for alert in study.alerts if alert.code in DOUBTFUL_INPUTS)
     summary, changes = "\n".join([*study.opening.worded(templates).lines, *doubts]), None
     if baseline is not None:
-        from vireport.comparison import changes_table, diff, diff_text
+        from vireport.comparison.baseline import diff
+        from vireport.comparison.diff_outputs import changes_table, diff_text
 
         changed = diff(baseline, study)
         summary, changes = f"{summary}\n{diff_text(changed)}", changes_table(changed)
@@ -155,13 +146,14 @@ def run_files(
     pictures = more
     if plan.runs(*FIGURES):
         say("drawing")
-        from vireport.figures import pictures as pictures_of
-        from vireport.figures import simulated_points
+        from vireport.figures.curves import simulated_points
+        from vireport.figures.pictures import pictures as pictures_of
 
         pictures = (*pictures_of(study, simulated_points(study), templates, width_mm=width_mm), *more)
     if plan.runs(Task.HTML, Task.PDF, *FIGURE_FORMATS):
         say("setting the report")
-        from vireport.report import Report, render_files
+        from vireport.report.context import Report
+        from vireport.report.rendering import render_files
 
         paged = plan.runs(Task.HTML, Task.PDF)
         origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
@@ -172,11 +164,12 @@ def run_files(
     else:
         files |= _data_files(study, provenance)
     if plan.runs(Task.JUNIT):
-        from vireport.report import junit
+        from vireport.report.ci_formats import junit
 
         files["junit.xml"] = junit(study, templates)
     if plan.runs(Task.MARKDOWN):
-        from vireport.report import Report, render_markdown
+        from vireport.report.context import Report
+        from vireport.report.rendering import render_markdown
 
         summary = Report(study, {}, provenance, changes, templates=templates, template="summary.md.j2")
         files["summary.md"] = render_markdown(summary, templates)
@@ -206,7 +199,7 @@ def compare_outcome(
     tables: bool = False,
 ) -> CommandOutcome:
     """The files of a comparison, and which scenario is best; with `tables`, the numbers on the terminal too."""
-    from vireport.comparison import COMPARISON_FILES, render_comparison, terminal_summary
+    from vireport.comparison.outputs import COMPARISON_FILES, render_comparison, terminal_summary
 
     files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
     stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
@@ -226,7 +219,7 @@ def _again(outcome: CommandOutcome, study: Study, earlier: Earlier | None) -> Co
     """The outcome with what differs from the results of the earlier run that the scenario comes from, if it does."""
     if earlier is None:
         return outcome
-    from vireport.comparison import rerun_text
+    from vireport.comparison.diff_outputs import rerun_text
 
     lines = (outcome.summary or outcome.failure, rerun_text(earlier.results, study, earlier.file))
     return replace(outcome, summary="\n".join(filter(None, lines)))
@@ -237,6 +230,6 @@ def _certificates(study: Study) -> str:
         return ""
     if study.solution.sweep is None:
         return "No critical point to prove: there is no sweep.\n"
-    from vireport.report import certify_text
+    from vireport.report.certificates import certify_text
 
     return certify_text(study.certificates, study.solution.sweep.parameter).rstrip() + "\n"

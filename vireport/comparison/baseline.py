@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.comparison.messages import Message, since_baseline
 from vireport.comparison.quantities import QuantityGroup, bound_in_d, compared_scenarios
 from vireport.comparison.table import Axes, ComparisonRow, axes_of, comparison_rows
-from vireport.study import SCHEMA_VERSION, Study, read_earlier, require_study
-from vireport.text import visible
+from vireport.study.earlier import read_earlier
+from vireport.study.results import SCHEMA_VERSION
+from vireport.study.study import Study, require_study
+from vireport.text.foreign import visible
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""

@@ -15,20 +15,24 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vireport.base import NumericalError, UsageError, WorkStep
+from vireport.base.errors import NumericalError, UsageError
+from vireport.base.progress import WorkStep
 from vireport.comparison.messages import Message
 from vireport.comparison.opening import comparison_opening
 from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, rank_studies, ranking_table, remarks
 from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.variants import Item, Variant, Vary, variants
-from vireport.scenario import to_dict
-from vireport.study import SCHEMA_VERSION, Study, Task, analyse, plan
-from vireport.text import html_table, visible
+from vireport.scenario.blocks import to_dict
+from vireport.study.plan import Task, plan
+from vireport.study.results import SCHEMA_VERSION
+from vireport.study.study import Study, analyse
+from vireport.text.foreign import visible
+from vireport.text.tables import html_table
 
 if TYPE_CHECKING:
-    from vireport.base import Progress
-    from vireport.gate import Opening
+    from vireport.base.progress import Progress
+    from vireport.gate.opening import Opening
 
 COMPARED_FIGURES = ("figure-2", "figure-4", "figure-7")
 """Figures that are drawn of each scenario, beside one another."""

@@ -6,12 +6,14 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from vireport.base import json_text
+from vireport.base.encoding import json_text
 from vireport.comparison.baseline import LONGEST_TEXT, RELATIVE, diff
 from vireport.comparison.messages import Message, before_and_after
 from vireport.comparison.table import ComparisonRow
-from vireport.study import Study
-from vireport.text import ABSENT, Table, exact, markdown_of, numbers, percent, texts, visible
+from vireport.study.study import Study
+from vireport.text.foreign import visible
+from vireport.text.formatting import ABSENT, exact, percent
+from vireport.text.tables import Table, markdown_of, numbers, texts
 
 OF_ONE_RUN = ("provenance", "overrides", "line", "left_out", "machine", "seconds")
 """Keys that are not compared value by value: where results come from, what formats leave out, and measured times."""

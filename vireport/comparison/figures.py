@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.comparison.comparison import (
     BESIDE_ONE_ANOTHER,
     COMPARED_FIGURES,
@@ -19,32 +19,16 @@ from vireport.comparison.comparison import (
 )
 from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import Merit
-from vireport.figures import (
-    SCENARIO_COLORS,
-    Color,
-    Drawing,
-    Picture,
-    Sheet,
-    about,
-    alt_text,
-    drawing_of,
-    drawn_for,
-    has_stable,
-    held,
-    letter_of,
-    literal,
-    overlay,
-    sheet,
-    shown_along,
-    simulated_points,
-    sweep_figure,
-    swept_range,
-    title_of,
-)
-from vireport.motions import Symmetry
-from vireport.scenario import Parameter
-from vireport.study import Task
-from vireport.text import capital
+from vireport.figures.captions import about, alt_text, held, shown_along, swept_range, title_of
+from vireport.figures.curves import simulated_points
+from vireport.figures.layout import letter_of
+from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
+from vireport.figures.style import Color, Picture, Sheet, drawn_for, literal, sheet
+from vireport.figures.sweeps import Drawing, drawing_of, sweep_figure
+from vireport.motions.motion import Symmetry
+from vireport.scenario.parameters import Parameter
+from vireport.study.plan import Task
+from vireport.text.formatting import capital
 
 PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 

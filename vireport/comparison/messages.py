@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from enum import StrEnum
 
 from vireport.comparison.quantities import STANDARD_ERRORS, ComparedQuantity
-from vireport.text import MOST_DIGITS, capital, percent, quantity, significant
+from vireport.text.formatting import MOST_DIGITS, capital, percent, quantity, significant
 
 TOLD_ONE_BY_ONE = 4
 """Scenarios up to which a sentence has the number of each."""

@@ -9,8 +9,9 @@ from collections.abc import Iterator, Sequence
 
 from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import FIRST, RANKED_DIGITS, VOLTAGES, Merit, Ranked, held_against
-from vireport.gate import Conclusion, Opening, OpeningFact, Said, Status, gravest
-from vireport.text import ABSENT, percent
+from vireport.gate.opening import Opening, OpeningFact, Said, gravest
+from vireport.gate.verdict import Conclusion, Status
+from vireport.text.formatting import ABSENT, percent
 
 GRAVE = Status.BAD, Status.CAUTION
 """What is said against scenarios, in one fact each."""

@@ -13,11 +13,13 @@ from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY,
 from vireport.comparison.messages import Message
 from vireport.comparison.ranking import ranking_table
 from vireport.comparison.variants import MOST_SCENARIOS
-from vireport.study import FIGURE_FORMATS, Provenance, Task, csv_bytes, json_bytes, provenance_of, with_pages
-from vireport.text import plain_text
+from vireport.study.plan import FIGURE_FORMATS, Task
+from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.results import csv_bytes, json_bytes
+from vireport.text.tables import plain_text
 
 if TYPE_CHECKING:
-    from vireport.base import Progress
+    from vireport.base.progress import Progress
 
 COMPARISON_FOLDER = "comparison"
 """Folder within the current one that a comparison is written to by default."""
@@ -88,13 +90,13 @@ def render_comparison(
     if formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
         say("drawing")
         from vireport.comparison.figures import compare_pictures
-        from vireport.figures import Sheet, drawn_for
+        from vireport.figures.style import Sheet, drawn_for
 
         with drawn_for(Sheet.of(width_mm)):
             drawn = compare_pictures(comparison)
         say("setting the report")
         from vireport.comparison.pages import ComparisonReport
-        from vireport.report import render_files
+        from vireport.report.rendering import render_files
 
         origin = with_pages(provenance, drawn=bool(drawn)) if formats & {"html", "pdf"} else provenance
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin, templates)
@@ -105,7 +107,7 @@ def render_comparison(
         files["compare.csv"] = compare_csv(comparison)
     if "markdown" in formats:
         from vireport.comparison.pages import ComparisonReport
-        from vireport.report import render_markdown
+        from vireport.report.rendering import render_markdown
 
         report = ComparisonReport(comparison, {}, provenance, templates, "comparison-summary.md.j2")
         files["summary.md"] = render_markdown(report, templates)

@@ -22,13 +22,15 @@ from vireport.comparison.messages import Message, digits_apart, listed
 from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import margins_table, ranking_table
 from vireport.comparison.table import ComparisonRow
-from vireport.gate import WordedOpening
-from vireport.scenario import Parameter
-from vireport.study import SWEEP_END, Provenance
-from vireport.text import ABSENT, Table, capital, numbers, percent, significant, texts, words, written
+from vireport.gate.opening import WordedOpening
+from vireport.scenario.parameters import Parameter
+from vireport.study.provenance import Provenance
+from vireport.study.results import SWEEP_END
+from vireport.text.formatting import ABSENT, capital, percent, significant, words, written
+from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
-    from vireport.figures import Picture
+    from vireport.figures.style import Picture
 
 
 TABLE_DIGITS = 6

@@ -15,11 +15,13 @@ from typing import Any, Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import brief
-from vireport.disturbances import NoRecovery
-from vireport.motions import Event, Stability
-from vireport.physics import Device, Harmonic
-from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
+from vireport.base.records import brief
+from vireport.disturbances.recovery import NoRecovery
+from vireport.motions.events import Event
+from vireport.motions.stability import Stability
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
 
 SAMPLED = 1e-5
 """Relative difference up to which extremes of a curve are the same: they are taken of its samples."""

@@ -14,12 +14,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.comparison.messages import Message, listed
-from vireport.design import DesignPoint, Margin
-from vireport.gate import Conclusion, Said, margin_said
-from vireport.scenario import DesignInput
-from vireport.shocks import Withstood
-from vireport.study import Study
-from vireport.text import ABSENT, Table, capital, numbers, percent, quantity, significant, texts, visible
+from vireport.design.margins import Margin
+from vireport.design.point import DesignPoint
+from vireport.gate.opening import Said, margin_said
+from vireport.gate.verdict import Conclusion
+from vireport.scenario.parameters import DesignInput
+from vireport.shocks.withstood import Withstood
+from vireport.study.study import Study
+from vireport.text.foreign import visible
+from vireport.text.formatting import ABSENT, capital, percent, quantity, significant
+from vireport.text.tables import Table, numbers, texts
 
 RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""

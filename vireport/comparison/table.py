@@ -15,8 +15,9 @@ from msgspec.structs import replace
 
 from vireport.comparison.messages import side_by_side
 from vireport.comparison.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
-from vireport.scenario import DesignInput, Parameter
-from vireport.text import significant, visible
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.text.foreign import visible
+from vireport.text.formatting import significant
 
 NO_DIFFERENCE = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made

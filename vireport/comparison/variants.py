@@ -11,9 +11,11 @@ from pathlib import Path
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Mistake, ScenarioError, UsageError
-from vireport.scenario import Loaded, Scenario, Source, as_texts, inputs, load, loads
-from vireport.study import Study
+from vireport.base.errors import Mistake, ScenarioError, UsageError
+from vireport.scenario.blocks import Scenario, inputs
+from vireport.scenario.loading import Loaded, Source, load, loads
+from vireport.scenario.overrides import as_texts
+from vireport.study.study import Study
 
 Item = Source | Loaded | Study
 Vary = Sequence[str] | Mapping[str, Sequence[object]]

@@ -13,14 +13,16 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.compliant.model import CompliantModel, compliant_model, free_flight
 from vireport.compliant.return_map import SUBSTEPS, Bounce, ReturnTrip, return_trip
-from vireport.design import Solution, stable_motion
-from vireport.motions import Event, Point
-from vireport.physics import Device, Membrane
-from vireport.scenario import Parameter, ScalarInput
-from vireport.simulation import BOTTOM, TOP
+from vireport.design.solution import Solution, stable_motion
+from vireport.motions.events import Event
+from vireport.motions.points import Point
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.scenario.parameters import Parameter, ScalarInput
+from vireport.simulation.events import BOTTOM, TOP
 
 Floats = NDArray[np.float64]
 

@@ -16,10 +16,15 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError
-from vireport.physics import Device, Groups, Harmonic, Membrane, contacts
-from vireport.scenario import Parameter
-from vireport.simulation import FLIGHT, VELOCITY, WALL, check_model, follow_one
+from vireport.base.errors import NumericalError
+from vireport.physics.contact import contacts
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import check_model, follow_one
+from vireport.simulation.kernel import FLIGHT, VELOCITY, WALL
 
 
 class CompliantModel(Struct, frozen=True, eq=False):

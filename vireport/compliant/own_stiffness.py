@@ -14,7 +14,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.compliant.descent import (
     MULTIPLIER,
     REPORTED,
@@ -27,10 +27,13 @@ from vireport.compliant.descent import (
     motion_to_follow,
     rigid_motion,
 )
-from vireport.design import Solution
-from vireport.motions import Event, Point
-from vireport.physics import Device, Membrane, by_wall
-from vireport.scenario import ScalarInput
+from vireport.design.solution import Solution
+from vireport.motions.events import Event
+from vireport.motions.points import Point
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.physics.groups import by_wall
+from vireport.scenario.parameters import ScalarInput
 
 LEAST_RESTITUTION = 0.1
 """Least r that is followed: the contact has ever more parts, and lasts ever longer, as it goes to 0."""

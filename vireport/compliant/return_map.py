@@ -20,11 +20,12 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.compliant.model import CompliantModel, contact_units
-from vireport.motions import flight_jacobian
-from vireport.physics import Harmonic, Wave, flight, force_rate, wave
-from vireport.simulation import BOTTOM, TOP
+from vireport.motions.stability import flight_jacobian
+from vireport.physics import flight
+from vireport.physics.forcing import Harmonic, Wave, force_rate, wave
+from vireport.simulation.events import BOTTOM, TOP
 
 Floats = NDArray[np.float64]
 

@@ -8,21 +8,17 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.design.point import DesignPoint, around_length
-from vireport.motions import BifurcationDiagram, Branch, Motions, Sweep, one_to_one_bounds
-from vireport.physics import (
-    ROUNDED,
-    UNIT,
-    Device,
-    Dielectric,
-    Membrane,
-    Rounded,
-    Voltages,
-    conversion,
-    infinite_where_undefined,
-    voltage_bounds,
-)
+from vireport.motions.branches import Branch
+from vireport.motions.diagram import BifurcationDiagram
+from vireport.motions.error_bounds import one_to_one_bounds
+from vireport.motions.one_to_one import Motions
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import Device
+from vireport.physics.energy import Dielectric, Membrane, Voltages, conversion
+from vireport.physics.numbers import ROUNDED, UNIT, Rounded, infinite_where_undefined
+from vireport.physics.voltage_bounds import voltage_bounds
 
 Floats = NDArray[np.float64]
 

@@ -10,21 +10,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief
-from vireport.motions import Orbits, find_motions
-from vireport.physics import (
-    AFFINE,
-    ARRAYS,
-    RESTITUTIONS,
-    Affine,
-    Device,
-    Restitutions,
-    between,
-    by_wall,
-    each,
-    magnitude,
-)
-from vireport.scenario import DesignInput, Parameter
+from vireport.base.records import brief
+from vireport.motions.orbits import Orbits
+from vireport.motions.pointwise import find_motions
+from vireport.physics.affine import AFFINE, Affine, between
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.groups import Restitutions, by_wall, each
+from vireport.physics.numbers import ARRAYS, magnitude
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -14,7 +14,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import NumericalError, brief
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
 from vireport.design.distortion import with_friction
 from vireport.design.distortion import with_harmonic as followed_with
 from vireport.design.lines import (
@@ -34,9 +35,13 @@ from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, motions_at
 from vireport.design.sensitivity import UNSURE
 from vireport.design.speed_law import constant, falling, with_law
-from vireport.motions import Event
-from vireport.physics import FLOATS, Device, Groups, Harmonic, stated, with_harmonic
-from vireport.scenario import CapsuleMotion, DesignInput, EffectBlock, LeftOut, Parameter
+from vireport.motions.events import Event
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic, with_harmonic
+from vireport.physics.groups import Groups, stated
+from vireport.physics.numbers import FLOATS
+from vireport.scenario.blocks import CapsuleMotion, EffectBlock, LeftOut
+from vireport.scenario.parameters import DesignInput, Parameter
 
 RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
 """Shares of the design value by which a device is moved away from the end, until it has stable motion to follow."""

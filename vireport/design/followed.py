@@ -9,22 +9,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.design.lines import LOSES_STABILITY, Line, along, extent, line_of, value_at
-from vireport.motions import (
-    STABILITIES,
-    Curve,
-    Event,
-    Motion,
-    PathPoint,
-    Stability,
-    classify,
-    follow,
-    multipliers,
-    point_bounds,
-)
-from vireport.physics import FLOATS, UNIT, Device
-from vireport.scenario import DesignInput, Parameter
+from vireport.motions.error_bounds import point_bounds
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.motions.paths import Curve, PathPoint, follow
+from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
+from vireport.physics.device import Device
+from vireport.physics.numbers import FLOATS, UNIT
+from vireport.scenario.parameters import DesignInput, Parameter
 
 FARTHEST = log(10)
 """Position along lines of lengths and forces up to which motions are followed: one that strikes the bottom alone is

@@ -17,34 +17,18 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.motions import (
-    Condition,
-    Curve,
-    Event,
-    Limits,
-    Motion,
-    Motions,
-    PathPoint,
-    Variation,
-    follow,
-    motion_at,
-    neighbours,
-    off,
-)
-from vireport.physics import (
-    FINEST_D,
-    FLOATS,
-    NO_GRAVITY,
-    RESTITUTIONS,
-    Device,
-    Groups,
-    Restitutions,
-    SpeedLaw,
-    by_wall,
-    each,
-    stated,
-)
-from vireport.scenario import DesignInput, Parameter
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.motions.one_to_one import Motions
+from vireport.motions.paths import Curve, PathPoint, follow
+from vireport.motions.periodicity import Variation
+from vireport.motions.points import motion_at
+from vireport.motions.switching import Limits, neighbours, off
+from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
+from vireport.physics.numbers import FLOATS
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 

@@ -15,28 +15,22 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.design.lines import LINES, Ending, Line, along, endings, mirrored, stable_ones, value_at
-from vireport.motions import (
-    DECIMALS,
-    Condition,
-    Event,
-    Motion,
-    Motions,
-    Point,
-    Solved,
-    Varied,
-    held_at_once,
-    in_decimals,
-    linearised,
-    one_to_one,
-    point_of,
-    solve_one_to_one,
-    stopped,
-)
-from vireport.physics import FLOATS, Device, Groups, Harmonic, Word, carried, force_rate, wave
-from vireport.scenario import DesignInput
-from vireport.text import percent
+from vireport.motions.conditions import Condition, held_at_once, stopped
+from vireport.motions.events import Event
+from vireport.motions.motion import Motion
+from vireport.motions.one_to_one import Motions
+from vireport.motions.periodicity import Varied, linearised
+from vireport.motions.points import Point, one_to_one, point_of, solve_one_to_one
+from vireport.motions.polish import DECIMALS, Solved, in_decimals
+from vireport.physics.device import Device, carried
+from vireport.physics.forcing import Harmonic, force_rate, wave
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import FLOATS
+from vireport.physics.word import Word
+from vireport.scenario.parameters import DesignInput
+from vireport.text.formatting import percent
 
 Floats = NDArray[np.float64]
 

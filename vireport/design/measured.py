@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import share_interval
+from vireport.base.shares import share_interval
 from vireport.design.devices import Floats, devices_off, stable_motions
 from vireport.design.tolerances import DEVIATIONS, sample_steps
-from vireport.physics import Device
-from vireport.scenario import DesignInput, Distribution
+from vireport.physics.device import Device
+from vireport.scenario.blocks import Distribution
+from vireport.scenario.parameters import DesignInput
 
 SAMPLES, FEWER = 4096, 1024
 """Devices of which the share is told, and those that a further measurement is tried on; powers of two."""

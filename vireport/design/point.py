@@ -10,40 +10,26 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.design.distortion import Distortion, distortions
 from vireport.design.lines import line_of, mirrored, reach
 from vireport.design.margins import SAME_POINT, Margin, margin_at, margins_of, nearest_first
 from vireport.design.speed_law import constant, motions_under_law
-from vireport.motions import (
-    FARTHEST,
-    NO_TOLERANCE,
-    BifurcationDiagram,
-    Branch,
-    Event,
-    Friction,
-    Motions,
-    Point,
-    Sweep,
-    Symmetry,
-    find_motions,
-    in_decimals,
-    motions_of,
-    orbits,
-    place_at,
-    place_of,
-    settable,
-)
-from vireport.physics import (
-    NO_GRAVITY,
-    Conversion,
-    Device,
-    Restitutions,
-    SpeedLaw,
-    Voltages,
-)
-from vireport.scenario import DesignInput, Parameter, ScalarInput
-from vireport.text import quantity, significant
+from vireport.motions.branches import Branch
+from vireport.motions.diagram import BifurcationDiagram
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.one_to_one import Motions, motions_of
+from vireport.motions.orbits import Friction, orbits
+from vireport.motions.points import Point, place_at, place_of
+from vireport.motions.pointwise import find_motions
+from vireport.motions.polish import FARTHEST, in_decimals
+from vireport.motions.sweep import NO_TOLERANCE, Sweep, settable
+from vireport.physics.device import NO_GRAVITY, Device
+from vireport.physics.energy import Conversion, Voltages
+from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
+from vireport.text.formatting import quantity, significant
 
 Floats = NDArray[np.float64]
 
@@ -160,7 +146,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
         """The motions and the margins, for a notebook."""
         from html import escape  # only here: it reads the names of all characters
 
-        from vireport.text import html_table
+        from vireport.text.tables import html_table
 
         motions, volts = self.motions, self.voltages_by_motion
         numbers = (motions.q, motions.phi_bottom, motions.velocity_bottom, motions.velocity_top)

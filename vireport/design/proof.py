@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.design.devices import (
     OTHER_SYMBOLS,
     Floats,
@@ -32,16 +32,12 @@ from vireport.design.devices import (
     Region,
     stable_motions,
 )
-from vireport.motions import TRACE_LEVELS, Event, Orbits, lap_decay, return_trace
-from vireport.physics import (
-    AFFINE,
-    AFFINE_ROUNDING,
-    Affine,
-    Flight,
-    between,
-    by_wall,
-    each,
-)
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.orbits import Orbits
+from vireport.motions.stability import lap_decay, return_trace
+from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
+from vireport.physics.flight import Flight
+from vireport.physics.groups import by_wall, each
 
 TIME = -1
 """The symbol of time; those before it and after the factors' are of how far the motion is from its prediction."""

@@ -11,28 +11,17 @@ from numpy.typing import NDArray
 
 from vireport.design.margins import OwnGroups
 from vireport.design.point import motions_at
-from vireport.motions import (
-    UNSTABLE,
-    Friction,
-    Motions,
-    classify,
-    find_motions,
-    lap_decay,
-    linearised,
-    motion_at,
-    orbits,
-)
-from vireport.physics import (
-    SMALLEST_RESTITUTION,
-    Device,
-    Membrane,
-    by_wall,
-    contacts,
-    each,
-    stated,
-    voltages,
-)
-from vireport.scenario import DesignInput, Parameter
+from vireport.motions.one_to_one import Motions
+from vireport.motions.orbits import Friction, orbits
+from vireport.motions.periodicity import linearised
+from vireport.motions.points import motion_at
+from vireport.motions.pointwise import find_motions
+from vireport.motions.stability import UNSTABLE, classify, lap_decay
+from vireport.physics.contact import SMALLEST_RESTITUTION, contacts
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane, voltages
+from vireport.physics.groups import by_wall, each, stated
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.design.bounds import Bounds, bounds_of
 from vireport.design.lines import mirrored
 from vireport.design.point import (
@@ -21,31 +21,24 @@ from vireport.design.point import (
     stable_ranges,
     with_distortions,
 )
-from vireport.motions import (
-    BifurcationDiagram,
-    Branch,
-    Motions,
-    Point,
-    Sweep,
-    TableRow,
-    impact_velocities,
-    solve,
-    table,
-)
-from vireport.physics import (
-    RESTITUTIONS,
-    Device,
+from vireport.motions.branches import Branch
+from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
+from vireport.motions.one_to_one import Motions, impact_velocities
+from vireport.motions.points import Point
+from vireport.motions.sweep import Sweep
+from vireport.physics.device import RESTITUTIONS, Device, Shaker
+from vireport.physics.energy import (
     Fitting,
     Membrane,
     MembraneStretch,
-    Shaker,
     Voltages,
     conversion,
     fitting,
     stretch_of,
     voltages,
 )
-from vireport.scenario import DesignInput, Parameter, TolerancesBlock
+from vireport.scenario.blocks import TolerancesBlock
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 

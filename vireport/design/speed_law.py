@@ -15,27 +15,21 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.design.lines import Followed, Line, along, carried, mirrored
-from vireport.motions import (
-    FARTHEST,
-    SAME,
-    Curve,
-    Event,
-    Limits,
-    Motion,
-    Motions,
-    PathPoint,
-    Solved,
-    follow,
-    in_decimals,
-    motion_at,
-    neighbours,
-    off,
-    solve_motion,
-)
-from vireport.physics import FLOATS, Device, Groups, Restitutions, SpeedLaw, Word, flight, stated
-from vireport.scenario import Parameter
+from vireport.motions.events import Event
+from vireport.motions.motion import SAME, Motion
+from vireport.motions.one_to_one import Motions
+from vireport.motions.paths import Curve, PathPoint, follow
+from vireport.motions.points import motion_at
+from vireport.motions.polish import FARTHEST, Solved, in_decimals, solve_motion
+from vireport.motions.switching import Limits, neighbours, off
+from vireport.physics import flight
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw, stated
+from vireport.physics.numbers import FLOATS
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 
@@ -212,8 +206,10 @@ def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bo
 
 def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
     """The 1:1 motions that a ball comes to which lies on the bottom membrane when the force sets in."""
-    from vireport.atlas import motion_of_cycle
-    from vireport.simulation import BOTTOM, Impact, find_attractor, presses
+    from vireport.atlas.cycles import motion_of_cycle
+    from vireport.simulation.attractors import find_attractor
+    from vireport.simulation.events import BOTTOM, Impact
+    from vireport.simulation.release import presses
 
     groups = curve.model.at((curve.high,))
     for press in presses(groups):

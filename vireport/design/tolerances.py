@@ -11,7 +11,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import brief, share_interval
+from vireport.base.records import brief
+from vireport.base.shares import share_interval
 from vireport.design.devices import (
     Floats,
     Mask,
@@ -26,8 +27,10 @@ from vireport.design.proof import (
     Proof,
     prove_region,
 )
-from vireport.physics import RESTITUTIONS, Device, Membrane, voltages
-from vireport.scenario import DesignInput, Distribution, Parameter
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.energy import Membrane, voltages
+from vireport.scenario.blocks import Distribution
+from vireport.scenario.parameters import DesignInput, Parameter
 
 SEED = 0
 """Seed of the random devices, fixed so that equal inputs give an equal yield."""

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import brief
-from vireport.design import FollowedMotion, Solution, followed_motion
+from vireport.base.records import brief
+from vireport.design.followed import FollowedMotion, followed_motion
+from vireport.design.solution import Solution
 from vireport.disturbances.from_rest import (
     RAMPS,
     Destination,
@@ -22,13 +23,14 @@ from vireport.disturbances.from_rest import (
     switched_on,
 )
 from vireport.disturbances.recovery import NoRecovery, Recovery, recovery_of
-from vireport.motions import SAME
-from vireport.physics import Groups
-from vireport.scenario import DesignInput, DisturbancesBlock, Parameter
+from vireport.motions.motion import SAME
+from vireport.physics.groups import Groups
+from vireport.scenario.blocks import DisturbancesBlock
+from vireport.scenario.parameters import DesignInput, Parameter
 
 if TYPE_CHECKING:
     from vireport.disturbances.windows import Edge, OutcomeRange, Window
-    from vireport.simulation import Cycle
+    from vireport.simulation.cycles import Cycle
 
 WIDEST = 0.5
 """How far from the design value it is looked for where a window ends, over that value, where no sweep says how far."""
@@ -178,7 +180,7 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
     """The stable motions that some starts come to; without the compiler the first that is found."""
     if solution.device.rubs:
         return ()
-    from vireport.atlas import motion_of_cycle
+    from vireport.atlas.cycles import motion_of_cycle
     from vireport.disturbances.by_starts import cycles_by_starts
 
     found: list[FollowedMotion] = []
@@ -195,7 +197,7 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
 
 def _followed(solution: Solution, cycle: Cycle) -> FollowedMotion | None:
     """A motion that was simulated, as its equations have it."""
-    from vireport.atlas import motion_of_cycle
+    from vireport.atlas.cycles import motion_of_cycle
 
     swept = solution.sweep.parameter if solution.sweep is not None else Parameter.LENGTH
     return followed_motion(solution.device, motion_of_cycle(cycle, 0.0), DesignInput(swept))

@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vireport.physics import Groups
-from vireport.simulation import RUNNING, Cycle, approached, check_model, even_starts, follow_one, start_speed
+from vireport.physics.groups import Groups
+from vireport.simulation.cycles import Cycle, approached
+from vireport.simulation.events import check_model, follow_one
+from vireport.simulation.kernel import RUNNING
+from vireport.simulation.starts import even_starts, start_speed
 
 FEW = 6, 48
 """Starts and impacts of each without the compiler, some 4 ms in all: at 246 random devices with such a motion

@@ -21,32 +21,15 @@ from numpy.typing import NDArray
 
 from vireport.disturbances.ramp import State, ramped
 from vireport.disturbances.recovery import largest_modulus
-from vireport.motions import Motions
-from vireport.physics import Groups, word_name, wrapped
-from vireport.simulation import (
-    BOTTOM,
-    CREEPING,
-    FLIGHT,
-    PHASE,
-    REST,
-    RIDING,
-    RUNNING,
-    SETTLING,
-    TURN,
-    VELOCITY,
-    WALL,
-    Cycle,
-    Outcome,
-    Press,
-    approached,
-    chain_growth,
-    check_model,
-    find_attractor,
-    follow_one,
-    presses,
-    rest_cycle,
-    start_of,
-)
+from vireport.motions.one_to_one import Motions
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import wrapped
+from vireport.physics.word import word_name
+from vireport.simulation.attractors import Outcome, find_attractor
+from vireport.simulation.cycles import Cycle, approached, chain_growth, rest_cycle
+from vireport.simulation.events import BOTTOM, check_model, follow_one, start_of
+from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
+from vireport.simulation.release import Press, presses
 
 Floats = NDArray[np.float64]
 

@@ -9,11 +9,14 @@ from __future__ import annotations
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.disturbances.from_rest import Destination, FromRest, rested
-from vireport.motions import Sweep
-from vireport.physics import Groups
-from vireport.simulation import BOTTOM, REST, RUNNING, Cycle, approached, as_start, check_model, follow_one, presses
+from vireport.motions.sweep import Sweep
+from vireport.physics.groups import Groups
+from vireport.simulation.cycles import Cycle, approached
+from vireport.simulation.events import BOTTOM, as_start, check_model, follow_one
+from vireport.simulation.kernel import REST, RUNNING
+from vireport.simulation.release import presses
 
 VALUES = 21
 """Values along a sweep, its ends among them: 30 to 60 ms for the paper's sweeps, and 150 ms where all is chaotic."""

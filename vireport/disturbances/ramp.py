@@ -10,19 +10,11 @@ from math import ceil, cos, floor, inf, nextafter, pi, sin
 
 import numpy as np
 
-from vireport.physics import Groups, flight, wave
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    PHASE,
-    RIDING,
-    SETTLING,
-    TURN,
-    VELOCITY,
-    WALL,
-    check_model,
-    follow_one,
-)
+from vireport.physics import flight
+from vireport.physics.forcing import wave
+from vireport.physics.groups import Groups
+from vireport.simulation.events import BOTTOM, check_model, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
 
 State = tuple[float, float, float, float]
 """Wall (0 in flight), position [x_c], velocity before the impact, or in flight [y_c], and phase [rad]."""
@@ -81,7 +73,7 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
     if held[last] >= left and held[last] > 0:
         return hit, 0.0, 0.0, phase  # at rest, or in hops that are too low to tell
     if friction is not None:
-        from vireport.simulation import moved_on
+        from vireport.simulation.stops import moved_on
 
         z, v = moved_on(model, row, start[1], left)
         return 0.0, _inside(z * amplitude, d), v * amplitude, phase % TURN

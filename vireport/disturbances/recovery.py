@@ -9,9 +9,9 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.design import Solution
-from vireport.motions import discriminant
-from vireport.physics import FUNCTION, UNIT
+from vireport.design.solution import Solution
+from vireport.motions.stability import discriminant
+from vireport.physics.numbers import FUNCTION, UNIT
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def largest_modulus(trace: Floats, decay: Floats | float) -> Floats:
 
 
 def recovery_of(solution: Solution) -> Recovery | NoRecovery:
-    """Time in which the slowest stable 1:1 motion at the design point recovers: ln 100/(-ln |multiplier|) periods.
+    """Time in which the slowest stable 1:1 motion at the design point recovers: `ln 100/(-ln |multiplier|)` periods.
 
     Of the multipliers the larger counts: the other part of a disturbance dies out sooner. A disturbance that is not
     small may take longer, or not die out at all.

@@ -15,12 +15,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.disturbances.from_rest import FromRest, from_rest, targets_of
-from vireport.motions import PointwiseMotions, find_motions, lap_decay
-from vireport.physics import Device, Groups, each
-from vireport.scenario import Parameter, ScalarInput
-from vireport.simulation import TURN
+from vireport.motions.pointwise import PointwiseMotions, find_motions
+from vireport.motions.stability import lap_decay
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, each
+from vireport.scenario.parameters import Parameter, ScalarInput
+from vireport.simulation.kernel import TURN
 
 Floats = NDArray[np.float64]
 

@@ -15,35 +15,24 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, Progress, ReadingPlace, UsageError, brief
-from vireport.design import Solution, solution_of, stable_motion
+from vireport.base.errors import NumericalError, UsageError
+from vireport.base.progress import Progress
+from vireport.base.reading import ReadingPlace
+from vireport.base.records import brief
+from vireport.design.solution import Solution, solution_of, stable_motion
 from vireport.driven.means import Mean, batched, parts_of
-from vireport.measurement import (
-    Recording,
-    ShakerFinding,
-    ShakerMotion,
-    read_recording,
-    shaken,
-    shaker_findings,
-    shaker_of,
-)
-from vireport.motions import impact_velocities
-from vireport.physics import Cubics, Device, Membrane, Word, deflection, energy_gained, generated_voltage
-from vireport.scenario import Parameter
-from vireport.simulation import (
-    FLIGHT,
-    PHASE,
-    RIDING,
-    SETTLING,
-    TURN,
-    VELOCITY,
-    WALL,
-    Impact,
-    check_model,
-    check_start,
-    follow_one,
-)
-from vireport.text import visible
+from vireport.measurement.recordings import Recording, read_recording
+from vireport.measurement.shaker import ShakerFinding, ShakerMotion, shaker_findings
+from vireport.measurement.signals import shaken, shaker_of
+from vireport.motions.one_to_one import impact_velocities
+from vireport.physics.cubics import Cubics
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane, deflection, energy_gained, generated_voltage
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
+from vireport.text.foreign import visible
 
 Floats = NDArray[np.float64]
 

@@ -6,19 +6,20 @@ from collections.abc import Sequence
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
-from vireport.base import NumericalError, WorkStep
-from vireport.design import SMALLEST_LOSS
+from vireport.base.errors import NumericalError
+from vireport.base.progress import WorkStep
+from vireport.design.solution import SMALLEST_LOSS
 from vireport.extremes.critical import critical_rows
 from vireport.extremes.harvester import harvester_of
 from vireport.extremes.motions import motion_rows
 from vireport.extremes.rows import Case, CaseOutcome, CaseVerdict, run
 from vireport.extremes.simulation import simulation_rows
-from vireport.physics import RESTITUTIONS
-from vireport.scenario import Loaded
-from vireport.text import Column, Table, plain_table
+from vireport.physics.device import RESTITUTIONS
+from vireport.scenario.loading import Loaded
+from vireport.text.tables import Column, Table, plain_table
 
 if TYPE_CHECKING:
-    from vireport.base import Progress
+    from vireport.base.progress import Progress
 
 COLUMNS = (Column("case", width=42), Column("found", width=44), Column("error", width=14), Column("verdict", width=14))
 """Columns of the table; with two spaces between them a line is 120 characters."""

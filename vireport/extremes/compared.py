@@ -10,11 +10,16 @@ from msgspec import Struct
 
 from vireport.checks import reference as exact
 from vireport.extremes.rows import BOUND, CaseFinding, WrongAnswerError
-from vireport.motions import Event, Motions, Point, Symmetry
-from vireport.physics import Device, by_wall, each, wrapped
-from vireport.scenario import Parameter
-from vireport.study import Study
-from vireport.text import AlertCode
+from vireport.motions.events import Event
+from vireport.motions.motion import Symmetry
+from vireport.motions.one_to_one import Motions
+from vireport.motions.points import Point
+from vireport.physics.device import Device
+from vireport.physics.groups import by_wall, each
+from vireport.physics.numbers import wrapped
+from vireport.scenario.parameters import Parameter
+from vireport.study.study import Study
+from vireport.text.alerts import AlertCode
 
 SPACING = 2.220446049250313e-16
 """Spacing of doubles at 1."""

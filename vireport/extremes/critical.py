@@ -11,9 +11,13 @@ from vireport.checks import reference as exact
 from vireport.extremes.compared import SPACING, exact_value, examine, motion_errors, point_errors
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.rows import Case, CaseFinding, NotThereError, WrongAnswerError
-from vireport.motions import Event, Motions, Point, motions_of, sample
-from vireport.physics import by_wall, each, wrapped
-from vireport.scenario import Parameter
+from vireport.motions.events import Event
+from vireport.motions.level_curve import sample
+from vireport.motions.one_to_one import Motions, motions_of
+from vireport.motions.points import Point
+from vireport.physics.groups import by_wall, each
+from vireport.physics.numbers import wrapped
+from vireport.scenario.parameters import Parameter
 
 SLIGHT = 0.01
 """gbar at which the pitchfork has opened into a fold that lies apart from it."""

@@ -7,10 +7,15 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import json_text, plain
-from vireport.physics import RESTITUTIONS, Device, Groups, Membrane
-from vireport.scenario import Loaded, Parameter, loads
-from vireport.study import Study, Task, analyse
+from vireport.base.encoding import json_text
+from vireport.base.records import plain
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.energy import Membrane
+from vireport.physics.groups import Groups
+from vireport.scenario.loading import Loaded, loads
+from vireport.scenario.parameters import Parameter
+from vireport.study.plan import Task
+from vireport.study.study import Study, analyse
 
 WIDE = (0.02, 3.0)
 """Range of d in which 1:1 motions begin and end."""

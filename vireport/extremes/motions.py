@@ -13,10 +13,12 @@ from vireport.checks import reference as exact
 from vireport.extremes.compared import SPACING, examine, require_finite
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.rows import BOUND, Case, CaseFinding, WrongAnswerError
-from vireport.physics import NO_GRAVITY, Restitutions, by_wall, impact_speed, voltages
-from vireport.scenario import DRIVING, Parameter
-from vireport.study import Study
-from vireport.text import AlertCode
+from vireport.physics.device import NO_GRAVITY
+from vireport.physics.energy import impact_speed, voltages
+from vireport.physics.groups import Restitutions, by_wall
+from vireport.scenario.parameters import DRIVING, Parameter
+from vireport.study.study import Study
+from vireport.text.alerts import AlertCode
 
 NEARLY_LOSSLESS = 1e-8
 """Bound at r = 1 - 1e-6, where rounding is magnified by 1/(1-r)."""

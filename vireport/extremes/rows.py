@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from time import perf_counter
 from typing import Any, NamedTuple
 
-from vireport.base import VireportError, install_command
+from vireport.base.errors import VireportError, install_command
 
 BOUND = 1e-11
 """Relative error that an answer may have where nothing is degenerate; most stay below 1e-13."""

@@ -11,25 +11,9 @@ from vireport.checks import reference as exact
 from vireport.extremes.compared import SPACING, require_finite
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.rows import Case, CaseFinding, WrongAnswerError
-from vireport.physics import Groups, each
-from vireport.simulation import (
-    BOTTOM,
-    FLIGHT,
-    FREE,
-    PHASE,
-    REST,
-    RIDING,
-    RUNNING,
-    SETTLING,
-    TOP,
-    VELOCITY,
-    WALL,
-    Impact,
-    InFlight,
-    check_model,
-    check_start,
-    follow_one,
-)
+from vireport.physics.groups import Groups, each
+from vireport.simulation.events import BOTTOM, TOP, Impact, InFlight, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, VELOCITY, WALL
 
 FLIGHT_BOUND = 1e-13
 """Relative error of a flight time where the ball does not nearly graze."""

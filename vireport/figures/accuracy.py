@@ -12,22 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
-from vireport.checks import (
-    ACCURACIES,
-    CLOSED,
-    EXPLICIT,
-    METHOD_NAMES,
-    PRINTED,
-    RK4,
-    SIMULATED,
-    SIMULATED_TRANSIENT,
-    WHOLE,
-    MethodRun,
-    WorkPrecision,
-    power,
-    seconds,
-    task_name,
-)
+from vireport.checks.accuracy_tables import power, seconds, task_name
+from vireport.checks.methods import CLOSED, EXPLICIT, METHOD_NAMES, PRINTED, RK4, SIMULATED, SIMULATED_TRANSIENT, WHOLE
+from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision
 from vireport.figures.captions import pictured
 from vireport.figures.layout import (
     Entry,
@@ -46,8 +33,8 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.study import Task
-from vireport.text import factor_text
+from vireport.study.plan import Task
+from vireport.text.formatting import factor_text
 
 LOOKS: dict[str, Look] = {
     CLOSED: {"color": Color.VERMILION, "marker": "*", "markersize": 8.0, "linestyle": "-", "linewidth": 1.8},

@@ -14,9 +14,11 @@ from vireport.figures.curves import Floats, Stretch, stretches, swept_solution
 from vireport.figures.layout import blank, finished, fit_vertically, round_ticks
 from vireport.figures.style import Color, Look, Picture, sheet, style
 from vireport.figures.sweeps import ALIKE, BOTTOM, EVENT_LINE, TOP, of_stability
-from vireport.motions import Point, impact_velocities
-from vireport.study import Study, Task
-from vireport.text import percent
+from vireport.motions.one_to_one import impact_velocities
+from vireport.motions.points import Point
+from vireport.study.plan import Task
+from vireport.study.study import Study
+from vireport.text.formatting import percent
 
 HEIGHT = 2.9
 """Height of the panel with its ticks and labels [in]."""

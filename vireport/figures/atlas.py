@@ -32,16 +32,13 @@ from vireport.figures.style import (
     sheet,
     style,
 )
-from vireport.motions import (
-    Atlas,
-    Family,
-    Point,
-    generation,
-    ladder,
-)
-from vireport.physics import Membrane
-from vireport.study import Study, Task
-from vireport.text import PREFIXES
+from vireport.motions.families import Atlas, Family
+from vireport.motions.generation import generation, ladder
+from vireport.motions.points import Point
+from vireport.physics.energy import Membrane
+from vireport.study.plan import Task
+from vireport.study.study import Study
+from vireport.text.formatting import PREFIXES
 
 HEIGHT, RUNG_HEIGHT = 4.6, 2.0
 """Heights of the atlas with its axes, and of a panel of the ladder with its letter [in]."""

@@ -13,9 +13,9 @@ from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.shocks import HEIGHT, OTHERS, OWN
 from vireport.figures.style import Look, Picture, Pixel, style
-from vireport.shocks import Basins
-from vireport.simulation import BOTTOM
-from vireport.study import Task
+from vireport.shocks.basin import Basins
+from vireport.simulation.events import BOTTOM
+from vireport.study.plan import Task
 
 MOTION: Look = {
     "color": Pixel.BLACK,

@@ -22,12 +22,14 @@ from vireport.figures.curves import (
     swept_solution,
 )
 from vireport.figures.style import Picture
-from vireport.motions import eigenvalues
-from vireport.physics import RESTITUTIONS, Device
-from vireport.scenario import DRIVING, Approach, DesignInput, Parameter
-from vireport.study import Study, Task
-from vireport.text import exact, scaled
-from vireport.wording import Words
+from vireport.motions.stability import eigenvalues
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.scenario.blocks import Approach
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
+from vireport.study.plan import Task
+from vireport.study.study import Study
+from vireport.text.formatting import exact, scaled
+from vireport.wording.templates import Words
 
 LAMBDA_LIMIT = 1.6
 """Size of the eigenvalues up to which figure 4 shows them; beyond, how unstable a motion is does not matter."""

@@ -12,19 +12,18 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.design import Solution
-from vireport.motions import (
-    Branch,
-    Motions,
-    Point,
-    Stability,
-    Sweep,
-)
-from vireport.physics import Voltages, deflection, generated_voltage
-from vireport.study import Study, require_study
+from vireport.design.solution import Solution
+from vireport.motions.branches import Branch
+from vireport.motions.one_to_one import Motions
+from vireport.motions.points import Point
+from vireport.motions.stability import Stability
+from vireport.motions.sweep import Sweep
+from vireport.physics.energy import Voltages, deflection, generated_voltage
+from vireport.study.study import Study, require_study
 
 if TYPE_CHECKING:
-    from vireport.simulation import Attractor, Cycle
+    from vireport.simulation.attractors import Attractor
+    from vireport.simulation.cycles import Cycle
 
 Floats = NDArray[np.float64]
 DrawnCurve = tuple[Floats, Floats]

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks, title
 from vireport.figures.style import DASHED, Color, Look, Picture, sheet, style
-from vireport.physics import ElectricalCycle, Membrane, cycle_of
-from vireport.study import Study, Task
-from vireport.text import PREFIXES, quantity
+from vireport.physics.energy import ElectricalCycle, Membrane, cycle_of
+from vireport.study.plan import Task
+from vireport.study.study import Study
+from vireport.text.formatting import PREFIXES, quantity
 
 PLACES = "bottom", "top"
 

@@ -39,11 +39,13 @@ from vireport.figures.style import (
     sheet,
     style,
 )
-from vireport.motions import ball_path, model_of
-from vireport.physics import ARRAYS
-from vireport.scenario import Parameter
-from vireport.study import Study, Task
-from vireport.text import exact, scaled
+from vireport.motions.one_to_one import ball_path
+from vireport.motions.points import model_of
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.parameters import Parameter
+from vireport.study.plan import Task
+from vireport.study.study import Study
+from vireport.text.formatting import exact, scaled
 
 HEIGHT = 2.9
 """Height of the panels with their ticks and labels [in]."""
@@ -98,7 +100,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
     motions = design.motions
     stable = motions.admissible_mask & motions.stable_mask
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
-        from vireport.atlas import portrait_of
+        from vireport.atlas.cycles import portrait_of
 
         _, motion = others[0]
         portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")

@@ -37,11 +37,12 @@ from vireport.figures.style import (
     style,
 )
 from vireport.figures.sweeps import NO_MOTION, Drawing, drawing_of
-from vireport.simulation import Outcome
-from vireport.study import Study, Task
+from vireport.simulation.attractors import Outcome
+from vireport.study.plan import Task
+from vireport.study.study import Study
 
 if TYPE_CHECKING:
-    from vireport.simulation import Diagram
+    from vireport.simulation.attractors import Diagram
 
 WITHOUT_IMPACTS = Outcome.REST, Outcome.HELD, Outcome.FREE
 """Ways to end of which a diagram shows nothing."""

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from vireport.driven import Driven
+from vireport.driven.driven import Driven
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished, letter_of, title
 from vireport.figures.style import DASHED, Color, Look, Picture, style
-from vireport.study import Task
+from vireport.study.plan import Task
 
 HEIGHT = 4.2
 """Height of both panels with their ticks and labels [in]."""

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vireport.checks import Hysteresis
+from vireport.checks.hysteresis import Hysteresis
 from vireport.figures.captions import conditions, held, measured_shown, pictured
 from vireport.figures.curves import DrawnCurve, joined
 from vireport.figures.diagram import one_to_one_curves
@@ -29,10 +29,11 @@ from vireport.figures.style import (
     style,
 )
 from vireport.figures.sweeps import Drawing, drawing_of
-from vireport.scenario import Direction
-from vireport.simulation import Course, Jump
-from vireport.study import Study, Task
-from vireport.text import significant
+from vireport.scenario.blocks import Direction
+from vireport.simulation.following import Course, Jump
+from vireport.study.plan import Task
+from vireport.study.study import Study
+from vireport.text.formatting import significant
 
 HEIGHT = 3.8
 """Height of the panel [in]."""

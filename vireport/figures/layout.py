@@ -25,14 +25,9 @@ from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
 from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
 from vireport.figures.vector import PER_INCH, LayoutCanvas
-from vireport.motions import Sweep
-from vireport.scenario import Parameter
-from vireport.text import (
-    MINUS,
-    PREFIXES,
-    TIMES,
-    significant,
-)
+from vireport.motions.sweep import Sweep
+from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import MINUS, PREFIXES, TIMES, significant
 
 Entry = tuple[str, Look]
 """A line of a legend: a name, and the look of its line or marker."""

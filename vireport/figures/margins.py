@@ -7,7 +7,7 @@ from textwrap import fill
 
 from matplotlib.figure import Figure
 
-from vireport.design import Margin
+from vireport.design.margins import Margin
 from vireport.figures.captions import pictured
 from vireport.figures.layout import blank, finished
 from vireport.figures.style import (
@@ -17,8 +17,9 @@ from vireport.figures.style import (
     sheet,
     style,
 )
-from vireport.scenario import DesignInput
-from vireport.study import Study, Task
+from vireport.scenario.parameters import DesignInput
+from vireport.study.plan import Task
+from vireport.study.study import Study
 
 BESIDE_NAMES = 0.6
 """Share of a panel's width that the names of inputs leave to the bars."""

@@ -13,11 +13,11 @@ from msgspec import Struct
 from vireport.figures.curves import TURN, Floats, joined
 from vireport.figures.layout import Entry
 from vireport.figures.style import Color, Look
-from vireport.motions import eigenvalues
-from vireport.scenario import Approach
+from vireport.motions.stability import eigenvalues
+from vireport.scenario.blocks import Approach
 
 if TYPE_CHECKING:
-    from vireport.study import MeasuredAt, ShownImpacts
+    from vireport.study.measured import MeasuredAt, ShownImpacts
 
 BAR = 1.96
 """Half an error bar over the standard error: 95 %."""

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vireport.design import DesignPoint
+from vireport.design.point import DesignPoint
 from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -39,9 +39,9 @@ from vireport.figures.sweeps import (
     point_legend,
     stability_legend,
 )
-from vireport.motions import Branch
-from vireport.scenario import Parameter
-from vireport.text import PREFIXES
+from vireport.motions.branches import Branch
+from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import PREFIXES
 
 SCENARIO_COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),

@@ -15,12 +15,14 @@ from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
-from vireport.motions import Atlas, model_of
-from vireport.physics import ARRAYS
-from vireport.study import Study, Task, require_study
+from vireport.motions.families import Atlas
+from vireport.motions.points import model_of
+from vireport.physics.numbers import ARRAYS
+from vireport.study.plan import Task
+from vireport.study.study import Study, require_study
 
 if TYPE_CHECKING:
-    from vireport.study import ShownImpacts
+    from vireport.study.measured import ShownImpacts
 
 SAME_VALUE = 1e-9
 """Relative difference of two values of the swept parameter that are one."""
@@ -113,7 +115,7 @@ def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Path | None) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
-    from vireport.atlas import portrait_of
+    from vireport.atlas.cycles import portrait_of
 
     model, swept = model_of(families.sweep, ARRAYS), families.sweep.parameter
     named = ((name, families.named(name)) for name in names)

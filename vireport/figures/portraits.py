@@ -33,14 +33,14 @@ from vireport.figures.style import (
     sheet,
     style,
 )
-from vireport.physics import wave
-from vireport.simulation import Outcome
-from vireport.study import Task
-from vireport.text import significant
+from vireport.physics.forcing import wave
+from vireport.simulation.attractors import Outcome
+from vireport.study.plan import Task
+from vireport.text.formatting import significant
 
 if TYPE_CHECKING:
-    from vireport.simulation import Portrait
-    from vireport.study import ShownImpacts
+    from vireport.simulation.trajectories import Portrait
+    from vireport.study.measured import ShownImpacts
 
 SampleIndices = NDArray[np.intp]
 """Indices of samples of a portrait."""

@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 from vireport.figures.curves import Floats
 from vireport.figures.layout import Entry, blank, finished, letter_of, title
 from vireport.figures.style import GUIDE, Color, Look, Picture, literal, style
-from vireport.measurement import Heard, Picked, ShakerMotion, Signals, filtered
-from vireport.wording import Words
+from vireport.measurement.picking import Heard, Picked, filtered
+from vireport.measurement.shaker import ShakerMotion
+from vireport.measurement.signals import Signals
+from vireport.wording.templates import Words
 
 HEIGHT = 1.9
 """Of a row of panels [in]."""

@@ -9,13 +9,16 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import GUIDE, Color, Look, Picture, Pixel, style
-from vireport.scenario import Parameter
-from vireport.shocks import OutcomePlane, ShockLine, Withstood, shocks_around
-from vireport.study import Study, Task
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.manifold import ShockLine
+from vireport.shocks.plane import OutcomePlane
+from vireport.shocks.withstood import Withstood, shocks_around
+from vireport.study.plan import Task
+from vireport.study.study import Study
 
 HEIGHT = 3.3
 """Height of the panel with its ticks and labels [in]."""

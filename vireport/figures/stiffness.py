@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vireport.checks import SOLVERS
+from vireport.checks.methods import SOLVERS
 from vireport.figures.captions import pictured
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
@@ -20,17 +20,11 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.membranes import (
-    FIXED,
-    WRONG,
-    Compliance,
-    RunOutcome,
-    SolverRun,
-    findings,
-    quantity_label,
-)
-from vireport.study import Task
-from vireport.text import factor_text
+from vireport.membranes.compliance import Compliance
+from vireport.membranes.compliance_tables import findings, quantity_label
+from vireport.membranes.stiff_solvers import FIXED, WRONG, RunOutcome, SolverRun
+from vireport.study.plan import Task
+from vireport.text.formatting import factor_text
 
 HEIGHTS = 3.4, 2.7
 """Heights of the panels with their ticks and labels [in]."""

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from msgspec import Struct, field
 
-from vireport.base import WRITTEN_BY, UsageError
+from vireport.base.errors import UsageError
+from vireport.base.files import WRITTEN_BY
 from vireport.figures.vector import drawing
 
 Look = dict[str, Any]

@@ -17,8 +17,9 @@ from matplotlib.lines import Line2D
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.design import DesignPoint
-from vireport.disturbances import Destination, OutcomeRange
+from vireport.design.point import DesignPoint
+from vireport.disturbances.from_rest import Destination
+from vireport.disturbances.windows import OutcomeRange
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT
 from vireport.figures.curves import (
@@ -54,14 +55,17 @@ from vireport.figures.style import (
     sheet,
     style,
 )
-from vireport.motions import Branch, Event, determinant_of, eigenvalues
-from vireport.physics import Voltages
-from vireport.study import Study, Task
-from vireport.text import MINUS, PREFIXES
+from vireport.motions.branches import Branch
+from vireport.motions.events import Event
+from vireport.motions.stability import determinant_of, eigenvalues
+from vireport.physics.energy import Voltages
+from vireport.study.plan import Task
+from vireport.study.study import Study
+from vireport.text.formatting import MINUS, PREFIXES
 
 if TYPE_CHECKING:
     from vireport.figures.measured import Marks
-    from vireport.study import MeasuredAt
+    from vireport.study.measured import MeasuredAt
 
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
 BOTTOM: Look = {"color": Color.BLUE, "linewidth": 2.8}

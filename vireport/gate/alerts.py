@@ -13,23 +13,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import plain
-from vireport.design import (
-    input_error,
-    mass_elasticity,
-    restitution_effect,
-)
+from vireport.base.records import plain
+from vireport.design.sensitivity import input_error, mass_elasticity, restitution_effect
 from vireport.gate.evidence import Evidence
 from vireport.gate.stretch import DEMONSTRATED, STATED_FIELD_V_M, contact_at_radius, severity_of, stretch_at_design
-from vireport.motions import Symmetry, undecided
-from vireport.physics import Device, Membrane, by_wall, peaks
-from vireport.scenario import Parameter, Scenario
-from vireport.text import CATALOGUE, AlertCode, Explanation, Sentence, Severity, percent
+from vireport.motions.error_bounds import undecided
+from vireport.motions.motion import Symmetry
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.physics.forcing import peaks
+from vireport.physics.groups import by_wall
+from vireport.scenario.blocks import Scenario
+from vireport.scenario.parameters import Parameter
+from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity
+from vireport.text.formatting import percent
 
 if TYPE_CHECKING:
-    from vireport.design import FollowedMotion
-    from vireport.disturbances import FromRest
-    from vireport.measurement import ShakerFinding
+    from vireport.design.followed import FollowedMotion
+    from vireport.disturbances.from_rest import FromRest
+    from vireport.measurement.shaker import ShakerFinding
 
 NEAR_CRITICAL = 0.02
 """Share of the design value within which a critical point is near: what masses and lengths are commonly made to. The
@@ -174,7 +176,7 @@ def _shown_by(end: FromRest, results: Evidence) -> str | None:
     """
     cycle = end.cycle
     if cycle is not None and not cycle.sticks and not results.solution.device.rubs:
-        from vireport.atlas import LOOKED_FOR
+        from vireport.atlas.families import LOOKED_FOR
 
         if len(end.word) <= LOOKED_FOR:
             return "motions" if results.atlas is None else None

@@ -11,22 +11,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.design import HIGHEST_RESTITUTION
+from vireport.design.lines import HIGHEST_RESTITUTION
 from vireport.gate.impacts import Impacts, generated, impacts_of
-from vireport.motions import PointwiseMotions, differentiated_motions, find_motions
-from vireport.physics import (
-    RESTITUTIONS,
-    Conversion,
-    Device,
-    Dielectric,
-    Groups,
-    Membrane,
-    Restitutions,
-    Voltages,
-    by_wall,
-    each,
-)
-from vireport.scenario import DesignInput, Parameter, Scenario
+from vireport.motions.pointwise import PointwiseMotions, differentiated_motions, find_motions
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.energy import Conversion, Dielectric, Membrane, Voltages
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.scenario.blocks import Scenario
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

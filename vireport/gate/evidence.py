@@ -12,22 +12,32 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, brief
-from vireport.design import DesignPoint, Solution, contact_share
-from vireport.motions import impact_velocities
-from vireport.physics import Word, by_wall
-from vireport.scenario import LimitKind, Parameter, RequirementsBlock
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
+from vireport.design.point import DesignPoint
+from vireport.design.sensitivity import contact_share
+from vireport.design.solution import Solution
+from vireport.motions.one_to_one import impact_velocities
+from vireport.physics.groups import by_wall
+from vireport.physics.word import Word
+from vireport.scenario.blocks import LimitKind, RequirementsBlock
+from vireport.scenario.parameters import Parameter
 
 if TYPE_CHECKING:
-    from vireport.attraction import Proved
-    from vireport.checks import CrossCheck
-    from vireport.compliant import OwnStiffness
-    from vireport.design import FollowedMotion, Shifts, Tolerances
-    from vireport.disturbances import Disturbances, FromRest
-    from vireport.measurement import ShakerFinding
-    from vireport.membranes import Compliance
-    from vireport.motions import Atlas, Family, Motion
-    from vireport.shocks import AttractingMotions, Withstood
+    from vireport.attraction.proved import Proved
+    from vireport.checks.crosscheck import CrossCheck
+    from vireport.compliant.own_stiffness import OwnStiffness
+    from vireport.design.effects import Shifts
+    from vireport.design.followed import FollowedMotion
+    from vireport.design.tolerances import Tolerances
+    from vireport.disturbances.behaviour import Disturbances
+    from vireport.disturbances.from_rest import FromRest
+    from vireport.measurement.shaker import ShakerFinding
+    from vireport.membranes.compliance import Compliance
+    from vireport.motions.families import Atlas, Family
+    from vireport.motions.motion import Motion
+    from vireport.shocks.attracting import AttractingMotions
+    from vireport.shocks.withstood import Withstood
 
 Floats = NDArray[np.float64]
 

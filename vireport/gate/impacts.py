@@ -11,26 +11,26 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
-from vireport.design import DesignPoint
+from vireport.base.errors import NumericalError
+from vireport.design.point import DesignPoint
 from vireport.gate.evidence import Evidence
-from vireport.physics import (
+from vireport.physics.energy import (
     Conversion,
     Dielectric,
     Membrane,
-    Rounded,
     Voltages,
-    by_wall,
     conversion,
     conversion_of_word,
     deflection,
     generated_voltage,
     voltages,
 )
-from vireport.scenario import Parameter
+from vireport.physics.groups import by_wall
+from vireport.physics.numbers import Rounded
+from vireport.scenario.parameters import Parameter
 
 if TYPE_CHECKING:
-    from vireport.motions import Family
+    from vireport.motions.families import Family
 
 Floats = NDArray[np.float64]
 

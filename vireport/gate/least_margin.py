@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vireport.design import Margin
+from vireport.design.margins import Margin
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.evidence import Evidence
-from vireport.scenario import ScalarInput
+from vireport.scenario.parameters import ScalarInput
 
 if TYPE_CHECKING:
-    from vireport.design import Shift
+    from vireport.design.effects import Shift
 
 
 class LimitedBy(StrEnum):

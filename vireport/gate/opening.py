@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.gate.alerts import Alert
 from vireport.gate.least_margin import LimitedBy, MarginToUse
 from vireport.gate.verdict import Conclusion, NearestEnd, StableVoltages, Status, Verdict
-from vireport.scenario import LeftOut
-from vireport.text import AlertCode, Severity
+from vireport.scenario.blocks import LeftOut
+from vireport.text.alerts import AlertCode, Severity
 
 if TYPE_CHECKING:
-    from vireport.checks import Reproduction
-    from vireport.design import StableInterval
-    from vireport.disturbances import FromRest
+    from vireport.checks.reproduction import Reproduction
+    from vireport.design.point import StableInterval
+    from vireport.disturbances.from_rest import FromRest
 
 MOST_FACTS = 4
 """Facts of an opening: what a reader takes in at a glance."""
@@ -81,7 +81,7 @@ class Said(Struct, frozen=True, eq=False):
         RenderError
             Where a macro fails, with the line.
         """
-        from vireport.wording import Words
+        from vireport.wording.templates import Words
 
         given = (part.words(templates) if isinstance(part, Said) else part for part in self.given)
         return Words(self.file, templates)(self.macro, *given)

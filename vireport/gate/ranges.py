@@ -12,13 +12,17 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
-from vireport.design import Solution, StableInterval, motions_at, stable_ranges
+from vireport.base.errors import NumericalError
+from vireport.design.point import StableInterval, motions_at, stable_ranges
+from vireport.design.solution import Solution
 from vireport.gate.designs import Designs, at_each_value, may_be_stable, steps_between
 from vireport.gate.evidence import SIGNIFICANT, Evidence, Judgement, Limit, held_against
-from vireport.motions import BifurcationDiagram, Sweep, impact_velocities, solve
-from vireport.physics import Membrane, Voltages, voltages
-from vireport.scenario import LimitKind, Parameter, RequirementsBlock
+from vireport.motions.diagram import BifurcationDiagram, solve
+from vireport.motions.one_to_one import impact_velocities
+from vireport.motions.sweep import Sweep
+from vireport.physics.energy import Membrane, Voltages, voltages
+from vireport.scenario.blocks import LimitKind, RequirementsBlock
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

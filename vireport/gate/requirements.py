@@ -22,8 +22,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, share_interval
-from vireport.design import devices_off, sample_steps
+from vireport.base.errors import NumericalError
+from vireport.base.shares import share_interval
+from vireport.design.devices import devices_off
+from vireport.design.tolerances import sample_steps
 from vireport.gate.designs import BORDER, Designs
 from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
 from vireport.gate.impacts import Impacts, at_design, followed, largest, spread
@@ -36,24 +38,25 @@ from vireport.gate.ranges import (
     u_ave_difference,
     unit_of_swept,
 )
-from vireport.motions import CRITICAL, Event
-from vireport.physics import ARRAYS, ROUNDED, UNIT, Shaker
-from vireport.scenario import (
+from vireport.motions.events import CRITICAL, Event
+from vireport.physics.device import Shaker
+from vireport.physics.numbers import ARRAYS, ROUNDED, UNIT
+from vireport.scenario.blocks import (
     DEMANDS,
     UNIT_OF_SWEPT,
     Demand,
     LeftOut,
     LimitKind,
-    Loaded,
-    Parameter,
     RequirementsBlock,
     Scenario,
     unit_of,
 )
-from vireport.text import percent
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import percent
 
 if TYPE_CHECKING:
-    from vireport.shocks import AttractingMotion, AttractingMotions
+    from vireport.shocks.attracting import AttractingMotion, AttractingMotions
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

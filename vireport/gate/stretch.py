@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vireport.base import NumericalError
-from vireport.design import contact_share
+from vireport.base.errors import NumericalError
+from vireport.design.sensitivity import contact_share
 from vireport.gate.evidence import Evidence
-from vireport.physics import MembraneStretch, by_wall, impact_speed, stretch_of
-from vireport.text import Severity
+from vireport.physics.energy import MembraneStretch, impact_speed, stretch_of
+from vireport.physics.groups import by_wall
+from vireport.text.alerts import Severity
 
 DEMONSTRATED = 5.9
 """Area ratio at the areal strain of 488 % that has been demonstrated for a dielectric elastomer (Huang et al., Appl.

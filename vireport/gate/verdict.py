@@ -15,24 +15,31 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import brief
-from vireport.design import DesignPoint, Margin, Solution, StableInterval
+from vireport.base.records import brief
+from vireport.design.margins import Margin
+from vireport.design.point import DesignPoint, StableInterval
+from vireport.design.solution import Solution
 from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
 from vireport.gate.least_margin import MarginToUse, margin_to_use
 from vireport.gate.stretch import severity_of
-from vireport.motions import Point, Stability, Symmetry
-from vireport.scenario import DRIVING, DesignInput, Parameter, ScalarInput
-from vireport.text import Severity, significant
+from vireport.motions.motion import Symmetry
+from vireport.motions.points import Point
+from vireport.motions.stability import Stability
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
+from vireport.text.alerts import Severity
+from vireport.text.formatting import significant
 
 if TYPE_CHECKING:
-    from vireport.checks import CrossCheck
-    from vireport.compliant import OwnStiffness, StabilityEnd
-    from vireport.design import Tolerances
-    from vireport.disturbances import Disturbances
-    from vireport.membranes import Grade
-    from vireport.motions import Atlas
-    from vireport.physics import MembraneStretch, Shaker, Word
-    from vireport.shocks import Withstood
+    from vireport.checks.crosscheck import CrossCheck
+    from vireport.compliant.own_stiffness import OwnStiffness, StabilityEnd
+    from vireport.design.tolerances import Tolerances
+    from vireport.disturbances.behaviour import Disturbances
+    from vireport.membranes.compliance import Grade
+    from vireport.motions.families import Atlas
+    from vireport.physics.device import Shaker
+    from vireport.physics.energy import MembraneStretch
+    from vireport.physics.word import Word
+    from vireport.shocks.withstood import Withstood
 
 FEWEST_DIGITS = 3
 """Significant digits of a rigid end of stable motion where contacts are long and the compliant one is not known."""

@@ -13,18 +13,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
-from vireport.design import SMALLEST_LOSS
-from vireport.physics import Device, Membrane, by_wall
-from vireport.scenario import (
-    AxisBlock,
-    DesignInput,
-    LoadedMap,
-    MapBlock,
-    MapSimulationBlock,
-    Sampling,
-)
-from vireport.text import significant
+from vireport.base.errors import NumericalError
+from vireport.design.solution import SMALLEST_LOSS
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.physics.groups import by_wall
+from vireport.scenario.blocks import AxisBlock, MapBlock, MapSimulationBlock, Sampling
+from vireport.scenario.loading import LoadedMap
+from vireport.scenario.parameters import DesignInput
+from vireport.text.formatting import significant
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

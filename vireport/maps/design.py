@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from vireport.maps.cells import MapPlan
-from vireport.scenario import DesignInput, Loaded
-from vireport.study import Study, Task, analyse
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DesignInput
+from vireport.study.plan import Task
+from vireport.study.study import Study, analyse
 
 if TYPE_CHECKING:
-    from vireport.design import Margin
+    from vireport.design.margins import Margin
 
 
 class MapDesign(Struct, frozen=True, eq=False):

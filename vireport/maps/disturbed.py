@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from vireport.base import NumericalError
-from vireport.disturbances import Destination, outcomes_of
+from vireport.base.errors import NumericalError
+from vireport.disturbances.from_rest import Destination
+from vireport.disturbances.windows import outcomes_of
 from vireport.maps.cells import Floats
-from vireport.motions import PointwiseMotions
-from vireport.physics import Groups
-from vireport.shocks import SCAN, least_of
+from vireport.motions.pointwise import PointwiseMotions
+from vireport.physics.groups import Groups
+from vireport.shocks.shock import SCAN
+from vireport.shocks.withstood import least_of
 
 DESTINATIONS = tuple(Destination)
 

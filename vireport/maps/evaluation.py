@@ -17,18 +17,13 @@ from vireport.maps.cells import (
     cell_values,
 )
 from vireport.maps.disturbed import DESTINATIONS, from_rest_columns, shock_columns
-from vireport.motions import (
-    STABILITIES,
-    TRACE_LEVELS,
-    UNSTABLE,
-    Event,
-    PointwiseMotions,
-    classify,
-    find_motions,
-    lap_decay,
-)
-from vireport.physics import Groups, Membrane, each, voltages
-from vireport.scenario import MapSimulationBlock, Parameter
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.pointwise import PointwiseMotions, find_motions
+from vireport.motions.stability import STABILITIES, UNSTABLE, classify, lap_decay
+from vireport.physics.energy import Membrane, voltages
+from vireport.physics.groups import Groups, each
+from vireport.scenario.blocks import MapSimulationBlock
+from vireport.scenario.parameters import Parameter
 
 DECIMALS = 9
 """Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -202,8 +197,9 @@ def _simulated(
     asked: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
 ) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
-    from vireport.checks import is_one_to_one
-    from vireport.simulation import attractors, random_starts, start_speed
+    from vireport.checks.crosscheck import is_one_to_one
+    from vireport.simulation.attractors import attractors
+    from vireport.simulation.starts import random_starts, start_speed
 
     fastest, orbit, real = np.zeros(len(numbers)), motions.orbit, motions.admissible
     np.maximum.at(fastest, motions.cell[real], np.maximum(orbit.velocity_bottom, -orbit.velocity_top)[real])

@@ -13,36 +13,21 @@ from matplotlib.figure import Figure
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.figures import (
-    DESIGN,
-    HALO,
-    LOCI,
-    OUTCOMES,
-    Color,
-    Entry,
-    Look,
-    Picture,
-    Pixel,
-    Sheet,
-    blank,
-    drawn_for,
-    finished,
-    held_by,
-    mark_design,
-    prefix,
-    round_ticks,
-    sheet,
-    style,
-)
+from vireport.figures.captions import held_by
+from vireport.figures.layout import Entry, blank, finished, prefix, round_ticks
+from vireport.figures.planes import DESIGN, mark_design
+from vireport.figures.style import HALO, LOCI, Color, Look, Picture, Pixel, Sheet, drawn_for, sheet, style
+from vireport.figures.sweeps import OUTCOMES
 from vireport.maps.cells import MapPlan, axis_values
 from vireport.maps.design import MapDesign
 from vireport.maps.disturbed import DESTINATIONS
 from vireport.maps.findings import MapFindings, findings_of, largest_margin, pieces_of, restitution_at
 from vireport.maps.loci import DrawnLocus, loci_of
-from vireport.motions import STABILITIES, Event, Stability
-from vireport.physics import Restitutions
-from vireport.text import PREFIXES
-from vireport.wording import Words
+from vireport.motions.events import Event
+from vireport.motions.stability import STABILITIES, Stability
+from vireport.physics.groups import Restitutions
+from vireport.text.formatting import PREFIXES
+from vireport.wording.templates import Words
 
 Floats = NDArray[np.float64]
 

@@ -12,12 +12,13 @@ import numpy as np
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from msgspec import Struct
 
-from vireport.disturbances import Destination
+from vireport.disturbances.from_rest import Destination
 from vireport.maps.cells import Floats, MapPlan
 from vireport.maps.disturbed import DESTINATIONS
 from vireport.maps.evaluation import CODES
-from vireport.motions import STABILITIES, TRACE_LEVELS, Event, Stability, lap_decay
-from vireport.physics import RESTITUTIONS
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.stability import STABILITIES, Stability, lap_decay
+from vireport.physics.device import RESTITUTIONS
 
 
 class MapQuantity(StrEnum):

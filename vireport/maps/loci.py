@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 from msgspec import Struct
 
-from vireport.chart import Plane, chart
+from vireport.chart.chart import chart
+from vireport.chart.plane import Plane
 from vireport.maps.cells import Floats, MapPlan, axis_ends
-from vireport.motions import Event, Limits, Sweep, solve
-from vireport.physics import RESTITUTIONS
-from vireport.scenario import DRIVING, DesignInput
+from vireport.motions.diagram import solve
+from vireport.motions.events import Event
+from vireport.motions.sweep import Sweep
+from vireport.motions.switching import Limits
+from vireport.physics.device import RESTITUTIONS
+from vireport.scenario.parameters import DRIVING, DesignInput
 
 
 class DrawnLocus(Struct, frozen=True, eq=False):

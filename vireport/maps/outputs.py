@@ -10,8 +10,9 @@ from msgspec import Struct
 from vireport.maps.design import map_design
 from vireport.maps.findings import findings_of
 from vireport.maps.report import MapReport
-from vireport.scenario import Loaded, LoadedMap
-from vireport.study import Task, provenance_of, with_pages
+from vireport.scenario.loading import Loaded, LoadedMap
+from vireport.study.plan import Task
+from vireport.study.provenance import provenance_of, with_pages
 
 if TYPE_CHECKING:
     from vireport.maps.store import Store
@@ -68,7 +69,7 @@ def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, asked: Map
         Its design point.
     asked : MapOutput
     """
-    from vireport.figures import Sheet, drawn_for
+    from vireport.figures.style import Sheet, drawn_for
     from vireport.maps.figures import map_pictures
 
     plan = store.plan
@@ -83,6 +84,6 @@ def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, asked: Map
 
 def files(report: MapReport, asked: MapOutput) -> dict[str, bytes]:
     """The report and the figures of a finished map by their names."""
-    from vireport.report import render_files
+    from vireport.report.rendering import render_files
 
     return render_files(report, set(asked.formats), asked.templates, asked.paper)

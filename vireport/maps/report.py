@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vireport.gate import Alert, Status, WordedOpening
+from vireport.gate.alerts import Alert
+from vireport.gate.opening import WordedOpening
+from vireport.gate.verdict import Status
 from vireport.maps.cells import MapPlan
 from vireport.maps.design import MapDesign
 from vireport.maps.evaluation import schema_of
 from vireport.maps.findings import MapFindings
-from vireport.motions import STABILITIES, Stability
-from vireport.scenario import LoadedMap
-from vireport.study import Provenance
-from vireport.wording import Words
+from vireport.motions.stability import STABILITIES, Stability
+from vireport.scenario.loading import LoadedMap
+from vireport.study.provenance import Provenance
+from vireport.wording.templates import Words
 
 if TYPE_CHECKING:
-    from vireport.design import Margin
-    from vireport.figures import Picture
+    from vireport.design.margins import Margin
+    from vireport.figures.style import Picture
 
 
 class MapColumn(Struct, frozen=True):

@@ -7,11 +7,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.base import NumericalError, install_command, write_files
-from vireport.gate import named_alerts
+from vireport.base.errors import NumericalError, install_command
+from vireport.base.files import write_files
+from vireport.gate.alerts import named_alerts
 from vireport.maps.cells import MapPlan, map_plan
-from vireport.motions import STABILITIES
-from vireport.scenario import load_map
+from vireport.motions.stability import STABILITIES
+from vireport.scenario.loading import load_map
 
 if TYPE_CHECKING:
     from vireport.maps.outputs import MapOutput

@@ -29,7 +29,10 @@ from filelock import FileLock, Timeout
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import UsageError, __version__, json_text, writable, write_whole
+from vireport.base.encoding import json_text
+from vireport.base.errors import UsageError
+from vireport.base.files import writable, write_whole
+from vireport.base.version import __version__
 from vireport.maps.cells import MapPlan
 from vireport.maps.evaluation import evaluate, schema_of
 

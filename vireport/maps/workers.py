@@ -25,7 +25,9 @@ from multiprocessing.context import BaseContext
 from typing import Any
 from urllib.parse import urlsplit
 
-from vireport.base import NumericalError, UsageError, install_command, interrupts, write_whole
+from vireport.base import interrupts
+from vireport.base.errors import NumericalError, UsageError, install_command
+from vireport.base.files import write_whole
 from vireport.maps.store import (
     RejectedFileError,
     Store,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Equations, Mask, Unknown, equations
 
 MOST_STEPS = 20

@@ -17,8 +17,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.physics import ARRAYS, Device, Groups, flight
-from vireport.scenario import DesignInput, Parameter
+from vireport.physics import flight
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -13,7 +13,8 @@ from math import log, pi
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError, Progress, counted
+from vireport.base.errors import NumericalError
+from vireport.base.progress import Progress, counted
 from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, adjusted, with_known
 from vireport.measurement.flights import (
     RESTITUTIONS,
@@ -27,8 +28,9 @@ from vireport.measurement.flights import (
 )
 from vireport.measurement.screening import MANY, Gap, Screened, screened, typical, whole, without_flights
 from vireport.measurement.start import same_start, starts
-from vireport.physics import ARRAYS, flight
-from vireport.scenario import Parameter
+from vireport.physics import flight
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.parameters import Parameter
 
 ROUNDS = 5
 """Of screening and fitting, after which they agree or do not."""

@@ -8,15 +8,17 @@ from math import sqrt
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Progress, UsageError, portion
+from vireport.base.errors import UsageError
+from vireport.base.progress import Progress, portion
 from vireport.measurement.adjustment import Prior
 from vireport.measurement.flights import RESTITUTIONS, ClockedDevice, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit, Unidentifiable, exact_below, fit
 from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record
 from vireport.measurement.rounding import Rounding, rounding_of
-from vireport.physics import Device
-from vireport.scenario import DRIVING, DesignInput, Distribution, Scenario, TolerancesBlock
+from vireport.physics.device import Device
+from vireport.scenario.blocks import Distribution, Scenario, TolerancesBlock
+from vireport.scenario.parameters import DRIVING, DesignInput
 
 FREE = (
     *RESTITUTIONS,

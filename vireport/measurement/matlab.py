@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from vireport.base import UsageError, VireportError, install_command
-from vireport.text import visible
+from vireport.base.errors import UsageError, VireportError, install_command
+from vireport.text.foreign import visible
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 """With which a file of that format begins."""

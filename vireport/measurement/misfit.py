@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Progress, WorkStep
+from vireport.base.progress import Progress, WorkStep
 from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, with_known
 from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Unknown, equations
 from vireport.measurement.identification import (
@@ -24,8 +24,8 @@ from vireport.measurement.identification import (
     exact_below,
     fit,
 )
-from vireport.physics import Harmonic
-from vireport.scenario import Parameter
+from vireport.physics.forcing import Harmonic
+from vireport.scenario.parameters import Parameter
 
 LEVEL = 0.01
 """Probability at which a true model is rejected, by any of the tests."""

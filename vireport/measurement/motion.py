@@ -14,15 +14,17 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Progress
+from vireport.base.progress import Progress
 from vireport.measurement.adjustment import Adjusted, Prior
 from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Indices, Mask, Unknown, dimensionless
 from vireport.measurement.flights import velocities as velocities_of
 from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, exact_below, fit, growth_rates
 from vireport.measurement.inquiry import EACH, known_inputs
 from vireport.measurement.records import Record
-from vireport.physics import Device, Word
-from vireport.scenario import Parameter, TolerancesBlock
+from vireport.physics.device import Device
+from vireport.physics.word import Word
+from vireport.scenario.blocks import TolerancesBlock
+from vireport.scenario.parameters import Parameter
 
 LONGEST_WORD = 24
 """Impacts of a motion that is looked for as one that repeats itself."""

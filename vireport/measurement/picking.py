@@ -14,7 +14,8 @@ from math import ceil, sqrt
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import Progress, UsageError, WorkStep
+from vireport.base.errors import UsageError
+from vireport.base.progress import Progress, WorkStep
 from vireport.measurement.flights import Array, Indices
 from vireport.measurement.recordings import Channel, HeardPlace, Recording
 from vireport.measurement.records import FEWEST

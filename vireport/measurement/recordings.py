@@ -20,7 +20,9 @@ from pathlib import Path
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import ANYWHERE, Mistake, Mistakes, ReadingPlace, ScenarioError, UsageError, VireportError, brief
+from vireport.base.errors import Mistake, Mistakes, ScenarioError, UsageError, VireportError
+from vireport.base.reading import ANYWHERE, ReadingPlace
+from vireport.base.records import brief
 from vireport.measurement.decimals import decimal_rows
 from vireport.measurement.flights import Array
 from vireport.measurement.matlab import vectors
@@ -32,8 +34,9 @@ from vireport.measurement.records import (
     with_line_feeds,
 )
 from vireport.measurement.sound_files import read_sound
-from vireport.scenario import LARGEST_FILE, join, read_document
-from vireport.text import visible
+from vireport.scenario.document import LARGEST_FILE, join
+from vireport.scenario.document import read as read_document
+from vireport.text.foreign import visible
 
 LARGEST_RECORDING = 2_000_000_000
 """Bytes of a file."""

@@ -17,10 +17,12 @@ from math import isfinite
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import ANYWHERE, Mistake, Mistakes, ReadingPlace, ScenarioError, brief
+from vireport.base.errors import Mistake, Mistakes, ScenarioError
+from vireport.base.reading import ANYWHERE, ReadingPlace
+from vireport.base.records import brief
 from vireport.measurement.flights import Array
-from vireport.scenario import Parameter
-from vireport.text import visible
+from vireport.scenario.parameters import Parameter
+from vireport.text.foreign import visible
 
 TIME, MEMBRANE = "time_s", "membrane"
 UNUSED = "voltage_v", "velocity_m_s"

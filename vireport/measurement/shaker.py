@@ -13,10 +13,11 @@ from math import atan2, degrees, hypot, pi, sin, sqrt
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import UsageError, brief
+from vireport.base.errors import UsageError
+from vireport.base.records import brief
 from vireport.measurement.flights import Array
 from vireport.measurement.recordings import Channel, Recording
-from vireport.physics import Device
+from vireport.physics.device import Device
 
 ORDERS = 8
 """Harmonics that are fitted, the first included."""

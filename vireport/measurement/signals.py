@@ -8,7 +8,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Progress, UsageError
+from vireport.base.errors import UsageError
+from vireport.base.progress import Progress
 from vireport.measurement.adjustment import Prior
 from vireport.measurement.flights import Unknown
 from vireport.measurement.inquiry import Inquiry
@@ -16,8 +17,9 @@ from vireport.measurement.picking import Picked, picked
 from vireport.measurement.recordings import HeardPlace, Recording, read_recording
 from vireport.measurement.records import Record
 from vireport.measurement.shaker import TILTED, ShakerFinding, ShakerMotion, shaker_findings, shaker_motion
-from vireport.physics import Device, Harmonic
-from vireport.scenario import DesignInput
+from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.scenario.parameters import DesignInput
 
 OF_SHAKER = Unknown.AMPLITUDE, Unknown.FREQUENCY
 """Inputs that the capsule's acceleration tells."""

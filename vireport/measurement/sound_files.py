@@ -9,9 +9,10 @@ import warnings
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import UsageError, brief
+from vireport.base.errors import UsageError
+from vireport.base.records import brief
 from vireport.measurement.flights import Array
-from vireport.text import visible
+from vireport.text.foreign import visible
 
 ORDERS = {b"RIFF": "<", b"RIFX": ">", b"RF64": "<"}
 """With which a file begins, and the order of its bytes."""

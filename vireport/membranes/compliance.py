@@ -16,39 +16,34 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import WorkStep, brief, plain, portion
-from vireport.compliant import (
+from vireport.base.progress import WorkStep, portion
+from vireport.base.records import brief, plain
+from vireport.compliant.descent import (
     FINEST,
-    LEAST_RESTITUTION,
     MULTIPLIER,
-    TOO_LOSSY,
     Absence,
-    CompliantModel,
     CompliantMotion,
     Reached,
     Rigid,
-    compliant_model,
     descend,
     end_to_follow,
     motion_to_follow,
     rigid_motion,
 )
-from vireport.design import Solution
+from vireport.compliant.model import CompliantModel, compliant_model
+from vireport.compliant.own_stiffness import LEAST_RESTITUTION, TOO_LOSSY
+from vireport.design.solution import Solution
 from vireport.membranes.stiff_solvers import SolverRun, period_of, run_ladder
-from vireport.motions import Point
-from vireport.physics import (
-    Device,
-    Membrane,
-    by_wall,
-    contacts,
-    deflection,
-    generated_voltage,
-    wrapped,
-)
-from vireport.scenario import Parameter
+from vireport.motions.points import Point
+from vireport.physics.contact import contacts
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane, deflection, generated_voltage
+from vireport.physics.groups import by_wall
+from vireport.physics.numbers import wrapped
+from vireport.scenario.parameters import Parameter
 
 if TYPE_CHECKING:
-    from vireport.base import Progress
+    from vireport.base.progress import Progress
 
 MOTIONS_SHARE = 0.1
 """Share of the time that motions and critical points take, as measured; the solvers take the rest."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, cast
 
 from msgspec import Struct
 
-from vireport.compliant import CompliantMotion
+from vireport.compliant.descent import CompliantMotion
 from vireport.membranes.compliance import (
     Compared,
     Compliance,
@@ -25,21 +25,12 @@ from vireport.membranes.stiff_solvers import (
     RunOutcome,
     SolverRun,
 )
-from vireport.scenario import Parameter
-from vireport.text import (
-    ABSENT,
-    Table,
-    capital,
-    factor_text,
-    numbers,
-    percent,
-    quantity,
-    significant,
-    texts,
-)
+from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import ABSENT, capital, factor_text, percent, quantity, significant
+from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
-    from vireport.wording import Words
+    from vireport.wording.templates import Words
 
 USEFUL = 1e-4
 """Error at which solvers are compared: a hundredth of what is called wrong."""
@@ -86,7 +77,7 @@ def comparison_with_rigid(comparison: Compliance, templates: Path | None = None)
 
 
 def _words(templates: Path | None) -> Words:
-    from vireport.wording import Words
+    from vireport.wording.templates import Words
 
     return Words("compliant", templates)
 

@@ -17,10 +17,14 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.checks import SOLVERS, Floats, timed_in_turns
-from vireport.compliant import CompliantModel, CompliantMotion
-from vireport.physics import damping_number, flight
-from vireport.simulation import BOTTOM, TOP
+from vireport.checks.methods import SOLVERS
+from vireport.checks.rootfinding import Floats
+from vireport.checks.timing import timed_in_turns
+from vireport.compliant.descent import CompliantMotion
+from vireport.compliant.model import CompliantModel
+from vireport.physics import flight
+from vireport.physics.contact import damping_number
+from vireport.simulation.events import BOTTOM, TOP
 
 FIXED = "RK4"
 """The classical fourth-order method with fixed steps."""

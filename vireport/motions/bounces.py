@@ -26,8 +26,10 @@ from msgspec import Struct
 
 from vireport.motions.orbits import Orbits
 from vireport.motions.sweep import Level, mirrors
-from vireport.physics import ARRAYS, IMAGINARY_STEP, SINE, DoubleOps, Harmonic, Restitutions, by_wall
-from vireport.scenario import Parameter
+from vireport.physics.forcing import SINE, Harmonic
+from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, DoubleOps
+from vireport.scenario.parameters import Parameter
 
 FARTHEST_BELOW = -0.5
 """Restitution below which no part of a level is looked at."""

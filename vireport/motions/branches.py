@@ -16,7 +16,9 @@ from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve
 from vireport.motions.points import model_of
 from vireport.motions.sweep import Sweep
-from vireport.physics import FLOATS, Voltages, Word
+from vireport.physics.energy import Voltages
+from vireport.physics.numbers import FLOATS
+from vireport.physics.word import Word
 
 ENDS = Event.GRAZING, Event.ZERO_VELOCITY, Event.STOP
 """What motions do not go on beyond, though the closed form does."""

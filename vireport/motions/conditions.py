@@ -14,7 +14,11 @@ from numpy.typing import NDArray
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.periodicity import weighted_trace
 from vireport.motions.turning import slow_places
-from vireport.physics import ARRAYS, IMAGINARY_STEP, Groups, Word, flight, force_rate
+from vireport.physics import flight
+from vireport.physics.forcing import force_rate
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

@@ -19,10 +19,11 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.motions.roots import bracketed_root
 from vireport.motions.sweep import EDGE, Level, level_polynomial, level_slope, level_value
-from vireport.physics import IMAGINARY_STEP, Harmonic
+from vireport.physics.forcing import Harmonic
+from vireport.physics.numbers import IMAGINARY_STEP
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

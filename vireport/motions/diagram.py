@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.motions.branches import Branch
 from vireport.motions.events import Event
 from vireport.motions.families import Mark

@@ -32,23 +32,12 @@ from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, residuals
 from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Held, Level, Sweep, level_polynomial, level_terms, level_value
-from vireport.physics import (
-    FUNCTION,
-    GROUP_ERROR,
-    ROUNDED,
-    UNDERFLOW,
-    UNIT,
-    Groups,
-    Harmonic,
-    Restitutions,
-    Rounded,
-    Word,
-    by_wall,
-    each,
-    infinite_where_undefined,
-    wrapped,
-)
-from vireport.scenario import Parameter
+from vireport.physics.device import GROUP_ERROR
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.numbers import FUNCTION, ROUNDED, UNDERFLOW, UNIT, Rounded, infinite_where_undefined, wrapped
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 

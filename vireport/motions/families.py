@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.motions.error_bounds import distance_bounds, family_bounds
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion
@@ -22,8 +22,9 @@ from vireport.motions.points import Point, model_of
 from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
 from vireport.motions.sweep import Sweep, settable
 from vireport.motions.switching import Limits
-from vireport.physics import FLOATS, Word
-from vireport.text import significant, span
+from vireport.physics.numbers import FLOATS
+from vireport.physics.word import Word
+from vireport.text.formatting import significant, span
 
 Floats = NDArray[np.float64]
 

@@ -9,10 +9,11 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.motions.families import Family
-from vireport.physics import Membrane, Word, generated_voltage
-from vireport.scenario import Parameter
+from vireport.physics.energy import Membrane, generated_voltage
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 

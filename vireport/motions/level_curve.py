@@ -15,7 +15,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, brief
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.orbits import Orbits, coefficients, orbits, orbits_above, rubbing
@@ -23,8 +24,11 @@ from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zero
 from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import EDGE, Level, Sweep, level_terms, mirrors
 from vireport.motions.turning import slowest, wall_gap
-from vireport.physics import ARRAYS, FINEST_D, SINE, Harmonic, by_wall
-from vireport.scenario import Parameter
+from vireport.physics.device import FINEST_D
+from vireport.physics.forcing import SINE, Harmonic
+from vireport.physics.groups import by_wall
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.parameters import Parameter
 
 if TYPE_CHECKING:
     from vireport.motions.contour import Contour, LevelHeight

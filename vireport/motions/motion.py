@@ -14,8 +14,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief
-from vireport.physics import Word
+from vireport.base.records import brief
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.motions.orbits import Orbits
 from vireport.motions.stability import (
     STABILITIES,
@@ -22,8 +22,11 @@ from vireport.motions.stability import (
 )
 from vireport.motions.sweep import Level, Sweep
 from vireport.motions.turning import wall_gap
-from vireport.physics import Device, by_wall, each, flight, wave
-from vireport.scenario import Parameter
+from vireport.physics import flight
+from vireport.physics.device import Device
+from vireport.physics.forcing import wave
+from vireport.physics.groups import by_wall, each
+from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 

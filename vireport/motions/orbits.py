@@ -29,7 +29,11 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.physics import ARRAYS, Flight, Harmonic, Restitutions, Wave, by_wall, each, flight, wave
+from vireport.physics import flight
+from vireport.physics.flight import Flight
+from vireport.physics.forcing import Harmonic, Wave, wave
+from vireport.physics.groups import Restitutions, by_wall, each
+from vireport.physics.numbers import ARRAYS
 
 
 class Coefficients(Struct, frozen=True, eq=False):

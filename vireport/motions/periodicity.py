@@ -18,7 +18,12 @@ from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
 from vireport.motions.sweep import Held, Level
-from vireport.physics import FLOATS, MOVES, Groups, Harmonic, Restitutions, Wave, Word, by_wall, flight, wave
+from vireport.physics import flight
+from vireport.physics.device import MOVES
+from vireport.physics.forcing import Harmonic, Wave, wave
+from vireport.physics.groups import Groups, Restitutions, by_wall
+from vireport.physics.numbers import FLOATS
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -25,7 +25,9 @@ from numpy.typing import NDArray
 
 from vireport.motions.orbits import Friction, Orbits, coefficients, of_order, orbits, rubbing, turned
 from vireport.motions.sweep import EDGE
-from vireport.physics import IMAGINARY_STEP, SINE, Groups, Harmonic, Restitutions, by_wall, each
+from vireport.physics.forcing import SINE, Harmonic
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.numbers import IMAGINARY_STEP
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError, brief
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
 from vireport.motions.conditions import Condition, Equation, held_at_once, stopped
 from vireport.motions.events import Event
 from vireport.motions.motion import Motion, Symmetry
@@ -26,8 +27,10 @@ from vireport.motions.periodicity import Model, Varied, trace
 from vireport.motions.polish import DECIMALS, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
-from vireport.physics import ARRAYS, FLOATS, Groups, Word, each
-from vireport.text import bounded, significant
+from vireport.physics.groups import Groups, each
+from vireport.physics.numbers import ARRAYS, FLOATS
+from vireport.physics.word import Word
+from vireport.text.formatting import bounded, significant
 
 AT_ONCE = 1e-9
 """Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:

@@ -27,7 +27,10 @@ from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics import IMAGINARY_STEP, Groups, Harmonic, Restitutions, Word, by_wall, each
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.numbers import IMAGINARY_STEP
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

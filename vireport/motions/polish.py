@@ -16,11 +16,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.motions.conditions import Equation
 from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Varied, linearised, residuals
-from vireport.physics import ARRAYS, DIGITS, FLOATS, IMAGINARY_STEP, DecimalOps, Groups, Word
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS, DIGITS, FLOATS, IMAGINARY_STEP, DecimalOps
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

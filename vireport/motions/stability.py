@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits
-from vireport.physics import Restitutions, by_wall
+from vireport.physics.groups import Restitutions, by_wall
 
 Floats = NDArray[np.float64]
 

@@ -9,20 +9,14 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import UsageError, brief
+from vireport.base.errors import UsageError
+from vireport.base.records import brief
 from vireport.motions.orbits import Coefficients, Friction, Orbits, Rubbing, coefficients, of_order, rubbing, turned
-from vireport.physics import (
-    ARRAYS,
-    FINEST_D,
-    FINEST_GBAR,
-    SINE,
-    Device,
-    Groups,
-    Harmonic,
-    moved,
-    value_in,
-)
-from vireport.scenario import Parameter
+from vireport.physics.device import FINEST_D, FINEST_GBAR, Device, moved, value_in
+from vireport.physics.forcing import SINE, Harmonic
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.parameters import Parameter
 
 NO_TOLERANCE = 0.0, 0.0
 """The tolerance of an input of which none is told."""

@@ -14,12 +14,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.motions.events import Event
 from vireport.motions.motion import AT_ZERO, BESIDE, Motion
 from vireport.motions.paths import Curve, Path, PathPoint
 from vireport.motions.turning import Turn
-from vireport.physics import Word
+from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
+from vireport.base.errors import NumericalError
 from vireport.motions.branches import Branch, family_of
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
@@ -40,7 +40,7 @@ from vireport.motions.points import (
 from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
-from vireport.physics import by_wall
+from vireport.physics.groups import by_wall
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

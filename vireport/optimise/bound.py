@@ -18,16 +18,19 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.gate import DISPLACED, RINGS, OfShaker, generated, impacts_of
-from vireport.motions import TRACE_LEVELS, Event, Orbits, lap_decay, orbits, return_trace
+from vireport.gate.designs import DISPLACED, RINGS
+from vireport.gate.impacts import generated, impacts_of
+from vireport.gate.requirements import OfShaker
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.orbits import Orbits, orbits
+from vireport.motions.stability import lap_decay, return_trace
 from vireport.optimise.problem import Problem, objectives
-from vireport.physics import AFFINE, ARRAYS, RESTITUTIONS, Device, between, by_wall, each
-from vireport.scenario import (
-    DesignInput,
-    DesignPath,
-    Objective,
-    Parameter,
-)
+from vireport.physics.affine import AFFINE, between
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.groups import by_wall, each
+from vireport.physics.numbers import ARRAYS
+from vireport.scenario.blocks import DesignPath, Objective
+from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -77,7 +80,7 @@ class PixelPicture(Struct, frozen=True, eq=False):
     ----------
     low, high, pixel : ndarray, shape (2,)
         Its corners, and the size of a pixel.
-    fastest, slowest : ndarray, shape (2, *PIXELS)
+    fastest, slowest : ndarray, shape `(2, *PIXELS)`
         Bounds of the impact speeds at the bottom and at the top [y_c]; -inf and inf where there is no motion.
     """
 

@@ -8,7 +8,7 @@ from math import ceil, floor, log10
 
 import numpy as np
 
-from vireport.base import NumericalError, ScenarioError
+from vireport.base.errors import NumericalError, ScenarioError
 from vireport.optimise.grid import JudgedDesign
 from vireport.optimise.problem import Floats, Problem
 

@@ -10,12 +10,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.design import devices_off, factor_of
-from vireport.gate import Designs, extreme
-from vireport.motions import TRACE_LEVELS, Event, lap_decay
+from vireport.design.devices import devices_off, factor_of
+from vireport.gate.designs import Designs, extreme
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.stability import lap_decay
 from vireport.optimise.problem import Problem, objectives
-from vireport.physics import each, magnitude
-from vireport.scenario import DesignInput
+from vireport.physics.groups import each
+from vireport.physics.numbers import magnitude
+from vireport.scenario.parameters import DesignInput
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -11,13 +11,14 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, ScenarioError
-from vireport.design import DesignPoint
-from vireport.gate import Question, keeps_motion
+from vireport.base.errors import NumericalError, ScenarioError
+from vireport.design.point import DesignPoint
+from vireport.gate.designs import keeps_motion
+from vireport.gate.evidence import Question
 from vireport.optimise.cells import CellValues, corner_slack, evaluate
 from vireport.optimise.problem import Problem, smallest_margin
-from vireport.scenario import WIDEST_MARGIN, Objective
-from vireport.study import Study
+from vireport.scenario.blocks import WIDEST_MARGIN, Objective
+from vireport.study.study import Study
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -8,29 +8,26 @@ from math import isfinite, prod
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
-from vireport.design import Tolerances
-from vireport.gate import named_alerts
+from vireport.design.tolerances import Tolerances
+from vireport.gate.alerts import named_alerts
 from vireport.optimise.grid import SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
-from vireport.scenario import DesignInput, DesignPath, Objective, loads
-from vireport.study import FIGURE_FORMATS, Provenance, Study, Task, analyse, json_bytes
-from vireport.text import (
-    Table,
-    capital,
-    error_bound,
-    numbers,
-    percent,
-    plain_text,
-    significant,
-    texts,
-)
-from vireport.wording import Words
+from vireport.scenario.blocks import DesignPath, Objective
+from vireport.scenario.loading import loads
+from vireport.scenario.parameters import DesignInput
+from vireport.study.plan import FIGURE_FORMATS, Task
+from vireport.study.provenance import Provenance
+from vireport.study.results import json_bytes
+from vireport.study.study import Study, analyse
+from vireport.text.formatting import capital, error_bound, percent, significant
+from vireport.text.tables import Table, numbers, plain_text, texts
+from vireport.wording.templates import Words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vireport.base import Progress
-    from vireport.figures import Picture
+    from vireport.base.progress import Progress
+    from vireport.figures.style import Picture
 
 ROUNDED_UP = 1 + 5e-6
 """A positive bound times this, rounded to six digits, still is one."""
@@ -112,7 +109,7 @@ def files(
         written["best.yaml"] = result.problem.scenario_text(result.best.t).encode()
     asked = [task for task in FIGURE_FORMATS if task in formats]
     if len(result.front) > 1 and asked:
-        from vireport.figures import Sheet, drawn_for
+        from vireport.figures.style import Sheet, drawn_for
 
         with drawn_for(Sheet.of(width_mm)):
             drawn = picture_front(result)
@@ -370,7 +367,7 @@ def _costs(result: SearchResult) -> list[float]:
 
 def picture_front(result: SearchResult) -> Picture:
     """The front with its words."""
-    from vireport.figures import Picture
+    from vireport.figures.style import Picture
 
     of, first, last = result.problem.objective, result.front[0], result.front[-1]
     margins = f"{significant(100 * first.margin, 3)} to {significant(100 * last.margin, 3)} %"
@@ -396,21 +393,15 @@ def figure_front(
     width_mm, style : float and mapping, optional
         As in `vireport.figure_2`.
     """
-    from vireport.figures import Sheet, drawn_for
+    from vireport.figures.style import Sheet, drawn_for
 
     with drawn_for(Sheet.of(width_mm, style)):
         return _front(result)
 
 
 def _front(result: SearchResult) -> Figure:
-    from vireport.figures import (
-        Color,
-        blank,
-        finished,
-        round_ticks,
-        sheet,
-        style,
-    )
+    from vireport.figures.layout import blank, finished, round_ticks
+    from vireport.figures.style import Color, sheet, style
 
     objective, share = result.problem.objective, result.problem.share
     with style():

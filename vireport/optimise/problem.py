@@ -14,42 +14,29 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import UsageError
-from vireport.design import DesignPoint
-from vireport.gate import (
-    Designs,
-    Limit,
-    OfMargin,
-    OfMotions,
-    OfRun,
-    OfShaker,
-    Requirement,
-    keeps_motion,
-    required,
-    spared,
-)
-from vireport.motions import CRITICAL, Event
-from vireport.physics import Conversion, Device, Membrane, Shaker, Voltages
-from vireport.scenario import (
+from vireport.base.errors import UsageError
+from vireport.design.point import DesignPoint
+from vireport.gate.designs import Designs, keeps_motion
+from vireport.gate.evidence import Limit
+from vireport.gate.requirements import OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
+from vireport.motions.events import CRITICAL, Event
+from vireport.physics.device import Device, Shaker
+from vireport.physics.energy import Conversion, Membrane, Voltages
+from vireport.scenario.blocks import (
     DEMANDS,
     DesignBlock,
-    DesignInput,
     DesignPath,
     LimitKind,
-    Loaded,
     Need,
     Objective,
-    Parameter,
     RequirementsBlock,
-    as_yaml,
-    loads,
     to_dict,
 )
-from vireport.study import (
-    Study,
-    analyse,
-    refuse_undecidable,
-)
+from vireport.scenario.loading import Loaded, loads
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.scenario.writing import as_yaml
+from vireport.study.plan import refuse_undecidable
+from vireport.study.study import Study, analyse
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

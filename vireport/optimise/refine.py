@@ -11,12 +11,13 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
-from vireport.design import design_point
+from vireport.base.errors import NumericalError
+from vireport.design.point import design_point
 from vireport.optimise.cells import OF_MOTION, corner_slack, evaluate
 from vireport.optimise.problem import Problem, design_input
-from vireport.physics import carried
-from vireport.scenario import DesignInput, Objective
+from vireport.physics.device import carried
+from vireport.scenario.blocks import Objective
+from vireport.scenario.parameters import DesignInput
 
 Floats = NDArray[np.float64]
 

@@ -14,16 +14,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import Progress
-from vireport.gate import OfMargin
-from vireport.motions import CRITICAL
+from vireport.base.progress import Progress
+from vireport.gate.requirements import OfMargin
+from vireport.motions.events import CRITICAL
 from vireport.optimise.bound import largest_value
 from vireport.optimise.built import built_design
 from vireport.optimise.evolution import POPULATION, evolve
 from vireport.optimise.grid import APART, CHUNK, DesignGrid, JudgedDesign, grid_of
 from vireport.optimise.problem import Problem
 from vireport.optimise.refine import refine
-from vireport.scenario import WIDEST_MARGIN
+from vireport.scenario.blocks import WIDEST_MARGIN
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -16,11 +16,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from typing_extensions import TypeVar
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.physics.forcing import Harmonic, peaks
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
 from vireport.physics.numbers import ARRAYS, UNIT
-from vireport.scenario import DRIVING, CapsuleMotion, DesignInput, Parameter, ScalarInput, Scenario
+from vireport.scenario.blocks import CapsuleMotion, Scenario
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
 
 NO_GRAVITY = 1e-15
 """gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it

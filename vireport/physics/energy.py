@@ -13,12 +13,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief
+from vireport.base.records import brief
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.numbers import ARRAYS, magnitude
-from vireport.scenario import LARGEST, SMALLEST, CapsuleMotion, MembraneBlock, Scenario
-from vireport.text import quantity
+from vireport.scenario.blocks import CapsuleMotion, MembraneBlock, Scenario
+from vireport.scenario.parameters import LARGEST, SMALLEST
+from vireport.text.formatting import quantity
 
 Floats = NDArray[np.float64]
 

@@ -87,7 +87,7 @@ def reflect(velocity_before: Any, restitution: Any) -> Any:
 
 
 def restitution_at_speed(stated: Any, share: Any, exponent: Any) -> tuple[Any, Any]:
-    """The restitution of an impact by the law r = stated * share^exponent, and the slope d|Z'+|/d|Z'-|.
+    """The restitution of an impact by the law r = stated * share^exponent, and the slope `d|Z'+|/d|Z'-|`.
 
     Parameters
     ----------
@@ -100,8 +100,9 @@ def restitution_at_speed(stated: Any, share: Any, exponent: Any) -> tuple[Any, A
 
     Notes
     -----
-    The velocity after the impact, r |Z'-|, grows with share^(1 + exponent): its slope is r + |Z'-| dr/d|Z'-| =
-    (1 + exponent) r. Where the law exceeds `LARGEST_RESTITUTION` the restitution is that, and so is the slope.
+    The velocity after the impact, `r |Z'-|`, grows with share^(1 + exponent): its slope is
+    `r + |Z'-| dr/d|Z'-| = (1 + exponent) r`. Where the law exceeds `LARGEST_RESTITUTION`
+    the restitution is that, and so is the slope.
     """
     if isinstance(share, np.ndarray):
         with np.errstate(all="ignore"):

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
 
-from vireport.scenario import Parameter
-from vireport.text import ABSENT
+from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import ABSENT
 
 if TYPE_CHECKING:
     from vireport.checks.certificates import Certificate, Enclosure
@@ -45,7 +45,7 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     parameter : Parameter
         The one that is swept.
     """
-    from vireport.wording import Words
+    from vireport.wording.templates import Words
 
     say = Words("certificates")
     if not certificates:

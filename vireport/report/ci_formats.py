@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 from xml.etree import ElementTree
 
-from vireport.text import Severity
+from vireport.text.alerts import Severity
 
 if TYPE_CHECKING:
-    from vireport.study import Study
+    from vireport.study.study import Study
 
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 

@@ -17,19 +17,20 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.checks import (
-    PAPER,
-    PaperComparison,
-    compare_with_paper,
-)
-from vireport.design import DesignPoint, Margin, Solution
-from vireport.gate import (
-    Alert,
-    Criterion,
-    WordedOpening,
-)
-from vireport.motions import Held, Point, determinant_of, ladder
-from vireport.physics import DIGITS, RESTITUTIONS, Device, by_wall
+from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
+from vireport.design.margins import Margin
+from vireport.design.point import DesignPoint
+from vireport.design.solution import Solution
+from vireport.gate.alerts import Alert
+from vireport.gate.evidence import Criterion
+from vireport.gate.opening import WordedOpening
+from vireport.motions.generation import ladder
+from vireport.motions.points import Point
+from vireport.motions.stability import determinant_of
+from vireport.motions.sweep import Held
+from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.groups import by_wall
+from vireport.physics.numbers import DIGITS
 from vireport.report.ci_formats import source_url
 from vireport.report.motions import families_table
 from vireport.report.voltages import (
@@ -38,24 +39,18 @@ from vireport.report.voltages import (
     mass_effects,
     places,
 )
-from vireport.scenario import (
-    DRIVING,
-    LARGEST,
-    SMALLEST,
-    UNIT_OF_SWEPT,
-    DesignInput,
-    Loaded,
-    Parameter,
-    ScalarInput,
-    inputs,
-)
-from vireport.study import Provenance, Study, results
-from vireport.text import Table, exact, tied, written
+from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
+from vireport.study.provenance import Provenance
+from vireport.study.study import Study, results
+from vireport.text.formatting import exact, tied, written
+from vireport.text.tables import Table
 
 if TYPE_CHECKING:
-    from vireport.figures import Picture
-    from vireport.membranes import Findings
-    from vireport.motions import Rung
+    from vireport.figures.style import Picture
+    from vireport.membranes.compliance_tables import Findings
+    from vireport.motions.generation import Rung
 
 SYMBOLS = {varied.path: varied.marked for varied in DesignInput} | {
     "device.ball_mass_kg": "*m*",
@@ -240,7 +235,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def say(self, words: str, macro: str, *given: Any) -> str:
         """What a macro of a file of words says of what it is given, with marks for `rich`."""
-        from vireport.wording import Words
+        from vireport.wording.templates import Words
 
         return Words(words, self.templates)(macro, *given)
 
@@ -397,13 +392,13 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def accuracy(self) -> Iterator[Table]:
         """Error against run time: what each method reaches."""
-        from vireport.checks import measurements
+        from vireport.checks.accuracy_tables import measurements
 
         return measurements(self.study.work, templates=self.templates) if self.study.work is not None else iter(())
 
     def fastest(self) -> Iterator[Table]:
         """The fastest method."""
-        from vireport.checks import ranking
+        from vireport.checks.accuracy_tables import ranking
 
         return ranking(self.study.work, self.templates) if self.study.work is not None else iter(())
 
@@ -416,7 +411,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     @property
     def rigid_verdict(self) -> str:
         """Whether the rigid model is good enough, in a sentence."""
-        from vireport.membranes import verdict
+        from vireport.membranes.compliance_tables import verdict
 
         return verdict(self.study.compliance, self.templates) if self.study.compliance is not None else ""
 
@@ -434,28 +429,28 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def compliant(self) -> Iterator[Table]:
         """The motion with compliant membranes beside the rigid model."""
-        from vireport.membranes import comparison_with_rigid
+        from vireport.membranes.compliance_tables import comparison_with_rigid
 
         compliance = self.study.compliance
         return comparison_with_rigid(compliance, self.templates) if compliance is not None else iter(())
 
     def lost(self) -> Iterator[tuple[float, str, str]]:
         """Factors of the stiffness at which the motion or the critical point is lost, which of them, and why."""
-        from vireport.membranes import lost
+        from vireport.membranes.compliance_tables import lost
 
         return lost(self.study.compliance, self.templates) if self.study.compliance is not None else iter(())
 
     @property
     def findings(self) -> Findings | None:
         """What the runs of solvers on the equation of compliant membranes come to."""
-        from vireport.membranes import findings
+        from vireport.membranes.compliance_tables import findings
 
         compliance = self.study.compliance
         return findings(compliance) if compliance is not None and compliance.runs else None
 
     def stiff(self) -> Iterator[Table]:
         """Solvers on the equation of compliant membranes."""
-        from vireport.membranes import solvers_on_stiff_membranes
+        from vireport.membranes.compliance_tables import solvers_on_stiff_membranes
 
         compliance = self.study.compliance
         return solvers_on_stiff_membranes(compliance, self.templates) if compliance is not None else iter(())

@@ -14,8 +14,9 @@ from typing import Any
 from jinja2 import Environment
 
 from vireport.report.templates import AnyReport, Source, Typesetting, fill_in, marked
-from vireport.text import Table, markdown_of, markdown_text, visible
-from vireport.wording import environment_of
+from vireport.text.foreign import visible
+from vireport.text.tables import Table, markdown_of, markdown_text
+from vireport.wording.templates import environment_of
 
 _OPENING = re.compile(r"^(\d*)([-+#.)]+)(?=\s|$)")
 """What would begin a list or a heading at the start of a line."""

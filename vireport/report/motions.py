@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from vireport.motions import (
-    Atlas,
-    Event,
-    Family,
-    Mark,
-    generation,
-    settable,
-)
-from vireport.study import Study
-from vireport.text import (
-    Table,
-    numbers,
-    significant,
-    span,
-    texts,
-)
+from vireport.motions.events import Event
+from vireport.motions.families import Atlas, Family, Mark
+from vireport.motions.generation import generation
+from vireport.motions.sweep import settable
+from vireport.study.study import Study
+from vireport.text.formatting import significant, span
+from vireport.text.tables import Table, numbers, texts
 
 
 def families_table(study: Study, atlas: Atlas) -> Table:

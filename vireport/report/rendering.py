@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from vireport.base import RenderError
-from vireport.wording import TEMPLATES
+from vireport.base.errors import RenderError
+from vireport.wording.templates import TEMPLATES
 
 if TYPE_CHECKING:
     import typst
@@ -127,7 +127,7 @@ def _of_page(report: AnyReport) -> dict[str, str]:
     """What the template of an HTML page reads, by its names: the drawings and their style."""
     if not report.pictures:
         return {}
-    from vireport.figures import figure_css
+    from vireport.figures.style import figure_css
 
     drawings = {f"{name}.page.svg": picture.inline for name, picture in report.pictures.items()}
     return {"figures.css": figure_css(), **drawings}

@@ -18,14 +18,15 @@ from jinja2.ext import Extension
 from jinja2.lexer import Token, TokenStream
 from msgspec import Struct
 
-from vireport.base import UsageError, json_text
+from vireport.base.encoding import json_text
+from vireport.base.errors import UsageError
 from vireport.report.certificates import plus_minus
-from vireport.text import factor_text, tied
-from vireport.wording import environment_of, mistakes_named
+from vireport.text.formatting import factor_text, tied
+from vireport.wording.templates import environment_of, mistakes_named
 
 if TYPE_CHECKING:
-    from vireport.figures import Picture
-    from vireport.study import Provenance
+    from vireport.figures.style import Picture
+    from vireport.study.provenance import Provenance
 
 _RICH = re.compile(
     r"\*\*(?P<strong>[^*]+)\*\*"

@@ -9,9 +9,9 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.design import Solution
-from vireport.motions import Point
-from vireport.physics import Membrane, Voltages, voltages
+from vireport.design.solution import Solution
+from vireport.motions.points import Point
+from vireport.physics.energy import Membrane, Voltages, voltages
 
 MASS_FACTORS = (0.5, 1.0, 2.0)
 """Factors on the ball mass with which the voltage is evaluated again."""

@@ -31,7 +31,7 @@ from vireport.scenario.parameters import (
     DesignInput,
     Parameter,
 )
-from vireport.text import without_joins
+from vireport.text.foreign import without_joins
 
 LONGEST_TEXT = 200
 LARGEST_PERIOD_RATIO = 20

@@ -32,7 +32,8 @@ from yaml.events import (
     StreamEndEvent,
 )
 
-from vireport.base import Mistake, ScenarioError, brief
+from vireport.base.errors import Mistake, ScenarioError
+from vireport.base.records import brief
 
 LARGEST_FILE = 1_000_000  # bytes; a scenario has about a thousand
 DEEPEST = 20  # levels of nesting; a scenario has three

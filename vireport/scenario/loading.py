@@ -19,7 +19,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from pydantic import ValidationError
 
-from vireport.base import Mistake, ReadingPlace, ScenarioError, UsageError
+from vireport.base.errors import Mistake, ScenarioError, UsageError
+from vireport.base.reading import ReadingPlace
 from vireport.scenario.blocks import (
     AxisPath,
     MapBlock,
@@ -45,7 +46,7 @@ from vireport.scenario.rules import (
     path_of,
     rows_of,
 )
-from vireport.text import visible
+from vireport.text.foreign import visible
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from vireport.base import MOST_MISTAKES, Mistake
+from vireport.base.errors import MOST_MISTAKES, Mistake
 from vireport.scenario import hints
 from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario, is_printable
 from vireport.scenario.document import Document, is_within_any
@@ -24,7 +24,7 @@ from vireport.scenario.rules import (
     rows_of,
     swept,
 )
-from vireport.text import visible
+from vireport.text.foreign import visible
 
 _LONGEST_VALUE = 60  # characters of a value that are shown
 _LONGEST_LIST = 200  # characters of the names of keys that are shown

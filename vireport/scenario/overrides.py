@@ -13,7 +13,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from vireport.base import Mistake, ScenarioError, UsageError
+from vireport.base.errors import Mistake, ScenarioError, UsageError
 from vireport.scenario.document import DEEPEST, Document, read
 
 

@@ -11,16 +11,22 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
-from vireport.base import NumericalError, brief
-from vireport.design import Solution, mirrored
-from vireport.disturbances import Destination, Disturbances, FromRest
-from vireport.motions import SAME, Atlas, Motion
-from vireport.physics import Groups, Word
-from vireport.scenario import Parameter
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
+from vireport.design.lines import mirrored
+from vireport.design.solution import Solution
+from vireport.disturbances.behaviour import Disturbances
+from vireport.disturbances.from_rest import Destination, FromRest
+from vireport.motions.families import Atlas
+from vireport.motions.motion import SAME, Motion
+from vireport.physics.groups import Groups
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
 from vireport.shocks.returning import Core, Elsewhere, core_of, endings, patient
 from vireport.shocks.shock import SCAN, LeastShock, least_shock
 from vireport.shocks.withstood import Withstood, stable_and_unstable
-from vireport.simulation import BOTTOM, random_starts, start_speed
+from vireport.simulation.events import BOTTOM
+from vireport.simulation.starts import random_starts, start_speed
 
 STARTS = 2000
 """Random starts: a share is then known to within some 2 %, in some hundredths of a second."""

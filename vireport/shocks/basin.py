@@ -12,11 +12,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError, brief, share_interval
-from vireport.motions import Motion
-from vireport.physics import Groups
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
+from vireport.base.shares import share_interval
+from vireport.motions.motion import Motion
+from vireport.physics.groups import Groups
 from vireport.shocks.plane import OutcomePlane, Recogniser, coloured
-from vireport.simulation import BOTTOM, TURN, start_speed
+from vireport.simulation.events import BOTTOM
+from vireport.simulation.kernel import TURN
+from vireport.simulation.starts import start_speed
 
 Floats = NDArray[np.float64]
 

@@ -12,9 +12,13 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import Motion, flight_jacobian
-from vireport.physics import FLOATS, Groups
-from vireport.simulation import FLIGHT, PHASE, RIDING, VELOCITY, WALL, check_model, jacobians
+from vireport.motions.motion import Motion
+from vireport.motions.stability import flight_jacobian
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import FLOATS
+from vireport.simulation.cycles import jacobians
+from vireport.simulation.events import check_model
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
 

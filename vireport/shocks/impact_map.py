@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.physics import Groups, Harmonic
-from vireport.simulation import FLIGHT, TURN, VELOCITY, WALL, check_model, follow_impacts
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups
+from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.kernel import FLIGHT, TURN, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
 

@@ -17,8 +17,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.motions import Motion
-from vireport.physics import IMAGINARY_STEP, Groups, Membrane, generated_voltage
+from vireport.motions.motion import Motion
+from vireport.physics.energy import Membrane, generated_voltage
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import IMAGINARY_STEP
 from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
 from vireport.shocks.impact_map import forwards
 

@@ -15,8 +15,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.motions import Motion
-from vireport.physics import ARRAYS, Groups, flight
+from vireport.motions.motion import Motion
+from vireport.physics import flight
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS
 from vireport.shocks.deviations import flight_matrices, flight_times
 from vireport.shocks.impact_map import Arrivals, backwards
 

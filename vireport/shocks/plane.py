@@ -11,14 +11,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.atlas import motion_of_cycle
-from vireport.base import brief
-from vireport.motions import Motion
-from vireport.physics import Groups
+from vireport.atlas.cycles import motion_of_cycle
+from vireport.base.records import brief
+from vireport.motions.motion import Motion
+from vireport.physics.groups import Groups
 from vireport.shocks.deviations import flight_times
 from vireport.shocks.returning import NEAREST, Core, Elsewhere, core_of, endings
 from vireport.shocks.shock import shocked
-from vireport.simulation import Attractor, find_attractor, start_of
+from vireport.simulation.attractors import Attractor, find_attractor
+from vireport.simulation.events import start_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -15,23 +15,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
-from vireport.motions import Motion
-from vireport.physics import Groups, wrapped
+from vireport.base.errors import NumericalError
+from vireport.motions.motion import Motion
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import wrapped
 from vireport.shocks.deviations import flight_matrices, stationary
-from vireport.simulation import (
-    CREEPING,
-    FREE,
-    HELD,
-    PHASE,
-    REST,
-    RIDING,
-    TURN,
-    VELOCITY,
-    WALL,
-    check_model,
-    follow_impacts,
-)
+from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.kernel import CREEPING, FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

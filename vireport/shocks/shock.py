@@ -17,22 +17,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import NumericalError
-from vireport.motions import Motion
-from vireport.physics import ARRAYS, Groups, flight, wrapped
+from vireport.base.errors import NumericalError
+from vireport.motions.motion import Motion
+from vireport.physics import flight
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS, wrapped
 from vireport.shocks.deviations import flight_matrices, flight_times
 from vireport.shocks.returning import LONGEST, Core, Elsewhere, core_of, endings, patient
-from vireport.simulation import (
-    PHASE,
-    TURN,
-    VELOCITY,
-    WALL,
-    Attractor,
-    check_model,
-    find_attractor,
-    follow_impacts,
-    start_of,
-)
+from vireport.simulation.attractors import Attractor, find_attractor
+from vireport.simulation.events import check_model, follow_impacts, start_of
+from vireport.simulation.kernel import PHASE, TURN, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
 

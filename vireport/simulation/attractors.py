@@ -17,8 +17,9 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from vireport.base import brief
-from vireport.physics import Groups, word_name
+from vireport.base.records import brief
+from vireport.physics.groups import Groups
+from vireport.physics.word import word_name
 from vireport.simulation import cycles
 from vireport.simulation.cycles import Cycle
 from vireport.simulation.events import (

@@ -12,8 +12,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import brief
-from vireport.physics import Groups, flight, wrapped
+from vireport.base.records import brief
+from vireport.physics import flight
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import wrapped
 from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds, rubs
 from vireport.simulation.kernel import (
     FLIGHT,

@@ -16,8 +16,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import install_command
-from vireport.physics import Groups, Harmonic, SpeedLaw, flight, unaccelerated, wave
+from vireport.base.errors import install_command
+from vireport.physics import flight
+from vireport.physics.forcing import Harmonic, unaccelerated, wave
+from vireport.physics.groups import Groups, SpeedLaw
 from vireport.simulation import kernel
 from vireport.simulation.compiled import compiled_rubbed_search, compiled_search
 from vireport.simulation.kernel import (
@@ -28,7 +30,7 @@ from vireport.simulation.kernel import (
 )
 
 if TYPE_CHECKING:
-    from vireport.physics import Cubics
+    from vireport.physics.cubics import Cubics
 
 BOTTOM, TOP = 1, -1
 COLUMNS = 6

@@ -15,8 +15,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import brief
-from vireport.physics import Groups
+from vireport.base.records import brief
+from vireport.physics.groups import Groups
 from vireport.simulation.attractors import (
     BLOCK,
     BUDGET,

@@ -5,7 +5,9 @@ from __future__ import annotations
 from math import acos, pi
 from typing import NamedTuple
 
-from vireport.physics import FLOATS, Groups, unaccelerated
+from vireport.physics.forcing import unaccelerated
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import FLOATS
 from vireport.simulation.kernel import TURN
 
 LEAVING = -1

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.physics import stated
+from vireport.physics.groups import stated
 from vireport.simulation.kernel import TURN
 
 Array = NDArray[np.float64]

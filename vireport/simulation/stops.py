@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import ARRAYS, Groups, flight
+from vireport.physics import flight
+from vireport.physics.groups import Groups
+from vireport.physics.numbers import ARRAYS
 from vireport.simulation import kernel
 from vireport.simulation.compiled import compiled_ways
 from vireport.simulation.events import BOTTOM, TOP, groups_of, search_data

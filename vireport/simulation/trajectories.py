@@ -15,8 +15,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base import brief
-from vireport.physics import Groups, Harmonic, flight, wave
+from vireport.base.records import brief
+from vireport.physics import flight
+from vireport.physics.forcing import Harmonic, wave
+from vireport.physics.groups import Groups
 from vireport.simulation.attractors import Attractor, attractors
 from vireport.simulation.events import (
     BOTTOM,

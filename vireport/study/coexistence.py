@@ -9,17 +9,14 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vireport.motions import Atlas, Family, Point
-from vireport.physics import Word
-from vireport.simulation import (
-    Attractor,
-    Jump,
-    Outcome,
-    motion_name,
-)
+from vireport.motions.families import Atlas, Family
+from vireport.motions.points import Point
+from vireport.physics.word import Word
+from vireport.simulation.attractors import Attractor, Outcome, motion_name
+from vireport.simulation.following import Jump
 
 if TYPE_CHECKING:
-    from vireport.checks import CrossCheck
+    from vireport.checks.crosscheck import CrossCheck
 
 ValueRange = tuple[float, float]
 

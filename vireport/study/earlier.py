@@ -15,9 +15,11 @@ from typing import Any
 
 from msgspec import Struct
 
-from vireport.base import ReadingPlace, UsageError, json_text
-from vireport.scenario import Loaded, loads
-from vireport.text import visible
+from vireport.base.encoding import json_text
+from vireport.base.errors import UsageError
+from vireport.base.reading import ReadingPlace
+from vireport.scenario.loading import Loaded, loads
+from vireport.text.foreign import visible
 
 LARGEST = 1 << 26
 """Bytes beyond which a file is not read: results.json of over a thousand families has half as many."""

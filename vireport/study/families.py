@@ -9,19 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions import (
-    NO_BOUND,
-    Atlas,
-    Claim,
-    Event,
-    Family,
-    Mark,
-    Point,
-    generation,
-    impact_rate,
-    rounded_up,
-)
-from vireport.physics import Membrane
+from vireport.motions.error_bounds import NO_BOUND, rounded_up
+from vireport.motions.events import Event
+from vireport.motions.families import Atlas, Claim, Family, Mark
+from vireport.motions.generation import generation, impact_rate
+from vireport.motions.points import Point
+from vireport.physics.energy import Membrane
 
 Floats = NDArray[np.float64]
 

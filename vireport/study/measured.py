@@ -12,25 +12,23 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.base import Mistake, Progress, ScenarioError, UsageError, brief
-from vireport.measurement import (
-    ForceMaximum,
-    Measured,
-    MeasuredMotion,
-    NoFit,
-    Open,
-    Quantity,
-    Record,
-    Sweepable,
-    Unidentifiable,
-    measured,
-    parse_record,
-    record_contents,
-)
-from vireport.motions import discriminant, flight_jacobian, lap_decay, product_trace
-from vireport.physics import ARRAYS, Device, Restitutions, Word
-from vireport.scenario import Approach, DesignInput, Loaded, Parameter, RecordBlock, Scenario
-from vireport.simulation import Attractor, Cycle, Impact, find_attractor
+from vireport.base.errors import Mistake, ScenarioError, UsageError
+from vireport.base.progress import Progress
+from vireport.base.records import brief
+from vireport.measurement.identification import NoFit, Open, Unidentifiable
+from vireport.measurement.motion import ForceMaximum, Measured, MeasuredMotion, Quantity, measured
+from vireport.measurement.records import Record, Sweepable, parse_record, record_contents
+from vireport.motions.stability import discriminant, flight_jacobian, lap_decay, product_trace
+from vireport.physics.device import Device
+from vireport.physics.groups import Restitutions
+from vireport.physics.numbers import ARRAYS
+from vireport.physics.word import Word
+from vireport.scenario.blocks import Approach, RecordBlock, Scenario
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.attractors import Attractor, find_attractor
+from vireport.simulation.cycles import Cycle
+from vireport.simulation.events import Impact
 
 Floats = NDArray[np.float64]
 
@@ -407,7 +405,7 @@ NAMES = {
 
 
 def _data(at: MeasuredAt) -> dict[str, Any]:
-    from vireport.wording import Words
+    from vireport.wording.templates import Words
 
     known, motion = at.shown, at.motion
     told: dict[str, Any] = {

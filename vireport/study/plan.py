@@ -14,17 +14,10 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vireport.base import NumericalError, UsageError, install_command
-from vireport.scenario import (
-    HAVE_DEFAULTS,
-    SPECIAL,
-    Direction,
-    MotionsBlock,
-    Parameter,
-    Scenario,
-    Special,
-    barred_blocks,
-)
+from vireport.base.errors import NumericalError, UsageError, install_command
+from vireport.scenario.blocks import Direction, MotionsBlock, Scenario
+from vireport.scenario.parameters import Parameter
+from vireport.scenario.rules import HAVE_DEFAULTS, SPECIAL, Special, barred_blocks
 
 
 class Task(StrEnum):
@@ -207,7 +200,7 @@ class Plan(Struct, frozen=True, eq=False):
 
     def _repr_html_(self) -> str:
         """The steps and why each runs or does not, for a notebook."""
-        from vireport.text import html_table
+        from vireport.text.tables import html_table
 
         rows = [("run" if step.runs else "skip", step.task, step.what, step.why) for step in self.steps]
         return html_table(("", "Step", "What it is", "Why"), rows)
@@ -230,8 +223,8 @@ class Plan(Struct, frozen=True, eq=False):
 
         Three lines at most, in the words of `templates`.
         """
-        from vireport.text import capital
-        from vireport.wording import Words
+        from vireport.text.formatting import capital
+        from vireport.wording.templates import Words
 
         blocks = [addition for addition in self.additions if addition.is_block]
         inputs = [addition for addition in self.additions if not addition.is_block]
@@ -638,7 +631,7 @@ of more impacts than are looked for, up to the bound on them: of the order."""
 
 def _following(limits: MotionsBlock) -> str:
     """What the families of motions will take."""
-    from vireport.atlas import LOOKED_FOR
+    from vireport.atlas.families import LOOKED_FOR
 
     most = COEXISTING_S * limits.periods + (LONG_WORDS_S if limits.impacts > LOOKED_FOR else 0.0)
     least = FOLLOWED_S * limits.periods

@@ -16,10 +16,12 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import UsageError, __version__, plain
+from vireport.base.errors import UsageError
+from vireport.base.records import plain
+from vireport.base.version import __version__
 
 if TYPE_CHECKING:
-    from vireport.scenario import Loaded, LoadedMap
+    from vireport.scenario.loading import Loaded, LoadedMap
 
 NUMBERS = ("numpy", "pydantic_core", "yaml")
 """Libraries that the numbers pass through."""

@@ -15,50 +15,47 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from vireport.base import json_text, plain
-from vireport.design import (
-    DesignPoint,
-    Distortion,
-    Margin,
-    Solution,
-    StableInterval,
-)
-from vireport.gate import STATED_FIELD_V_M
-from vireport.motions import (
-    NO_BOUND,
-    Branch,
-    Claim,
-    Event,
-    Motions,
-    Point,
-    TableRow,
-    rounded_up,
-    undecided,
-)
-from vireport.physics import (
-    Conversion,
-    Fitting,
-    Groups,
-    Membrane,
-    Restitutions,
-    Shaker,
-    Voltages,
-)
-from vireport.scenario import Scenario, as_yaml, to_dict
+from vireport.base.encoding import json_text
+from vireport.base.records import plain
+from vireport.design.distortion import Distortion
+from vireport.design.margins import Margin
+from vireport.design.point import DesignPoint, StableInterval
+from vireport.design.solution import Solution
+from vireport.gate.stretch import STATED_FIELD_V_M
+from vireport.motions.branches import Branch
+from vireport.motions.diagram import TableRow
+from vireport.motions.error_bounds import NO_BOUND, rounded_up, undecided
+from vireport.motions.events import Event
+from vireport.motions.families import Claim
+from vireport.motions.one_to_one import Motions
+from vireport.motions.points import Point
+from vireport.physics.device import Shaker
+from vireport.physics.energy import Conversion, Fitting, Membrane, Voltages
+from vireport.physics.groups import Groups, Restitutions
+from vireport.scenario.blocks import Scenario, to_dict
+from vireport.scenario.writing import as_yaml
 from vireport.study.families import family_rows
 from vireport.study.provenance import Provenance
-from vireport.text import inert_cell
+from vireport.text.foreign import inert_cell
 
 if TYPE_CHECKING:
-    from vireport.attraction import Proved, Trap
-    from vireport.checks import CrossCheck, Hysteresis, MotionCount
-    from vireport.design import Failure, FollowedMotion, Shifts, Tolerances
-    from vireport.disturbances import Disturbances, Window
-    from vireport.driven import Driven
-    from vireport.measurement import ShakerFinding
-    from vireport.motions import Atlas, Family, Mark
-    from vireport.shocks import AttractingMotion, AttractingMotions, Basins, Withstood
-    from vireport.simulation import Attractor, Course, Jump
+    from vireport.attraction.proved import Proved
+    from vireport.attraction.trap import Trap
+    from vireport.checks.crosscheck import CrossCheck, MotionCount
+    from vireport.checks.hysteresis import Hysteresis
+    from vireport.design.effects import Shifts
+    from vireport.design.followed import FollowedMotion
+    from vireport.design.tolerances import Failure, Tolerances
+    from vireport.disturbances.behaviour import Disturbances
+    from vireport.disturbances.windows import Window
+    from vireport.driven.driven import Driven
+    from vireport.measurement.shaker import ShakerFinding
+    from vireport.motions.families import Atlas, Family, Mark
+    from vireport.shocks.attracting import AttractingMotion, AttractingMotions
+    from vireport.shocks.basin import Basins
+    from vireport.shocks.withstood import Withstood
+    from vireport.simulation.attractors import Attractor
+    from vireport.simulation.following import Course, Jump
     from vireport.study.coexistence import Coexisting
 
 SCHEMA_VERSION = 1
@@ -865,7 +862,7 @@ def _motion_count(motion: MotionCount) -> dict[str, Any]:
 
 def _end(attractor: Attractor, groups: Groups[float]) -> dict[str, Any]:
     """What a start leads to; what a motion that is not periodic does not have is null."""
-    from vireport.simulation import growth_bound
+    from vireport.simulation.cycles import growth_bound
 
     cycle = attractor.cycle
     exponent = attractor.lyapunov

@@ -11,30 +11,24 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base import Mistake, Progress, ScenarioError, UsageError, plain, portion
-from vireport.design import Effect, Shift, Shifts, Solution, Unmoved, shift_to, shifts, solution_of
-from vireport.gate import (
-    LONG_CONTACT,
-    Alert,
-    Criterion,
-    Evidence,
-    alerts,
-)
-from vireport.motions import NO_TOLERANCE, Limits, Motion, Sweep, model_of
-from vireport.physics import ARRAYS, Device, Membrane, Word
-from vireport.scenario import (
-    AccuracyBlock,
-    DesignInput,
-    LeftOut,
-    Loaded,
-    MotionsBlock,
-    Parameter,
-    Scenario,
-    Source,
-    TolerancesBlock,
-    load,
-    to_dict,
-)
+from vireport.base.errors import Mistake, ScenarioError, UsageError
+from vireport.base.progress import Progress, portion
+from vireport.base.records import plain
+from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
+from vireport.design.solution import Solution, solution_of
+from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
+from vireport.gate.evidence import Criterion, Evidence
+from vireport.motions.motion import Motion
+from vireport.motions.points import model_of
+from vireport.motions.sweep import NO_TOLERANCE, Sweep
+from vireport.motions.switching import Limits
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane
+from vireport.physics.numbers import ARRAYS
+from vireport.physics.word import Word
+from vireport.scenario.blocks import AccuracyBlock, LeftOut, MotionsBlock, Scenario, TolerancesBlock, to_dict
+from vireport.scenario.loading import Loaded, Source, load
+from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.families import families_data, motions_data
 from vireport.study.plan import (
     FORMATS,
@@ -57,25 +51,29 @@ from vireport.study.results import (
     solution_data,
     tolerances_data,
 )
-from vireport.text import (
-    bounded,
-    significant,
-    visible,
-)
+from vireport.text.foreign import visible
+from vireport.text.formatting import bounded, significant
 
 if TYPE_CHECKING:
-    from vireport.attraction import Proved, Rechecked
-    from vireport.checks import CrossCheck, Reproduction, WorkPrecision
+    from vireport.attraction.proved import Proved, Rechecked
     from vireport.checks.certificates import Certificate
-    from vireport.compliant import OwnStiffness
-    from vireport.design import Tolerances
-    from vireport.disturbances import Disturbances, Met
-    from vireport.driven import Driven
-    from vireport.gate import Opening, Verdict
-    from vireport.membranes import Compliance
-    from vireport.motions import Atlas, Point
-    from vireport.shocks import AttractingMotions, Basins, Withstood
-    from vireport.simulation import Jump
+    from vireport.checks.crosscheck import CrossCheck
+    from vireport.checks.reproduction import Reproduction
+    from vireport.checks.workprecision import WorkPrecision
+    from vireport.compliant.own_stiffness import OwnStiffness
+    from vireport.design.tolerances import Tolerances
+    from vireport.disturbances.behaviour import Disturbances
+    from vireport.disturbances.met import Met
+    from vireport.driven.driven import Driven
+    from vireport.gate.opening import Opening
+    from vireport.gate.verdict import Verdict
+    from vireport.membranes.compliance import Compliance
+    from vireport.motions.families import Atlas
+    from vireport.motions.points import Point
+    from vireport.shocks.attracting import AttractingMotions
+    from vireport.shocks.basin import Basins
+    from vireport.shocks.withstood import Withstood
+    from vireport.simulation.following import Jump
     from vireport.study.coexistence import Coexisting
     from vireport.study.measured import Branching, MeasuredAt
 
@@ -178,13 +176,13 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def verdict(self) -> Verdict:
         """The answers and criteria that the study comes to."""
-        from vireport.gate import verdict_of
+        from vireport.gate.verdict import verdict_of
 
         return verdict_of(self.evidence)
 
     @property
     def _margin_to_use(self) -> dict[str, Any] | None:
-        from vireport.gate import margin_to_use
+        from vireport.gate.least_margin import margin_to_use
 
         use = margin_to_use(self.evidence)
         return None if use is None else use.to_dict()
@@ -192,7 +190,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def opening(self) -> Opening:
         """What a report opens with: one sentence, the gravest facts, and the numbers to act on."""
-        from vireport.gate import opening_of
+        from vireport.gate.opening import opening_of
 
         return opening_of(self.verdict, self.alerts, self.reproduction)
 
@@ -229,7 +227,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         """The stable motion found again by the simulation, in milliseconds; None where there is none, or no page."""
         if not self.plan.runs(Task.REPRODUCTION):
             return None
-        from vireport.checks import reproduce
+        from vireport.checks.reproduction import reproduce
 
         return reproduce(self.solution)
 
@@ -278,7 +276,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         """The verdict and the critical points, for a notebook."""
         from html import escape  # only here: it reads the names of all characters
 
-        from vireport.text import html_table
+        from vireport.text.tables import html_table
 
         title = escape(self.scenario.title or self.loaded.document.name)
         opening = self.opening.worded()
@@ -329,8 +327,8 @@ def _motions_data(atlas: Atlas | None, membrane: Membrane | None, shown: bool) -
 def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) -> dict[str, Any]:
     if work is None and compliance is None:
         return {"accuracy": None, "compliant": None}
-    from vireport.checks import accuracy_data
-    from vireport.membranes import compliance_data
+    from vireport.checks.workprecision import accuracy_data
+    from vireport.membranes.compliance import compliance_data
 
     return {"accuracy": work and accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
 
@@ -344,7 +342,7 @@ def _measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
 
 
 def _own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
-    from vireport.compliant import own_stiffness_data
+    from vireport.compliant.own_stiffness import own_stiffness_data
 
     return own_stiffness_data(found)
 
@@ -398,11 +396,11 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     )
     study = Study(loaded, steps, solution, measured=measured)
     if scenario.simulation is not None:
-        from vireport.checks import crosscheck
+        from vireport.checks.crosscheck import crosscheck
 
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, say))
     if solution.sweep is not None and steps.runs(Task.CIRCLES):
-        from vireport.disturbances import met_along
+        from vireport.disturbances.met import met_along
 
         study = replace(study, met=met_along(solution.sweep))
     nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
@@ -435,7 +433,7 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
         study = _with_tolerances(study, scenario.tolerances, say)
     if scenario.requirements is not None:
-        from vireport.gate import assess
+        from vireport.gate.requirements import assess
 
         say("judging the requirements")
         study = replace(study, criteria=assess(loaded, study.evidence))
@@ -449,7 +447,7 @@ def _measured(loaded: Loaded, say: Progress) -> tuple[MeasuredAt, ...]:
 
 
 def _with_disturbances(study: Study) -> Study:
-    from vireport.disturbances import disturbances_of
+    from vireport.disturbances.behaviour import disturbances_of
 
     windows = study.plan.runs(Task.WINDOWS)
     asked = study.scenario.disturbances if study.plan.runs(Task.MOMENTS) else None
@@ -458,14 +456,14 @@ def _with_disturbances(study: Study) -> Study:
 
 
 def _with_driven(study: Study, record: str, say: Progress) -> Study:
-    from vireport.driven import driven_by
+    from vireport.driven.driven import driven_by
 
     known = study.loaded.place, study.solution.device, study.solution.membrane
     return replace(study, driven=driven_by(record, *known, say))
 
 
 def _with_withstood(study: Study) -> Study:
-    from vireport.shocks import withstood_by
+    from vireport.shocks.withstood import withstood_by
 
     asked, required = study.scenario.disturbances, study.scenario.requirements
     kicks = (asked.jitter_m_s or 0.0, asked.jitter_restitution or 0.0) if asked is not None else (0.0, 0.0)
@@ -474,7 +472,7 @@ def _with_withstood(study: Study) -> Study:
 
 
 def _with_attracting(study: Study) -> Study:
-    from vireport.shocks import attracting_motions
+    from vireport.shocks.attracting import attracting_motions
 
     if study.disturbances is None:
         return study
@@ -484,7 +482,7 @@ def _with_attracting(study: Study) -> Study:
 
 
 def _with_basins(study: Study) -> Study:
-    from vireport.shocks import basins_of
+    from vireport.shocks.basin import basins_of
 
     if study.attracting is None:
         return study
@@ -494,7 +492,7 @@ def _with_basins(study: Study) -> Study:
 
 
 def _with_proof(study: Study, say: Progress) -> Study:
-    from vireport.attraction import proved_of
+    from vireport.attraction.proved import proved_of
 
     found, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
     if found is None:
@@ -503,7 +501,8 @@ def _with_proof(study: Study, say: Progress) -> Study:
 
 
 def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
-    from vireport.atlas import atlas, motions_of
+    from vireport.atlas.families import atlas
+    from vireport.atlas.given import motions_of
 
     sweep = study.solution.sweep
     if sweep is None:
@@ -521,7 +520,7 @@ def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
 
 def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
     """The motions that the simulation comes to along a sweep, and at the design point: from rest and from starts."""
-    from vireport.atlas import motion_of_cycle
+    from vireport.atlas.cycles import motion_of_cycle
 
     check, told, design = study.crosscheck, study.disturbances, study.solution.design
     if check is not None:
@@ -561,11 +560,11 @@ def _with_accuracy(study: Study, asked: AccuracyBlock, say: Progress) -> Study:
     measured, compliant = study.plan.runs(Task.ACCURACY), study.plan.runs(Task.COMPLIANT)
     share = MEASURED_SHARE if measured and compliant else float(measured)
     if measured:
-        from vireport.checks import measure
+        from vireport.checks.workprecision import measure
 
         study = replace(study, work=measure(study.solution, asked.repeats, portion(say, 0.0, share)))
     if compliant:
-        from vireport.membranes import compliance
+        from vireport.membranes.compliance import compliance
 
         solving = portion(say, share, 1.0)
         study = replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, solving))
@@ -578,7 +577,7 @@ def _with_own_stiffness(study: Study) -> Study:
     contradicted = compared is not None and compared.grade is not None and compared.grade.contradicts
     if share is None or not (share > LONG_CONTACT or contradicted):
         return study
-    from vireport.compliant import own_stiffness
+    from vireport.compliant.own_stiffness import own_stiffness
 
     return replace(study, own_stiffness=own_stiffness(study.solution))
 
@@ -611,7 +610,7 @@ def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, flo
 
 def _with_tolerances(study: Study, asked: TolerancesBlock, say: Progress) -> Study:
     say("proving that every device within the tolerances works")
-    from vireport.design import assess_tolerances
+    from vireport.design.tolerances import assess_tolerances
 
     device, membrane = study.solution.device, study.solution.membrane
     widths = half_widths(device, asked)
@@ -644,7 +643,8 @@ def recheck(data: Mapping[str, Any]) -> float:
     UsageError
         If the results have no proof, or not all of its boxes.
     """
-    from vireport.design import prove_again, region_of
+    from vireport.design.devices import region_of
+    from vireport.design.proof import prove_again
 
     proof = _block(data, "tolerances").get("proof")
     scenario = load(_block(data, "scenario")).scenario
@@ -673,7 +673,7 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
     NumericalError
         If the package for ball arithmetic is not installed.
     """
-    from vireport.attraction import ClaimedSection, ProvedRegion, prove_again
+    from vireport.attraction.proved import ClaimedSection, ProvedRegion, prove_again
 
     proof = _block(data, "disturbances").get("proof")
     if proof is None:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from msgspec import Struct
 
-from vireport.base import UsageError
+from vireport.base.errors import UsageError
 from vireport.text.terms import TERMS
 
 EXPLANATION_WIDTH = 100

@@ -27,8 +27,8 @@ from jinja2 import (
 )
 from jinja2.bccache import Bucket
 
-from vireport.base import RenderError
-from vireport.text import (
+from vireport.base.errors import RenderError
+from vireport.text.formatting import (
     bounded,
     capital,
     error_bound,
