@@ -7,15 +7,24 @@ from __future__ import annotations
 
 from record import record
 
-from vireport.extremes.catalogue import run_catalogue, table_data, table_text
+from vireport.extremes.catalogue import run_catalogue, table_text
+from vireport.extremes.rows import BOUND, CaseVerdict
 
 
 def main() -> None:
     """Print and record the catalogue."""
     outcomes = run_catalogue()
     print(table_text(outcomes))
-    kept = ("group", "case", "verdict", "error", "bound")
-    record("extremes", cases=[{key: case[key] for key in kept} for case in table_data(outcomes)])
+    answers = [outcome.found for outcome in outcomes if outcome.found.error is not None]
+    usual = [found.error for found in answers if found.bound <= BOUND]
+    record(
+        "extremes",
+        cases=len(outcomes),
+        passed=sum(outcome.verdict is CaseVerdict.PASSED for outcome in outcomes),
+        usual=len(usual),
+        largest_usual_error=max(usual),
+        largest_error=max(found.error for found in answers),
+    )
 
 
 if __name__ == "__main__":

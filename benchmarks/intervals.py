@@ -192,7 +192,9 @@ def main() -> None:
             f"{found} {row['seconds']:.2f} s {row['refused'] or ''}"
         )
     if given.table:
-        record("intervals", jitter_s=JITTER_S, impacts=[IMPACTS[0], IMPACTS[1] - 1], intervals=rows)
+        totals, levels = ([row for row in rows if (row["level"] is None) is over_all] for over_all in (True, False))
+        shares = [{name: row[name] for name in ("regime", "level", "coverage")} for row in levels]
+        record("intervals", jitter_s=JITTER_S, impacts=[IMPACTS[0], IMPACTS[1] - 1], intervals=totals, shares=shares)
 
 
 if __name__ == "__main__":
