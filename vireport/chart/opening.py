@@ -1,6 +1,6 @@
 """What a chart opens with: what a run says of its design point and how near its ends are, or else what is stable where.
 
-Python chooses what is said, and `templates/words/chart.j2` says it: each name here is that of a macro there.
+The macros that say it are in `templates/words/chart.j2`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ from vireport.chart.chart import Chart
 from vireport.chart.design import ChartMargin
 from vireport.chart.words import Naming, words_given
 from vireport.gate.alerts import NEAR_CRITICAL
-from vireport.gate.opening import Opening, OpeningFact, Said, gravest
+from vireport.gate.opening import Opening, Statement, gravest, words_of
 from vireport.gate.verdict import Status
+
+_said = words_of("chart")
 
 MOST_KINDS = 3
 """Kinds of regions that are told of a chart without a design point."""
@@ -57,18 +59,14 @@ def chart_opening(chart: Chart, named: Naming) -> Opening:
     return Opening(status, word, run.opening.sentence, gravest([*ends, *run.opening.facts]), run.opening.tiles)
 
 
-def _said(name: str, *given: object) -> Said:
-    return Said(name, given, "chart")
-
-
-def _regions(given: dict[str, Any], chart: Chart) -> Iterator[OpeningFact]:
+def _regions(given: dict[str, Any], chart: Chart) -> Iterator[Statement]:
     """What is stable in the largest parts of a chart."""
     for own in given["sets"][:MOST_KINDS]:
         what = given["named"].long(own.kinds, chart.limits)
-        yield OpeningFact(Status.NEUTRAL, _said("opening_region", what, own.share))
+        yield Statement(Status.NEUTRAL, _said("opening_region", what, own.share))
 
 
-def _ends(chart: Chart, named: Naming) -> Iterator[OpeningFact]:
+def _ends(chart: Chart, named: Naming) -> Iterator[Statement]:
     """Where the motion of the design point ends along both inputs, the nearest end of each."""
     design = chart.design
     assert design is not None
@@ -77,13 +75,13 @@ def _ends(chart: Chart, named: Naming) -> Iterator[OpeningFact]:
     for k, varied in enumerate(chart.plane.inputs):
         end = design.nearest(k)
         if end is None:
-            yield OpeningFact(Status.NEUTRAL, _said("opening_endless", name, varied))
+            yield Statement(Status.NEUTRAL, _said("opening_endless", name, varied))
         else:
             near = end.relative is not None and abs(end.relative) < NEAR_CRITICAL
             away = _said("away_absolute" if end.relative is None else "away", end, varied)
             how = "opening_handover" if end.taken_over else "opening_end"
             said = _said(how, name, varied, end, end_shown(chart, end), away)
-            yield OpeningFact(Status.CAUTION if near else Status.NEUTRAL, said)
+            yield Statement(Status.CAUTION if near else Status.NEUTRAL, said)
 
 
 def end_shown(chart: Chart, end: ChartMargin) -> str:

@@ -1,6 +1,6 @@
 """What a comparison opens with: the best scenario and why, what others lack, and the numbers of the best.
 
-Python chooses what is said, and `templates/words/compare.j2` says it: each name here is that of a macro there.
+The macros that say it are in `templates/words/compare.j2`.
 """
 
 from __future__ import annotations
@@ -9,9 +9,11 @@ from collections.abc import Iterator, Sequence
 
 from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import FIRST, RANKED_DIGITS, VOLTAGES, Merit, Ranked, held_against
-from vireport.gate.opening import Opening, OpeningFact, Said, gravest
+from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
 from vireport.gate.verdict import Conclusion, Status
 from vireport.text.formatting import ABSENT, percent
+
+_said = words_of("compare")
 
 GRAVE = Status.BAD, Status.CAUTION
 """What is said against scenarios, in one fact each."""
@@ -35,10 +37,6 @@ def comparison_opening(ranked: Sequence[Ranked]) -> Opening:
     return Opening(status, word, _sentence(ranked, best), facts, study.opening.tiles)
 
 
-def _said(name: str, *given: object) -> Said:
-    return Said(name, given, "compare")
-
-
 def _sentence(ranked: Sequence[Ranked], best: Sequence[str]) -> Said:
     if len(best) == len(ranked):
         return _said("equally_good", listed(best))
@@ -55,7 +53,7 @@ def _decisive(better: Ranked, following: Ranked) -> Merit:
     return next(merit for merit, mine, theirs in pairs if mine != theirs)
 
 
-def _why(ranked: Sequence[Ranked]) -> Iterator[OpeningFact]:
+def _why(ranked: Sequence[Ranked]) -> Iterator[Statement]:
     """What puts the best before the next, with the numbers of both; that the next is not stable stands elsewhere."""
     following = next((scenario for scenario in ranked if scenario.rank > 1), None)
     if following is None:
@@ -63,7 +61,7 @@ def _why(ranked: Sequence[Ranked]) -> Iterator[OpeningFact]:
     merit = _decisive(ranked[0], following)
     if merit is not Merit.STABILITY:
         numbers = _number(ranked[0], merit), following.name, _number(following, merit)
-        yield OpeningFact(Status.GOOD, _said(f"why_{merit.name.lower()}", *numbers))
+        yield Statement(Status.GOOD, _said(f"why_{merit.name.lower()}", *numbers))
 
 
 def _number(scenario: Ranked, merit: Merit) -> str:
@@ -76,7 +74,7 @@ def _number(scenario: Ranked, merit: Merit) -> str:
     return Message.NONE if shown == ABSENT else shown
 
 
-def _against(ranked: Sequence[Ranked]) -> Iterator[OpeningFact]:
+def _against(ranked: Sequence[Ranked]) -> Iterator[Statement]:
     """What holds against scenarios, all of it and not only what weighs most: two may be alike in the rest."""
     for status in GRAVE:
         whose: dict[Conclusion, list[str]] = {}
@@ -87,10 +85,10 @@ def _against(ranked: Sequence[Ranked]) -> Iterator[OpeningFact]:
         if whose:
             every = (Message.ALL if len(names) == len(ranked) else listed(names) for names in whose.values())
             parts = [_said("of", held_against(one), names).words() for one, names in zip(whose, every, strict=True)]
-            yield OpeningFact(status, _said("lacking", parts))
+            yield Statement(status, _said("lacking", parts))
 
 
-def _traded(ranked: Sequence[Ranked]) -> Iterator[OpeningFact]:
+def _traded(ranked: Sequence[Ranked]) -> Iterator[Statement]:
     """What gives more voltage than the best, of those as good in requirements and stability, with its margin."""
     first = ranked[0]
     rivals = [scenario for scenario in ranked if scenario.key[: len(FIRST)] == first.key[: len(FIRST)]]
@@ -102,4 +100,4 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[OpeningFact]:
             named.add(top.name)
             more = percent(most / mine - 1, signed=True)
             given = top.name, top.show(merit), more, top.show(Merit.MARGIN)
-            yield OpeningFact(Status.NEUTRAL, _said(f"traded_{merit.name.lower()}", *given))
+            yield Statement(Status.NEUTRAL, _said(f"traded_{merit.name.lower()}", *given))

@@ -6,7 +6,7 @@ PDF, terminal, bench and notebook begin with the same opening.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -87,17 +87,13 @@ class Said(Struct, frozen=True, eq=False):
         return Words(self.file, templates)(self.macro, *given)
 
 
-class OpeningFact(Struct, frozen=True, eq=False):
-    """A fact of an opening, and what it means for the design."""
-
-    status: Status
-    said: Said
-
-    __repr__ = brief
+def words_of(file: str) -> Callable[..., Said]:
+    """What takes a macro of a file of words and what it is told, and makes a `Said` of them."""
+    return lambda macro, *given: Said(macro, given, file)
 
 
-class Tile(Struct, frozen=True, eq=False):
-    """A number of an opening; its macro gives what it is, the number, and what to know about it."""
+class Statement(Struct, frozen=True, eq=False):
+    """A fact or a number of an opening, and what it means for the design."""
 
     status: Status
     said: Said
@@ -155,16 +151,17 @@ class Opening(Struct, frozen=True, eq=False):
     word : Said
         The conclusion in a few words.
     sentence : Said
-    facts : tuple of OpeningFact
+    facts : tuple of Statement
         The gravest first, at most `MOST_FACTS`.
-    tiles : tuple of Tile
+    tiles : tuple of Statement
+        Their macros give what each is, the number, and what to know about it.
     """
 
     status: Status
     word: Said
     sentence: Said
-    facts: tuple[OpeningFact, ...] = ()
-    tiles: tuple[Tile, ...] = ()
+    facts: tuple[Statement, ...] = ()
+    tiles: tuple[Statement, ...] = ()
 
     __repr__ = brief
 
@@ -190,7 +187,7 @@ class Opening(Struct, frozen=True, eq=False):
         )
 
 
-def gravest(facts: Iterable[OpeningFact]) -> tuple[OpeningFact, ...]:
+def gravest(facts: Iterable[Statement]) -> tuple[Statement, ...]:
     """Take as many facts as an opening has, the gravest first."""
     return tuple(sorted(facts, key=lambda fact: GRAVITY[fact.status])[:MOST_FACTS])
 
@@ -210,8 +207,8 @@ def opening_of(verdict: Verdict, alerts: Iterable[Alert] = (), again: Reproducti
     return Opening(verdict.status, Said("word", (verdict,)), _sentence(verdict), facts, tiles)
 
 
-def _fact(status: Status, name: str, *given: object) -> OpeningFact:
-    return OpeningFact(status, Said(name, given))
+def _fact(status: Status, name: str, *given: object) -> Statement:
+    return Statement(status, Said(name, given))
 
 
 def _sentence(verdict: Verdict) -> Said:
@@ -234,7 +231,7 @@ def _running(verdict: Verdict) -> str:
     return "runs_by_itself" if reached else "runs"
 
 
-def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None) -> Iterator[OpeningFact]:
+def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None) -> Iterator[Statement]:
     yield from _of_requirements(verdict)
     yield from _of_simulation(verdict, again)
     yield from _of_motion(verdict)
@@ -247,7 +244,7 @@ def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None
     yield from _of_disturbances(verdict)
 
 
-def _of_requirements(verdict: Verdict) -> Iterator[OpeningFact]:
+def _of_requirements(verdict: Verdict) -> Iterator[Statement]:
     if verdict.accepted is None:
         return
     missed = [criterion for criterion in verdict.accepted.data if not criterion.passed]
@@ -255,7 +252,7 @@ def _of_requirements(verdict: Verdict) -> Iterator[OpeningFact]:
     yield _fact(verdict.accepted.status, name, verdict.accepted.data, missed)
 
 
-def _of_simulation(verdict: Verdict, again: Reproduction | None) -> Iterator[OpeningFact]:
+def _of_simulation(verdict: Verdict, again: Reproduction | None) -> Iterator[Statement]:
     check = verdict.evidence.crosscheck
     if check is not None and not check.passed:
         yield _fact(Status.BAD, "simulation_departs", check)
@@ -265,7 +262,7 @@ def _of_simulation(verdict: Verdict, again: Reproduction | None) -> Iterator[Ope
         yield _fact(Status.BAD, "not_reproduced", again)
 
 
-def _of_motion(verdict: Verdict) -> Iterator[OpeningFact]:
+def _of_motion(verdict: Verdict) -> Iterator[Statement]:
     """Which motion the ball has, and whether it gets there from rest."""
     motion, evidence = verdict.motion.data, verdict.evidence
     end = evidence.from_rest
@@ -310,14 +307,14 @@ def _ending(end: FromRest) -> Said:
     return Said(name if end.word else f"{name}_without_period", (end,))
 
 
-def _ramp(verdict: Verdict) -> Iterator[OpeningFact]:
+def _ramp(verdict: Verdict) -> Iterator[Statement]:
     """What helps where switching on at once does not."""
     ramp = verdict.from_rest.data.ramp if verdict.from_rest is not None else None
     if ramp is not None:
         yield _fact(Status.CAUTION, "ramp_helps" if ramp.periods is not None else "no_ramp_helps", ramp)
 
 
-def _of_margin(verdict: Verdict) -> Iterator[OpeningFact]:
+def _of_margin(verdict: Verdict) -> Iterator[Statement]:
     own = verdict.evidence.own_stiffness
     if own is not None and own.margin_gone:
         yield _fact(Status.CAUTION, "soft_membranes_end_it", own)
@@ -373,7 +370,7 @@ def _effect(use: MarginToUse, recoils: bool) -> Said:
     return Said(f"with_{effect.left_out.name.lower()}{form}", (abs(effect.size),))
 
 
-def _of_tolerances(verdict: Verdict) -> Iterator[OpeningFact]:
+def _of_tolerances(verdict: Verdict) -> Iterator[Statement]:
     if verdict.tolerances is None:
         return
     found = verdict.tolerances.data
@@ -382,7 +379,7 @@ def _of_tolerances(verdict: Verdict) -> Iterator[OpeningFact]:
     yield _fact(verdict.tolerances.status, name, found)
 
 
-def _of_voltage(verdict: Verdict) -> Iterator[OpeningFact]:
+def _of_voltage(verdict: Verdict) -> Iterator[Statement]:
     volts = verdict.voltage.data
     if volts is None:
         return
@@ -395,7 +392,7 @@ def _of_voltage(verdict: Verdict) -> Iterator[OpeningFact]:
         yield _fact(volts.status, name, volts.stretch)
 
 
-def _of_disturbances(verdict: Verdict) -> Iterator[OpeningFact]:
+def _of_disturbances(verdict: Verdict) -> Iterator[Statement]:
     if verdict.shock is not None:
         shock = verdict.shock.data
         name = "shock_not_known" if shock.shock is None else "shock_none" if shock.jump_m_s is None else "shock_least"
@@ -407,11 +404,11 @@ def _of_disturbances(verdict: Verdict) -> Iterator[OpeningFact]:
         yield _fact(verdict.reached.status, "starts_reach_it", verdict.reached.data)
 
 
-def _tile(status: Status, name: str, *given: object) -> Tile:
-    return Tile(status, Said(f"tile_{name}", given))
+def _tile(status: Status, name: str, *given: object) -> Statement:
+    return Statement(status, Said(f"tile_{name}", given))
 
 
-def _tiles(verdict: Verdict, again: Reproduction | None) -> Iterator[Tile]:
+def _tiles(verdict: Verdict, again: Reproduction | None) -> Iterator[Statement]:
     if (where := _where(verdict)) is not None:
         yield where
     if (margin := _margin(verdict)) is not None:
@@ -421,7 +418,7 @@ def _tiles(verdict: Verdict, again: Reproduction | None) -> Iterator[Tile]:
     yield _voltage(verdict)
 
 
-def _where(verdict: Verdict) -> Tile | None:
+def _where(verdict: Verdict) -> Statement | None:
     """Where the motion is stable: along the sweep, or in the input with the nearest end."""
     if verdict.where is None:
         return None
@@ -444,7 +441,7 @@ def range_name(part: StableInterval, what: str) -> str:
     return f"{form}_{what}"
 
 
-def _margin(verdict: Verdict) -> Tile | None:
+def _margin(verdict: Verdict) -> Statement | None:
     if verdict.margin is None:
         return None
     nearest, status = verdict.margin.data, verdict.margin.status
@@ -463,7 +460,7 @@ def _margin(verdict: Verdict) -> Tile | None:
     return _tile(status, "margin_absolute" if use.relative is None else "margin", verdict, use)
 
 
-def _from_rest(verdict: Verdict, again: Reproduction | None) -> Tile | None:
+def _from_rest(verdict: Verdict, again: Reproduction | None) -> Statement | None:
     evidence = verdict.evidence
     end = evidence.from_rest
     if end is None:
@@ -477,7 +474,7 @@ def _from_rest(verdict: Verdict, again: Reproduction | None) -> Tile | None:
     return _tile(status, "elsewhere", _ending(end)) if end.decided else _tile(status, "undecided")
 
 
-def _voltage(verdict: Verdict) -> Tile:
+def _voltage(verdict: Verdict) -> Statement:
     volts = verdict.voltage.data
     if verdict.evidence.solution.membrane is None:
         return _tile(Status.NEUTRAL, "voltage_not_evaluated")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from vireport.gate.alerts import Alert
-from vireport.gate.opening import WordedOpening
+from vireport.gate.opening import Opening, Statement, WordedOpening, words_of
 from vireport.gate.verdict import Status
 from vireport.maps.cells import MapPlan
 from vireport.maps.design import MapDesign
@@ -24,6 +24,8 @@ from vireport.wording.templates import Words
 if TYPE_CHECKING:
     from vireport.design.margins import Margin
     from vireport.figures.style import Picture
+
+_said = words_of("map")
 
 
 class MapColumn(Struct, frozen=True):
@@ -76,12 +78,11 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         """That of a run of the design point; without one, what the cells hold."""
         if self.design is not None:
             return self.design.study.opening.worded(self.templates)
-        facts = [
-            self.say("only_unstable", self.found),
-            *([self.say("missed", self.found) + "."] if self.found.missed else []),
-        ]
-        told = tuple((Status.NEUTRAL, fact) for fact in (*facts, self.say("give_design")))
-        return WordedOpening(Status.NEUTRAL, self.say("word"), self.say("headline", self.plan, self.found), told)
+        missed = (_said("sentence", _said("missed", self.found)),) if self.found.missed else ()
+        told = (_said("only_unstable", self.found), *missed, _said("give_design"))
+        facts = tuple(Statement(Status.NEUTRAL, fact) for fact in told)
+        headline = _said("headline", self.plan, self.found)
+        return Opening(Status.NEUTRAL, _said("word"), headline, facts).worded(self.templates)
 
     @property
     def alerts(self) -> tuple[Alert, ...]:
