@@ -38,7 +38,9 @@ class Amount(Struct, frozen=True):
         """What is wrong with a number that is shown with a prefix of the unit, or ""."""
         shown = Decimal(number.replace(" × 10", "e").translate(_SUPERSCRIPTS))
         scale, expected = Decimal(1).scaleb(PREFIXES[prefix]), Decimal(self.value)
-        place = Decimal(1).scaleb(shown.as_tuple().exponent) * scale
+        # Noughts at the end of a whole number may stand for digits that are not known.
+        last = shown.as_tuple().exponent if "." in number or "e" in number else shown.normalize().as_tuple().exponent
+        place = Decimal(1).scaleb(last) * scale
         error, forgiven = abs(shown * scale - expected), Decimal(ROUNDING) * abs(expected)
         wanted = Decimal(1).scaleb(expected.adjusted() - self.digits + 1) if expected else place
         if error > min(place, wanted) * Decimal("0.500001") + forgiven:

@@ -24,7 +24,7 @@ from shown_tables import (
     gone,
     in_input,
     margin_left,
-    motion_digits,
+    model_digits,
     number,
     percentage,
     stable_speeds,
@@ -339,7 +339,7 @@ class Opening:
             status = "bad"
         remark = Said(f"by the paper’s formulae{', extrapolated' if self.deep else ''}")
         if max(volts) < min(volts) * (1 + 1e-6):
-            return Expected(status, (label, Said("{}", Amount(volts[0], "V", motion_digits(x, 3))), remark))
+            return Expected(status, (label, Said("{}", Amount(volts[0], "V", model_digits(x))), remark))
         ends = Amount(min(volts), "V", 3), Amount(max(volts), "V", 3)
         return Expected(status, (label, Said("{} to {}", *ends), remark))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from math import ceil, floor, hypot, inf, log10, pi, sqrt
+from math import floor, hypot, inf, log10, pi, sqrt
 from typing import Any
 
 from definitions import STANDARD_GRAVITY, SWEPT, SYMBOLS, Device, contact_time, device_of, mean
@@ -161,25 +161,23 @@ def gone(x: Results) -> bool:
     return own["missing"] == "lost" if of is None else abs(of["trace"]) >= 1 + of["determinant"]
 
 
-def digits_of(x: Results, parameter: str, value: float, most: int) -> int:
-    """How many digits of a critical point the contacts leave: up to the first that they move, and the next.
+def model_digits(x: Results) -> int:
+    """How many digits of a number what long contacts, soft membranes and neglected effects move leaves: 3 to 6.
 
-    Where contacts are short, nothing says how far they move it: some four times their share of the forcing period.
+    Three where nothing is known of that: as many as an error of a per cent leaves.
     """
-    if not _critical(x, parameter, value):
-        return most
-    if x.data["own_stiffness"] is None:
-        return min(most, max(3, 1 + ceil(-log10(4 * x.contact_share)))) if x.contact_share else most
-    end = compliant_end(x, parameter, value)
-    if end is None or end["compliant"] is None:
+    if not x.contact_share:
         return 3
-    moved = floor(log10(abs(value))) - floor(log10(abs(end["compliant"] - value)))
-    return min(6, max(3, moved + 2))
+    ends = x.data["own_stiffness"]["ends"] if x.data["own_stiffness"] is not None else ()
+    effects = x.data["effects"]["rows"] if x.data["effects"] is not None else ()
+    moved = [end["compliant"] / end["rigid"] - 1 for end in ends if end["compliant"] is not None]
+    moved += [row["moved_relative"] for row in effects if row["moved_relative"] is not None]
+    return min(max(1 - floor(log10(2 * max(4 * x.contact_share, *map(abs, moved), 5e-7))), 3), 6)
 
 
-def motion_digits(x: Results, most: int) -> int:
-    """How many digits of a motion long contacts leave: one more than those that their share of the period leaves."""
-    return most if x.data["own_stiffness"] is None else min(most, max(3, 2 + ceil(-log10(x.contact_share))))
+def digits_of(x: Results, parameter: str, value: float, most: int) -> int:
+    """How many digits of a value are shown: of a critical point what is left, `most` at least of what is given."""
+    return model_digits(x) if _critical(x, parameter, value) else most
 
 
 def _critical(x: Results, parameter: str, value: float) -> bool:
@@ -408,7 +406,7 @@ def ranges_around(x: Results) -> list[Row]:
 
 
 def distortions(x: Results) -> list[Row]:
-    digits = 4 if x.data["own_stiffness"] is None else 2
+    digits = model_digits(x)
     return [
         {
             "Harmonic": number(found["order"]),
@@ -478,8 +476,8 @@ def motions_at_design(x: Results) -> list[Row]:
             "Motion": of["family"][k].capitalize(),
             "Type": of["stability"][k],
             "Admissible": "yes" if of["admissible"][k] else "no",
-            **{title: number(of[key][k], motion_digits(x, 6)) for title, key in columns.items()},
-            "Δ": number(of["trace"][k] ** 2 - 4 * x.device.determinant, 4),
+            **{title: number(of[key][k], model_digits(x)) for title, key in columns.items()},
+            "Δ": number(of["trace"][k] ** 2 - 4 * x.device.determinant, model_digits(x)),
         }
         for k in range(len(of["q"]))
     ]
@@ -493,13 +491,13 @@ def voltages(x: Results) -> list[Row]:
         {
             "Stable motion": name,
             x.symbol: Amount(value, x.unit, digits_of(x, x.parameter, value, 8)),
-            "d": number(d, digits_of(x, x.parameter, value, 8)),
-            "VB": Amount(bottom, "m/s", motion_digits(x, 5)),
-            "VT": Amount(top, "m/s", motion_digits(x, 5)),
-            "bottom": Amount(x.device.gain(bottom), "V", motion_digits(x, 5)),
-            "top": Amount(x.device.gain(top), "V", motion_digits(x, 5)),
-            "Uave": Amount(mean([x.device.gain(bottom), x.device.gain(top)]), "V", motion_digits(x, 5)),
-            "δ": Amount(x.device.deflection(max(bottom, top)), "m", 4),
+            "d": number(d, model_digits(x)),
+            "VB": Amount(bottom, "m/s", model_digits(x)),
+            "VT": Amount(top, "m/s", model_digits(x)),
+            "bottom": Amount(x.device.gain(bottom), "V", model_digits(x)),
+            "top": Amount(x.device.gain(top), "V", model_digits(x)),
+            "Uave": Amount(mean([x.device.gain(bottom), x.device.gain(top)]), "V", model_digits(x)),
+            "δ": Amount(x.device.deflection(max(bottom, top)), "m", model_digits(x)),
         }
         for name, value, d, bottom, top in x.places()
     ]
@@ -518,16 +516,16 @@ def mass_effects(x: Results) -> list[Row]:
             {
                 "Ball mass": name,
                 "": Amount(1e3 * mass, "g", 6),
-                "δ": Amount(depth, "m", 4),
+                "δ": Amount(depth, "m", model_digits(x)),
                 "δ/Rc": number(depth / device.membrane["active_radius_m"], 3),
-                "Uave": Amount(mean([device.gain(bottom), device.gain(top)]), "V", motion_digits(x, 5)),
+                "Uave": Amount(mean([device.gain(bottom), device.gain(top)]), "V", model_digits(x)),
             }
         )
     return rows
 
 
 def energy(x: Results) -> list[Row]:
-    rows, digits = [], motion_digits(x, 5)
+    rows, digits = [], model_digits(x)
     for bottom, top in x.design_speeds:
         gained = x.device.energy(bottom) + x.device.energy(top)
         rows.append(
@@ -546,11 +544,10 @@ def energy(x: Results) -> list[Row]:
 
 
 def points(x: Results) -> list[Row]:
-    rows, digits = [], motion_digits(x, 6)
+    rows, digits = [], model_digits(x)
     for point in x.points:
         value = point["sweep_value"]
-        of_d = digits_of(x, x.parameter, value, 8)
-        place = {x.symbol: Amount(value, x.unit, 9), "± bound": Bound(point["error_bound"])}
+        place = {x.symbol: Amount(value, x.unit, digits), "± bound": Bound(point["error_bound"])}
         if x.data["own_stiffness"] is not None:
             end, shown = compliant_end(x, x.parameter, value), digits_of(x, x.parameter, value, 9)
             of_compliant = "—" if end is None else end["missing"] or Amount(end["compliant"], x.unit, shown)
@@ -563,7 +560,7 @@ def points(x: Results) -> list[Row]:
                 {"Point": point["label"], "What happens": happens}
                 | place
                 | {
-                    "d": number(x.device.at(x.parameter, value).d, of_d),
+                    "d": number(x.device.at(x.parameter, value).d, digits),
                     "q": number(motion["q"], digits),
                     "φB": number(motion["phi_bottom_rad"], digits),
                     "φT": number(top, digits),
@@ -601,7 +598,8 @@ def table_1(x: Results) -> list[Row]:
             (start, of["sweep_start"], "d from", f"{x.symbol} from", x.unit), (end, of["sweep_end"], "to", "to 2", "")
         ):  # fmt: skip
             digits = digits_of(x, x.parameter, place[label], 8) if label else 8
-            row |= {of_d: number(x.device.at(x.parameter, value).d, digits), of_swept: Amount(value, unit, digits)}
+            of = number(x.device.at(x.parameter, value).d, model_digits(x))
+            row |= {of_d: of, of_swept: Amount(value, unit, digits)}
         rows.append(row)
     return rows
 
@@ -1013,8 +1011,8 @@ def _followed(x: Results, of: dict) -> Row:
     return {
         "Motion": _outcome({"outcome": "other_motion", **of}),
         "Type": "stable focus" if focus else "stable node",
-        f"Stable from {symbol}": Amount(stable["from"], unit, 6),
-        "to": number(stable["to"], 6),
+        f"Stable from {symbol}": Amount(stable["from"], unit, model_digits(x)),
+        "to": number(stable["to"], model_digits(x)),
         "Begins with": _end_of(stable["from_reason"]),
         "Ends with": _end_of(stable["to_reason"]),
     }
@@ -1184,7 +1182,10 @@ def _of_design(x: Results) -> Iterator[Said]:
         at = ", ".join(f"{SYMBOLS[name][1]} = {{}}" for name, _ in values)
         yield Said(f"At {at}:", *(in_input(name, value, 8) for name, value in values))
         alike = x.device.restitution_bottom == x.device.restitution_top
-        yield Said(f"Det = {'r⁴' if alike else '(rbottom rtop)²'} = {{}} for all", number(x.device.determinant, 6))
+        yield Said(
+            f"Det = {'r⁴' if alike else '(rbottom rtop)²'} = {{}} for all",
+            number(x.device.determinant, model_digits(x)),
+        )
 
 
 def stable_speeds(x: Results) -> list[tuple[float, float]]:
@@ -1232,11 +1233,11 @@ def _of_membrane(x: Results) -> Iterator[Said]:
     yield Said("δ the larger deflection; Rc = {}.", Amount(radius, "m", 6))
     exponent = 1 / (h + 1)
     if device.free:
-        yield Said("grows with the power 1/(h + 1) = {} of m/(1 + m/M). The velocities are those", number(exponent, 4))
+        yield Said("grows with the power 1/(h + 1) = {} of m/(1 + m/M). The velocities are those", number(exponent, 3))
     else:
         yield Said(
             "grows with the power 1/(h + 1) = {} of m: a ball of twice the mass goes {} times as deep",
-            number(exponent, 4), number(2**exponent, 3),
+            number(exponent, 3), number(2**exponent, 3),
         )  # fmt: skip
     if stable_speeds(x):
         yield from _of_stretch(x)

@@ -1,7 +1,7 @@
 // The bench: sliders over a scenario, and what the program answers to them. Nothing is computed here but places on the
 // page. A backend has `ask(kind, question, told)`, which promises an answer; `remember(state)` and `recalled()`, which
 // keep the state; `saves`, whether it writes files, and `report(name)`, where a report that was written can be read.
-import { DIGITS, clamp, make, named, plain, show, signOf, signed, stepOf } from "./elements.js";
+import { DIGITS, clamp, make, named, plain, show, shown, signOf, signed, stepOf } from "./elements.js";
 import { ticksOf, unitOf, withUnit } from "./elements.js";
 import { FIGURES, drawPanels, legendOf, panelsOf } from "./panels.js";
 import { deviceInMotion } from "./sketch.js";
@@ -505,7 +505,7 @@ export function mount(root, start, backend) {
   };
 
   const numberRows = ({ answer: told, digits }, both) => {
-    const text = (value) => show(value, digits?.motion ?? FEWEST);
+    const text = (value) => shown(value, digits ?? FEWEST);
     const motion =
       told.shown === null
         ? null
@@ -597,11 +597,9 @@ export function mount(root, start, backend) {
     placePoint();
   };
 
-  const drawMargins = (list, unresolved, digits = []) => {
+  const drawMargins = (list, unresolved, digits = FEWEST) => {
     cards.margins.classList.remove("waiting");
-    const ends = list
-      .map((margin, k) => ({ ...margin, digits: digits[k] ?? FEWEST }))
-      .filter((margin) => margin.ends_stability || margin.taken_over);
+    const ends = list.filter((margin) => margin.ends_stability || margin.taken_over);
     cards.margins.hidden = ends.length === 0 && unresolved.length === 0;
     const known = new Map(start.inputs.map((own) => [own.key, own]));
     marginTable.replaceChildren(
@@ -623,7 +621,7 @@ export function mount(root, start, backend) {
             "tr",
             {},
             make("th", { scope: "row" }, `${quantity} ${named(symbol)}`),
-            make("td", { class: "figure" }, withUnit(show(margin.sweep_value, margin.digits), unit)),
+            make("td", { class: "figure" }, withUnit(shown(margin.sweep_value, digits), unit)),
             make(
               "td",
               { class: "figure" },
@@ -659,7 +657,7 @@ export function mount(root, start, backend) {
       ),
     );
     if (results.design_point)
-      drawMargins(results.design_point.margins, results.design_point.margins_unresolved, finding.digits.margins);
+      drawMargins(results.design_point.margins, results.design_point.margins_unresolved, finding.digits);
     drawNumbers();
     const lines = results.requirements?.criteria ?? [];
     cards.criteria.hidden = lines.length === 0;

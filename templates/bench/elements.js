@@ -3,7 +3,7 @@
 const SVG = "http://www.w3.org/2000/svg";
 const DRAWN = new Set(["svg", "g", "line", "circle", "rect", "path", "text", "title"]);
 
-/** Significant digits of a number that is shown. */
+/** Significant digits of a number that is set, or stands at a tick: of inputs. */
 export const DIGITS = 5;
 
 /** An element with attributes, of which functions listen to events and truth values switch, and with children. */
@@ -31,8 +31,14 @@ export const place = (node, attributes) => {
 /** A number for a field, with so many digits at most. */
 export const plain = (value, digits = DIGITS) => String(Number(value.toPrecision(digits)));
 
-/** A number for a reader. */
+/** A number of an axis or an input. */
 export const show = (value, digits = DIGITS) => plain(value, digits).replaceAll("-", "−");
+
+/** A number that a model gives, with the digits that its error leaves, as the program prints it. */
+export const shown = (value, digits) => {
+  const text = value.toPrecision(digits);
+  return (text.includes("e") || Number(text) === value ? plain(value, digits) : text).replaceAll("-", "−");
+};
 
 /** A change in per cent, with its sign. */
 export const signed = (percent) => `${percent < 0 ? "−" : "+"}${plain(Math.abs(percent), 3)} %`;

@@ -19,6 +19,7 @@ from vireport.bench.session import first, loaded_of, opened, start_data
 from vireport.bench.widget import one_module
 from vireport.scenario.loading import load
 from vireport.study.study import analyse
+from vireport.text.formatting import shown
 
 pytestmark = [pytest.mark.slow, needs_a_browser]
 
@@ -83,10 +84,6 @@ def texts(page: Browser, selector: str) -> list[str]:
     return list(page.run(f"[...document.querySelectorAll({json.dumps(selector)})].map((x) => x.innerText)"))
 
 
-def shown(value: float, digits: int) -> str:
-    return f"{float(f'{value:.{digits}g}'):.15g}".replace("-", "\N{MINUS SIGN}")
-
-
 def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> None:
     known = opened(EXAMPLES / f"{name}.yaml")
     for state in ({}, {"device.restitution": 0.46}):
@@ -98,12 +95,12 @@ def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> No
         row = next(k for k, there in enumerate(design["admissible"]) if there)
         cells = dict(zip(texts(page, ".card table tbody th"), texts(page, ".card table tbody td"), strict=False))
         assert cells["Motion"].startswith(design["stability"][row])
-        digits = study.verdict.motion_digits(5)
+        exactness = study.verdict.exactness
         assert texts(page, "td[data-name^='Impact velocity']") == [
-            f"{shown(design['velocity_bottom'][row], digits)}, {shown(-design['velocity_top'][row], digits)}"
+            f"{shown(design['velocity_bottom'][row], exactness)}, {shown(-design['velocity_top'][row], exactness)}"
         ]
         assert texts(page, "td[data-name^='Phase']") == [
-            f"{shown(design['phi_bottom_rad'][row], digits)}, {shown(design['phi_top_rad'][row], digits)}"
+            f"{shown(design['phi_bottom_rad'][row], exactness)}, {shown(design['phi_top_rad'][row], exactness)}"
         ]
         opening = study.opening.worded()
         assert texts(page, ".sentence") == [opening.sentence]
@@ -113,8 +110,8 @@ def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> No
         rows = [row.split("\t")[1:3] for row in texts(page, ".margins tbody tr")]
         assert rows == [
             [
-                end.parameter.with_unit(shown(end.sweep_value, study.verdict.digits(end.parameter, end.point, 5))),
-                f"{'+' if end.relative > 0 else chr(0x2212)}{shown(abs(100 * end.relative), 3)} %",
+                study.verdict.place(end),
+                f"{'+' if end.relative > 0 else chr(0x2212)}{abs(100 * end.relative):.3g} %",
             ]
             for end in ends[:8]
         ]

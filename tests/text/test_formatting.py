@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from itertools import combinations
+from math import log10
 
 import pytest
 from hypothesis import given
@@ -11,12 +13,17 @@ from hypothesis import strategies as st
 from vireport.text.formatting import (
     ABSENT,
     MINUS,
+    OF_A_MODEL,
+    ROUGHLY,
+    Exactness,
+    apart,
     bounded,
     error_bound,
     exact,
     percent,
     quantity,
     scaled,
+    shown,
     significant,
     words,
 )
@@ -36,6 +43,11 @@ def parse(text: str) -> Decimal:
 def half_a_unit(text: str) -> Decimal:
     """Half a unit of the last printed digit."""
     return Decimal((0, (5,), parse(text).as_tuple().exponent - 1))
+
+
+def significand(text: str) -> str:
+    """The digits of a printed number, from the first that is not nought."""
+    return text.partition(" ×")[0].strip(MINUS).replace(".", "").lstrip("0")
 
 
 def close(printed: Decimal, value: Decimal, half: Decimal) -> bool:
@@ -79,6 +91,63 @@ def test_significant_never_invents_zero_or_one(value: float, digits: int) -> Non
 )
 def test_significant_cases(value: float, text: str) -> None:
     assert significant(value, 6) == text
+
+
+@given(NONZERO, st.floats(1e-14, 1e2))
+def test_a_number_is_rounded_within_its_error_and_one_digit_more_would_be_noise(value: float, share: float) -> None:
+    error = abs(value) * share
+    text = shown(value, error)
+    off, last = abs(parse(text) - Decimal(repr(value))), 2 * half_a_unit(text)
+    assert off <= Decimal(error) * Decimal("1.000001") or len(significand(text)) == 1
+    short, whole = off <= abs(Decimal(value)) * Decimal("1e-14"), "." not in text and text.endswith("0")
+    # It ends earlier where it is short, and later where it would seem to be one.
+    if not (short or whole) and abs(parse(shown(value, 10 * error))) != 1:
+        assert last / 2 <= Decimal(error) * Decimal("1.000001")
+        assert Decimal(error) <= 5 * last or len(significand(text)) == 1
+
+
+@given(NONZERO, st.floats(1e-12, 0.4))
+def test_all_numbers_of_a_study_have_the_digits_of_its_largest_error(value: float, relative: float) -> None:
+    exactness = Exactness(relative)
+    text = shown(value, exactness)
+    assert abs(parse(text) - Decimal(value)) <= abs(Decimal(value)) * Decimal(relative) * Decimal("1.000001")
+    if abs(value) < 1 and abs(parse(text)) != 1 and "×" not in text:
+        assert len(significand(text)) <= exactness.digits <= 2 - log10(2 * relative)
+
+
+@given(st.lists(st.floats(0.1, 10), min_size=2, max_size=4))
+def test_numbers_that_differ_are_told_apart_by_what_they_differ_by(values: list[float]) -> None:
+    texts = apart(values)
+    for one, other in combinations(range(len(values)), 2):
+        difference = Decimal(repr(values[one])) - Decimal(repr(values[other]))
+        if abs(difference) > Decimal("1e-13"):
+            assert texts[one] != texts[other]
+            assert abs(parse(texts[one]) - parse(texts[other]) - difference) <= abs(difference)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.62945714101, OF_A_MODEL, "0.629"),
+        (0.62945714101, ROUGHLY, "0.63"),
+        (0.62945714101, 3e-6, "0.629457"),
+        (0.62945714101, 0.0, "0.62945714101"),
+        (0.62945714101, 8.0, "0.6"),
+        (9.996, 0.03, "10.00"),
+        (9.996, OF_A_MODEL, "10.0"),
+        (42836.2, OF_A_MODEL, "42800"),
+        (12345678.9, OF_A_MODEL, "1.23 × 10⁷"),
+        (0.5, 1e-6, "0.5"),
+        (0.99999, OF_A_MODEL, "0.99999"),
+        (0.1 + 0.2, 1e-9, "0.3"),
+        (-1e-7, OF_A_MODEL, f"{MINUS}1 × 10⁻⁷"),
+        (0.0, 1.0, "0"),
+        (None, 1.0, ABSENT),
+        (float("nan"), 1.0, ABSENT),
+    ],
+)
+def test_numbers_are_shown(value: float | None, error: float | Exactness, text: str) -> None:
+    assert shown(value, error) == text
 
 
 @given(FINITE)

@@ -42,6 +42,7 @@ from vireport.report.templates import FILTERS
 from vireport.scenario.blocks import LeftOut
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.plan import Addition, Task
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY
 from vireport.wording import templates as wording
 from vireport.wording.templates import TEMPLATES, Words, environment_of
 
@@ -172,7 +173,7 @@ def tolerances(proved: bool, worst: object = None, provable: bool = True, stable
 def compliant(**changed: object) -> Evidence:
     """What the membranes' own stiffness makes of the inclined capsule, changed as a whole or at its ends."""
     point, names = thing(label="B1", event=thing(words="period doubling")), ("compliant", "compliant_margin", "why")
-    values = {"rigid": 0.62946, "digits": 3, "compliant": 0.58155, "compliant_margin": 0.0799, "absence": None}
+    values = {"rigid": 0.62946, "moved": 0.04791, "compliant": 0.58155, "compliant_margin": 0.0799, "absence": None}
     of_end = {name: changed.pop(name) for name in names if name in changed}
     of_end |= {"absence": of_end.pop("why", None)}
     end = thing(parameter=Parameter.LENGTH, point=point, **values | of_end)
@@ -777,6 +778,7 @@ ALONG = {
     "swept": LENGTH,
     "ranges": [],
     "points": [],
+    "exactness": OF_A_MODEL,
     "kinds": [],
     "extents": [],
     "mirrored": False,
@@ -802,7 +804,7 @@ WITH_ALL = ALONG | {
 
 SPEEDS = [Extent("speed", 0.5, 1.2345, where="bottom"), Extent("phase", 1e-9, 3.0, where="top")]
 VALUES = [Extent("discriminant", -1.0, 2e9), Extent("eigenvalues", 0.5, 0.5)]
-POINTS = [(thing(label=label, sweep_value=value), 6) for label, value in (("B1", 0.55), ("C1", 0.58))]
+POINTS = [thing(label=label, sweep_value=value) for label, value in (("B1", 0.55), ("C1", 0.58))]
 PERIODIC = {
     "panels": ["a", "b"],
     "setting": "s = 0.5 m",
@@ -1010,7 +1012,7 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     ("figure_device_alt", {"dimensions": HELD, "motion": "B", "at_top": []}, "period: it does not meet the top."),
     (
         "figure_margins_caption",
-        {"end": END, "digits": 2},
+        {"end": END, "exactness": ROUGHLY},
         "The nearest end of stable motion is the fold C1 at f = 1.9 Hz. The bars",
     ),
     (

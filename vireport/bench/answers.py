@@ -42,9 +42,6 @@ OF_REPORTS = {*ALL_FORMATS, *FIGURES, Task.CIRCLES, Task.REPRODUCTION}
 ALSO = "disturbances", "motions", "simulation"
 """Blocks that take longer, which a page can ask for."""
 
-MOST_DIGITS = 5
-"""Digits that the page shows where nothing limits them."""
-
 DRAWN_BEFORE = "branches", "critical_points", "stable_range", "table_1"
 """What results.json has of a sweep, which the first answer has told already."""
 
@@ -104,9 +101,9 @@ def _has_design(scenario: Scenario) -> bool:
 def study_answer(study: Study) -> dict[str, Any]:
     """All that a run finds out, but for what is drawn along the sweep: the verdict in words, and results.json.
 
-    Of the numbers of motion and margins it has the ``digits`` to show.
+    It has the ``digits`` to show of numbers of motion and margins.
     """
-    opening, verdict, design = study.opening.worded(), study.verdict, study.solution.design
+    opening = study.opening.worded()
     return {
         "verdict": {
             "status": opening.status,
@@ -117,12 +114,7 @@ def study_answer(study: Study) -> dict[str, Any]:
                 for tile in opening.tiles
             ],
         },
-        "digits": {
-            "motion": verdict.motion_digits(MOST_DIGITS),
-            "margins": [verdict.digits(end.parameter, end.point, MOST_DIGITS) for end in design.margins]
-            if design
-            else [],
-        },
+        "digits": study.evidence.exactness.digits,
         "results": {name: part for name, part in study.to_dict(shown=True).items() if name not in DRAWN_BEFORE},
         "left_out": [
             {"what": step.task.what, "why": step.why} for step in study.plan.left_out if step.task not in OF_REPORTS

@@ -28,9 +28,6 @@ from vireport.text.tables import Table, numbers, texts
 RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""
 
-VOLTAGE_DIGITS = 3
-"""Significant digits of voltages where contacts are short."""
-
 LIMITED_BY = "Limited by"
 """Head of the column on what leaves the least margin."""
 
@@ -142,7 +139,7 @@ class Ranked(Struct, frozen=True, eq=False):
             return self.room[0]
         if value is None:
             return ABSENT
-        return quantity(value, "V/s" if merit is Merit.RATE else "V", self.study.verdict.motion_digits(VOLTAGE_DIGITS))
+        return quantity(value, "V/s" if merit is Merit.RATE else "V", self.study.verdict.exactness)
 
     @property
     def room(self) -> tuple[str, str]:

@@ -8,7 +8,6 @@ a report of a device with long contacts always has it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from decimal import Decimal
 from math import copysign
 from typing import Any
 
@@ -37,10 +36,6 @@ from vireport.scenario.parameters import ScalarInput
 
 LEAST_RESTITUTION = 0.1
 """Least r that is followed: the contact has ever more parts, and lasts ever longer, as it goes to 0."""
-
-FEWEST, MOST = 3, 6
-"""Significant digits of an end of stable motion, as far as what the membranes' stiffness moves it by justifies them."""
-
 
 TOO_LOSSY = Absence(Missing.NOT_FOLLOWED, f"restitutions below {LEAST_RESTITUTION} are not followed")
 """Of a ball that is damped so strongly that no contact of it is integrated to the stated error."""
@@ -86,14 +81,6 @@ class StabilityEnd(Struct, frozen=True, eq=False):
     def moved(self) -> float:
         """Distance between the two; 0 where there is but one."""
         return 0.0 if self.compliant is None else abs(self.compliant - self.rigid)
-
-    @property
-    def digits(self) -> int:
-        """Significant digits worth showing of either: one more than those in which they agree, and one to compare."""
-        if not self.moved:
-            return FEWEST if self.compliant is None else MOST
-        justified = Decimal(self.rigid).adjusted() - Decimal(self.moved).adjusted() + 2
-        return max(FEWEST, min(MOST, justified))
 
     @property
     def rigid_margin(self) -> float | None:

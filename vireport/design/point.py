@@ -29,7 +29,7 @@ from vireport.physics.device import NO_GRAVITY, Device
 from vireport.physics.energy import Conversion, Voltages
 from vireport.physics.groups import Restitutions, SpeedLaw
 from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
-from vireport.text.formatting import quantity, significant
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, exact, quantity, significant
 
 Floats = NDArray[np.float64]
 
@@ -62,17 +62,23 @@ class StableInterval(Struct, frozen=True, eq=False):
     off: tuple[float, float] = NO_TOLERANCE
 
     def __repr__(self) -> str:
-        return f"<StableInterval {self.shown(6, 6)}>"
+        return f"<StableInterval {self.shown()}>"
 
     @property
     def ends(self) -> tuple[tuple[float, Point | None], tuple[float, Point | None]]:
         """Both ends, each with the critical point there."""
         return (self.start, self.start_point), (self.end, self.end_point)
 
-    def shown(self, start_digits: int, end_digits: int) -> str:
-        """The range as text, strict at a critical point, with so many significant digits of its ends."""
+    def ends_shown(self, error: Exactness = OF_A_MODEL) -> tuple[str, str]:
+        """Both ends as text: a critical point with the digits that its error leaves, the end of a sweep as given."""
+        texts = zip(apart((self.start, self.end), error), self.ends, strict=True)
+        start, end = (exact(value) if point is None else text for text, (value, point) in texts)
+        return self.parameter.with_unit(start), self.parameter.with_unit(end)
+
+    def shown(self, error: Exactness = OF_A_MODEL) -> str:
+        """The range as text, strict at a critical point."""
         low, high = ("≤" if point is None else "<" for _, point in self.ends)
-        start, end = self.parameter.show(self.start, start_digits), self.parameter.show(self.end, end_digits)
+        start, end = self.ends_shown(error)
         return f"{start} {low} {self.parameter.symbol} {high} {end}"
 
     @property

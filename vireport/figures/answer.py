@@ -131,7 +131,7 @@ def _extent(study: Study, side: int) -> tuple[float, float]:
 def _ends(study: Study) -> list[tuple[float, Point, str]]:
     """Where stable motion ends in the sweep: the value, the critical point, and the value as text."""
     swept, verdict = study.solution.parameter, study.verdict
-    return [(value, point, swept.show(value, verdict.digits(swept, point))) for value, point in verdict.ends_of_ranges]
+    return [(value, point, swept.show(value, verdict.exactness)) for value, point in verdict.ends_of_ranges]
 
 
 def _name(axes: Axes, x: Floats, speeds: tuple[Floats, Floats]) -> None:

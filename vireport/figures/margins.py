@@ -50,7 +50,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
     shifts = _shifts(study, end) if end is not None else []
     if end is None or not shifts:
         return None
-    words = {"end": end, "shifts": shifts, "digits": study.verdict.digits(end.parameter, end.point)}
+    words = {"end": end, "shifts": shifts, "exactness": study.evidence.exactness}
     return pictured(Task.FIGURE_MARGINS, words, figure_margins(end, shifts), templates)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from enum import Enum, StrEnum
-from math import ceil, log10
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
@@ -19,15 +18,15 @@ from vireport.base.records import brief
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval
 from vireport.design.solution import Solution
-from vireport.gate.evidence import SIGNIFICANT, Criterion, Evidence, Question
+from vireport.gate.evidence import Criterion, Evidence, Question
 from vireport.gate.least_margin import MarginToUse, margin_to_use
 from vireport.gate.stretch import severity_of
 from vireport.motions.motion import Symmetry
 from vireport.motions.points import Point
 from vireport.motions.stability import Stability
-from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
+from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.text.alerts import Severity
-from vireport.text.formatting import significant
+from vireport.text.formatting import Exactness
 
 if TYPE_CHECKING:
     from vireport.checks.crosscheck import CrossCheck
@@ -40,13 +39,6 @@ if TYPE_CHECKING:
     from vireport.physics.energy import MembraneStretch
     from vireport.physics.word import Word
     from vireport.shocks.withstood import Withstood
-
-FEWEST_DIGITS = 3
-"""Significant digits of a rigid end of stable motion where contacts are long and the compliant one is not known."""
-
-END_MOVED = 4.0
-"""What an end of stable motion moves by with the membranes' own stiffness, over its value and over the share of the
-forcing period that contacts take: 3 and 4 for the lengths of the examples."""
 
 Numbers = TypeVar("Numbers", covariant=True)
 
@@ -322,45 +314,22 @@ class Verdict(Struct, frozen=True, eq=False):
         parts = self.evidence.solution.settable_ranges
         return [(value, point) for part in parts for value, point in part.ends if point is not None]
 
-    def digits(self, parameter: ScalarInput, point: Point | None, most: int = SIGNIFICANT) -> int:
-        """Digits to show of a critical point: those that the stiffness of the membranes leaves, or `most`."""
-        own, share = self.evidence.own_stiffness, self.evidence.contact_share
-        if point is None:
-            return most
-        if own is not None:
-            end = own.end_of(parameter, point)
-            return FEWEST_DIGITS if end is None else end.digits
-        # Short contacts are not followed; they move the end by some multiple of their share, and one digit more is
-        # shown than those that this leaves.
-        return most if not share else min(most, max(FEWEST_DIGITS, 1 + ceil(-log10(END_MOVED * share))))
-
-    def motion_digits(self, most: int) -> int:
-        """Digits to show of a motion's velocities, phases and voltages: those that long contacts leave, or `most`.
-
-        Where contacts are long they move these numbers by about the share of the period that they take, four tenths
-        of it for the examples: one digit more is shown than those that the share leaves.
-        """
-        own, share = self.evidence.own_stiffness, self.evidence.contact_share
-        return most if own is None or not share else min(most, max(FEWEST_DIGITS, 2 + ceil(-log10(share))))
+    @property
+    def exactness(self) -> Exactness:
+        """How exact all numbers are that the model of rigid impacts gives."""
+        return self.evidence.exactness
 
     def place(self, end: Margin) -> str:
-        """Where an end of stable motion is, as text, with the digits that the stiffness of the membranes leaves."""
-        return end.parameter.show(end.sweep_value, self.digits(end.parameter, end.point))
+        """Where an end of stable motion is, as text."""
+        return end.parameter.show(end.sweep_value, self.exactness)
 
     def end_shown(self, part: StableInterval, side: int) -> str:
         """The lower end of a stable range as text, or the upper one for a `side` of 1."""
-        return part.parameter.show(part.ends[side][0], self._digits_of_ends(part)[side])
+        return part.ends_shown(self.exactness)[side]
 
     def inequality(self, part: StableInterval) -> str:
         """A stable range as text, strict at a critical point."""
-        return part.shown(*self._digits_of_ends(part))
-
-    def _digits_of_ends(self, part: StableInterval) -> tuple[int, int]:
-        """Digits to show of both ends of a range: as many more as it takes to tell them apart."""
-        start, end = (self.digits(part.parameter, point) for _, point in part.ends)
-        while significant(part.start, start) == significant(part.end, end) and part.start != part.end:
-            start, end = start + 1, end + 1
-        return start, end
+        return part.shown(self.exactness)
 
     @property
     def inequalities(self) -> list[str]:

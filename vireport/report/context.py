@@ -44,7 +44,7 @@ from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study, results
-from vireport.text.formatting import exact, tied, written
+from vireport.text.formatting import Exactness, exact, tied, written
 from vireport.text.tables import Table
 
 if TYPE_CHECKING:
@@ -301,6 +301,11 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     def contact_share(self) -> float | None:
         """Longest contact over the forcing period, which the rigid model neglects; None without a ball mass."""
         return self.study.evidence.contact_share
+
+    @property
+    def exactness(self) -> Exactness:
+        """How exact all numbers are that the model of rigid impacts gives: how many digits of them are printed."""
+        return self.study.evidence.exactness
 
     @property
     def largest_bound(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Self
 
-from vireport.text.formatting import significant
+from vireport.text.formatting import Exactness, exact, shown, significant
 
 # The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
 # theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
@@ -58,9 +58,13 @@ class ScalarInput(StrEnum):
         base, _, index = self.symbol.partition("_")
         return f"*{base}*_{index}" if index else f"*{base}*"
 
-    def show(self, value: float, digits: int = 6) -> str:
+    def show(self, value: float, digits: int | float | Exactness = 6) -> str:
         """Print a value of the input with its unit."""
-        return self.with_unit(significant(value, digits))
+        return self.with_unit(significant(value, digits) if isinstance(digits, int) else shown(value, digits))
+
+    def given(self, value: float) -> str:
+        """Print a value that is given, with its unit."""
+        return self.with_unit(exact(value))
 
     def with_unit(self, number: str) -> str:
         """Put the unit behind a printed number."""

@@ -1,4 +1,7 @@
-"""Numbers to text, in one place: significant digits, units, rounding.
+"""Numbers to text, in one place: the digits that an error leaves, units, rounding.
+
+`shown` decides how many digits of a number are printed, for every page, table, figure and terminal: as many as the
+error that it is told leaves. What is given by a scenario is printed as given (`exact`).
 
 Nothing here prints 0, 1 or 100 % for a number that is not exactly that. Text made here is plain Unicode with
 two marks that the templates know: ``*x*`` is a symbol, ``x_c`` has a subscript.
@@ -7,8 +10,12 @@ two marks that the templates know: ``*x*`` is a symbol, ``x_c`` has a subscript.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal
+from itertools import pairwise
 from math import isclose, isfinite, log10
+
+from msgspec import Struct
 
 MINUS, TIMES = "\u2212", "\u00d7"
 ABSENT = "\u2014"
@@ -29,6 +36,31 @@ SMALLEST_PLAIN, LARGEST_PLAIN = -5, 6
 PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 """Prefixes of the units that take one, by powers of ten."""
 
+
+class Exactness(Struct, frozen=True):
+    """How exact numbers are: the largest error of any of them, over its value.
+
+    Examples
+    --------
+    >>> [Exactness(relative).digits for relative in (0.05, 0.026, 0.005, 0.0049)]
+    [2, 3, 3, 4]
+    """
+
+    relative: float
+
+    @property
+    def digits(self) -> int:
+        """Significant digits that may be printed: rounding to them stays within the error, whatever the first is."""
+        return max(1, 1 - Decimal(repr(2 * self.relative)).adjusted())
+
+
+OF_A_MODEL = Exactness(0.01)
+"""Of what a model tells whose error is not known, or is common to all that it tells: three digits, so that neighbouring
+designs can be told apart."""
+
+ROUGHLY = Exactness(0.05)
+"""Of errors, shares and times: two digits."""
+
 NO_BREAK = "\u00a0"
 _TIED = re.compile(
     r" (?=[=<>≤≥±] )|(?<=[=±]) |(?<=×) (?=10)"
@@ -37,6 +69,49 @@ _TIED = re.compile(
 """Spaces of quantities: before relations, after those that equate, and between numbers and units."""
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
+
+
+def shown(value: float | None, error: float | Exactness = OF_A_MODEL, power: int = 0) -> str:
+    """Print a number with the digits that its error leaves: rounded within the error, where a digit more is noise.
+
+    Parameters
+    ----------
+    value : float or None
+        None is printed as a dash.
+    error : float or Exactness
+        Of the value, in its unit; or how exact all numbers of a study, or of a table's column, are.
+    power : int
+        Power of ten that the number is multiplied by, for a column whose unit has a prefix.
+
+    Examples
+    --------
+    >>> shown(0.62945714101, 3e-6), shown(0.62945714101, 6e-6), shown(0.62945714101, Exactness(0.02))
+    ('0.629457', '0.62946', '0.629')
+    >>> shown(42836.16467, 200, power=-3), shown(0.5, 1e-9), shown(1 - 1e-9, 1e-3)
+    ('42.8', '0.5', '0.999999999')
+    """
+    if value is None or not isfinite(value):
+        return ABSENT
+    number = _shortest(value)
+    return _print(number.scaleb(power), _last(number, error) + power, reserved=1)
+
+
+def apart(values: Sequence[float], error: float | Exactness = OF_A_MODEL, power: int = 0) -> list[str]:
+    """Print numbers as `shown`, and as many more digits as it takes to tell how far those that differ are apart.
+
+    Of two numbers of one model the difference is known better than they are.
+
+    Examples
+    --------
+    >>> apart([3, 5.349243789]), apart([5.482549321, 5.482550456])
+    (['3', '5.35'], ['5.482549', '5.482550'])
+    """
+    numbers = [_shortest(value) for value in values]
+    ordered = sorted({_round(number, SETTLED) for number in numbers})
+    gap = min((high - low for low, high in pairwise(ordered)), default=None)
+    lasts = (_last(number, error) for number in numbers)
+    places = [last if gap is None else min(last, gap.adjusted()) for last in lasts]
+    return [_print(x.scaleb(power), last + power, reserved=1) for x, last in zip(numbers, places, strict=True)]
 
 
 def significant(value: float | None, digits: int = 6) -> str:
@@ -71,17 +146,17 @@ def span(low: float, high: float, digits: int = 6) -> str:
     return f"{ends[0]} to {ends[1]}" if ends[0] != ends[1] or digits > 16 else span(low, high, digits + 1)
 
 
-def exact(value: float) -> str:
-    """Print the shortest digits that read back as the number: for what a scenario gives.
+def exact(value: float, power: int = 0) -> str:
+    """Print the shortest digits that read back as the number, times a power of ten: for what a scenario gives.
 
     Examples
     --------
-    >>> exact(0.1245), exact(408470.0), exact(-3.0), exact(1e-15)
-    ('0.1245', '408470', '−3', '1 × 10⁻¹⁵')
+    >>> exact(0.1245), exact(408470.0), exact(-3.0), exact(1e-15), exact(0.0041, 3)
+    ('0.1245', '408470', '−3', '1 × 10⁻¹⁵', '4.1')
     """
     if value == 0:
         return "0"
-    return _layout(Decimal(repr(float(value))).normalize())
+    return _layout(_shortest(value).scaleb(power).normalize())
 
 
 def written(value: object) -> str:
@@ -141,10 +216,10 @@ def percent(fraction: float | None, digits: int = 2, signed: bool = False) -> st
     if fraction is None or not isfinite(fraction):
         return ABSENT
     sign = "+" if signed and fraction > 0 else ""
-    return f"{sign}{_print(Decimal(fraction) * 100, digits, reserved=100)} %"
+    return f"{sign}{_print(Decimal(fraction) * 100, _old(Decimal(fraction) * 100, digits), reserved=100)} %"
 
 
-def quantity(value: float | None, unit: str, digits: int = 4) -> str:
+def quantity(value: float | None, unit: str, digits: int | Exactness = 4) -> str:
     """Print a number with its unit, with the prefix that brings it between 1 and 1000.
 
     Examples
@@ -156,6 +231,7 @@ def quantity(value: float | None, unit: str, digits: int = 4) -> str:
         return ABSENT
     if value == 0:
         return f"0 {unit}"
+    digits = digits if isinstance(digits, int) else digits.digits
     power = 3 * (Decimal(f"{value:.{digits - 1}e}").adjusted() // 3)
     power = min(max(power, min(PREFIXES)), max(PREFIXES))
     return f"{scaled(value, -power, digits)} {PREFIXES[power]}{unit}"
@@ -171,7 +247,8 @@ def scaled(value: float | None, power: int, digits: int = 4) -> str:
     """
     if value is None or not isfinite(value):
         return ABSENT
-    return _print(Decimal(value).scaleb(power), digits, reserved=1)
+    number = Decimal(value).scaleb(power)
+    return _print(number, _old(number, digits), reserved=1)
 
 
 def capital(text: str) -> str:
@@ -222,14 +299,32 @@ _GREEK = {
 }
 
 
-def _print(number: Decimal, digits: int, reserved: int) -> str:
-    """Round to digits, but to units at least, and finer where that gives `reserved` for another number."""
+def _old(number: Decimal, digits: int) -> int:
+    last = _round(number, digits).adjusted() - digits + 1
+    return min(last, 0) if number.adjusted() <= LARGEST_PLAIN else last
+
+
+def _shortest(value: float) -> Decimal:
+    """The shortest decimal number that reads back as the double."""
+    return Decimal(repr(float(value)))
+
+
+def _last(number: Decimal, error: float | Exactness) -> int:
+    """Power of ten of the last digit that an error leaves of a number: of the first, where it leaves none."""
+    first = number.adjusted()
+    if isinstance(error, Exactness):
+        last = _round(number, error.digits).adjusted() - error.digits + 1
+    else:
+        last = min(first, _shortest(2 * error).adjusted()) if error > 0 else first - MOST_DIGITS
+    return max(last, first - MOST_DIGITS + 1)
+
+
+def _print(number: Decimal, last: int, reserved: int) -> str:
+    """Round to the digit of a power of ten, and finer where that gives 0, or `reserved` for another number."""
     settled = _round(number, SETTLED)
-    if number and number.adjusted() <= LARGEST_PLAIN:
-        digits = max(digits, number.adjusted() + 1)
-    for used in range(digits, MOST_DIGITS + 1):
-        rounded = _round(number, used)
-        if abs(rounded) == reserved and rounded not in (number, settled):
+    for power in range(last, number.adjusted() - MOST_DIGITS, -1):
+        rounded = number.quantize(Decimal(1).scaleb(power), ROUND_HALF_EVEN)
+        if abs(rounded) in (0, reserved) and rounded not in (number, settled):
             continue
         return _layout(rounded.normalize() if rounded in (number, settled) else rounded)
     return _layout(number.normalize())
