@@ -232,7 +232,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
 
 def test_loading_imports_no_other_package_and_nothing_heavy():
     code = (
-        "import sys; from vireport.scenario import load; load(sys.argv[1])\n"
+        "import sys; from vireport.scenario.loading import load; load(sys.argv[1])\n"
         "packages = {name.split('.')[1] for name in sys.modules if name.startswith('vireport.')}\n"
         "print(sorted(packages), 'numpy' in sys.modules)"
     )

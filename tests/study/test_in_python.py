@@ -16,6 +16,7 @@ from msgspec import Struct
 import vireport
 from vireport import ScenarioError, Study, UsageError, VireportError, analyse, compare, load, loads
 from vireport.base.records import brief
+from vireport.study.provenance import provenance_of
 from vireport.study.study import results_json
 
 LONGEST = 600
@@ -224,7 +225,7 @@ def test_a_dict_is_a_scenario() -> None:
     study = analyse(SCENARIO, ("json",))
     assert study.solution.design.u_ave_v == pytest.approx(42836.16, rel=1e-6)
     assert loads(study.loaded.document.text).scenario == study.scenario
-    assert results_json(study, vireport.study.provenance_of(study.loaded, "test"))
+    assert results_json(study, provenance_of(study.loaded, "test"))
 
 
 def test_numbers_of_numpy_are_numbers_of_a_scenario() -> None:
@@ -295,7 +296,7 @@ def test_what_is_no_study_is_told_what_is(value: object, study_of: Callable[...,
     study = study_of("inclined")
     calls: list[Callable[[Any], Any]] = [
         *(vireport.figure_2, vireport.figure_4, vireport.figure_7, vireport.pictures),
-        lambda x: vireport.results(x, vireport.study.provenance_of(study.loaded, "test")),
+        lambda x: vireport.results(x, provenance_of(study.loaded, "test")),
         lambda x: vireport.diff(study.to_dict(), x),
     ]
     for call in calls:

@@ -86,7 +86,7 @@ def test_a_computed_device_with_other_restitutions_is_many_standard_errors_off()
 
 
 def test_nothing_measured_is_in_no_results_and_imports_nothing():
-    code = "import sys; from vireport.study import analyse; d = analyse(sys.argv[1], ('json',)).to_dict(); "
+    code = "import sys; from vireport.study.study import analyse; d = analyse(sys.argv[1], ('json',)).to_dict(); "
     code += "print('measured' in d, *(m for m in sys.modules if m.startswith('vireport') and 'measure' in m))"
     path = str(EXAMPLES / "design-point.yaml")
     done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)

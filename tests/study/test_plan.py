@@ -239,18 +239,18 @@ def test_no_block_is_proposed_that_would_be_refused(path: str, value: object):
 
 COMPUTED = {
     Task.DISTORTION: ("vireport.design.point", "distortions"),
-    Task.CIRCLES: ("vireport.disturbances", "met_along"),
-    Task.REPRODUCTION: ("vireport.checks", "reproduce"),
+    Task.CIRCLES: ("vireport.disturbances.met", "met_along"),
+    Task.REPRODUCTION: ("vireport.checks.reproduction", "reproduce"),
     Task.EFFECTS: ("vireport.study.study", "shifts"),
-    Task.FROM_REST: ("vireport.disturbances", "disturbances_of"),
+    Task.FROM_REST: ("vireport.disturbances.behaviour", "disturbances_of"),
     Task.MOMENTS: ("vireport.disturbances.behaviour", "switched_on"),
     Task.WINDOWS: ("vireport.disturbances.behaviour", "_along"),
-    Task.SHOCK: ("vireport.shocks", "withstood_by"),
-    Task.COEXISTENCE: ("vireport.shocks", "attracting_motions"),
-    Task.SIMULATION: ("vireport.checks", "crosscheck"),
-    Task.MOTIONS: ("vireport.atlas", "atlas"),
-    Task.OWN_STIFFNESS: ("vireport.compliant", "own_stiffness"),
-    Task.TOLERANCES: ("vireport.design", "assess_tolerances"),
+    Task.SHOCK: ("vireport.shocks.withstood", "withstood_by"),
+    Task.COEXISTENCE: ("vireport.shocks.attracting", "attracting_motions"),
+    Task.SIMULATION: ("vireport.checks.crosscheck", "crosscheck"),
+    Task.MOTIONS: ("vireport.atlas.families", "atlas"),
+    Task.OWN_STIFFNESS: ("vireport.compliant.own_stiffness", "own_stiffness"),
+    Task.TOLERANCES: ("vireport.design.tolerances", "assess_tolerances"),
 }
 """The function that does each step, beyond the solution itself."""
 
