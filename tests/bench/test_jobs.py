@@ -9,10 +9,11 @@ from collections.abc import Callable
 
 import pytest
 
+from vireport.base.reading import ReadingPlace
 from vireport.bench import jobs
 from vireport.bench.jobs import Aside, Job, Worker
 
-JOB = Job(Aside.STUDY, "", "x", (), ("", ""), ((0.0, 0.0), (0.0, 0.0)))
+JOB = Job(Aside.STUDY, "", "x", (), ReadingPlace(), ("", ""), ((0.0, 0.0), (0.0, 0.0)))
 
 BUSY = """
 import sys

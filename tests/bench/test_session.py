@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import pytest
 from conftest import EXAMPLES
 
 from vireport.base.errors import ScenarioError, UsageError
-from vireport.bench.session import first, loaded_of, opened, refusal, require_new, save
+from vireport.bench.jobs import Aside, Asked, Job
+from vireport.bench.session import first, job_of, loaded_of, opened, refusal, require_new, save
 from vireport.scenario.loading import load
+from vireport.study.plan import Task
 from vireport.study.study import analyse
 
 
@@ -88,3 +91,17 @@ def test_a_report_is_written_where_there_is_nothing(tmp_path: Path) -> None:
     for name in ("taken", "file"):
         with pytest.raises(UsageError, match=f"{name} exists already"):
             require_new(tmp_path / name)
+
+
+def test_records_are_where_the_scenario_has_them(tmp_path: Path) -> None:
+    (tmp_path / "own").mkdir()
+    for name in ("shaker.wav", "shaker.wav.yaml"):
+        (tmp_path / name).write_bytes((EXAMPLES / "records" / name).read_bytes())
+    file = tmp_path / "own" / "driven.yaml"
+    file.write_text((EXAMPLES / "driven.yaml").read_text().replace("records/shaker.wav", "../shaker.wav"))
+    with pytest.raises(UsageError, match=r"leads out of the folder of the scenario.*--allow-outside"):
+        analyse(loaded_of(opened(file), {}), (Task.JSON,))
+    known = opened(file, allow_outside=True)
+    assert analyse(loaded_of(known, {}), (Task.JSON,)).driven is not None
+    job = msgspec.json.decode(msgspec.json.encode(job_of(known, Aside.STUDY, Asked({}))), type=Job)
+    assert job.place == load(file, allow_outside=True).place

@@ -567,7 +567,11 @@ OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("effect_leaves_little", (USE, "a small effect"), "A small effect leaves only 1.2 % of margin in frequency."),
     ("effect_passes_it", (USE, "a large effect"), "A large effect ends stable motion."),
     ("effect_ends_it", (USE, "a large effect"), "A large effect ends stable motion."),
-    ("window_is_narrow", (thing(window=LENGTH_WINDOW),), "It starts by itself only for s from 0.6912 m to 0.75 m."),
+    (
+        "window_is_narrow",
+        (thing(window=LENGTH_WINDOW),),
+        "Switched on from rest, it does something else beyond s = 0.6912 m, the nearest change found.",
+    ),
     (
         "extrapolated",
         (thing(depth_m=0.0192, area_ratio=5.27),),

@@ -44,9 +44,9 @@ def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None])
 
         try:
             if job.kind is Aside.MARGINS:
-                answer = margins_answer(loads(job.text, job.name, job.overrides))
+                answer = margins_answer(loads(job.text, job.name, job.overrides, job.place))
             elif job.kind is Aside.PLANE:
-                answer = plane_answer(loads(job.text, job.name, job.overrides), job.axes, job.ranges)
+                answer = plane_answer(loads(job.text, job.name, job.overrides, job.place), job.axes, job.ranges)
             else:
                 if last is None or not last.job.same_scenario(job):
                     last = _Last(job, _study(job, say))
@@ -60,7 +60,7 @@ def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None])
 
 
 def _study(job: Job, say: Progress) -> Study:
-    return analyse(loads(job.text, job.name, job.overrides), (Task.JSON,), say)
+    return analyse(loads(job.text, job.name, job.overrides, job.place), (Task.JSON,), say)
 
 
 def main() -> None:

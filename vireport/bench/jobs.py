@@ -15,6 +15,8 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
+from vireport.base.reading import ReadingPlace
+
 PATIENCE = 0.5
 """How long a job that nobody waits for any more may go on before its process is ended [s]: to begin one takes as
 long."""
@@ -64,6 +66,8 @@ class Job(Struct, frozen=True):
     text, name : str
         Of the scenario.
     overrides : tuple of str
+    place : ReadingPlace
+        Where the records that it names are looked for.
     axes, ranges
         As in the question.
     """
@@ -72,6 +76,7 @@ class Job(Struct, frozen=True):
     text: str
     name: str
     overrides: tuple[str, ...]
+    place: ReadingPlace
     axes: Axes
     ranges: Ranges
 

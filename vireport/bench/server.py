@@ -123,6 +123,7 @@ class Bench:
         yield {"progress": f"writing the report of {path}"}
         folder = path.with_suffix("")
         command = [sys.executable, "-P", "-m", "vireport", "run", str(path), "-o", str(folder)]
+        command += ["--allow-outside"] * self.known.place.outside
         run = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
         if run.returncode > 1:
             yield {"answer": {"refused": [{"path": "", "message": line} for line in run.stderr.splitlines()]}}

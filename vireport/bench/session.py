@@ -11,6 +11,7 @@ from msgspec import Struct, to_builtins
 
 from vireport.base.errors import ScenarioError, UsageError, VireportError
 from vireport.base.files import writable, write_new
+from vireport.base.reading import ReadingPlace
 from vireport.base.version import __version__
 from vireport.bench.answers import first_answer
 from vireport.bench.controls import CHOICES, controls_of, ends_of
@@ -53,6 +54,8 @@ class Opened(Struct, frozen=True):
         What of it is left out on the bench, and which command does it.
     given : frozenset of str
         Paths of the keys that it gives.
+    place : ReadingPlace
+        Where the records that it names are looked for.
     """
 
     text: str
@@ -60,6 +63,7 @@ class Opened(Struct, frozen=True):
     overrides: tuple[str, ...]
     notes: tuple[str, ...]
     given: frozenset[str]
+    place: ReadingPlace
 
     def over(self, state: State) -> tuple[str, ...]:
         """All that is set over the file where a page has a state.
@@ -75,7 +79,7 @@ class Opened(Struct, frozen=True):
         return bool(own) and not left and all(state[path] is None for path in own)
 
 
-def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = ()) -> Opened:
+def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = (), allow_outside: bool = False) -> Opened:
     """Open a scenario for the bench.
 
     Parameters
@@ -84,6 +88,8 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = ()) -> Open
         The file, or what was loaded of it.
     overrides : tuple of str
         Set over a file, as ``path=value``.
+    allow_outside : bool
+        Whether records that a file names may be outside of its folder.
 
     Raises
     ------
@@ -92,13 +98,13 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = ()) -> Open
     ScenarioError
         Where the scenario cannot be used.
     """
-    loaded = source if isinstance(source, Loaded) else load_any(source, overrides)
+    loaded = source if isinstance(source, Loaded) else load_any(source, overrides, allow_outside)
     if isinstance(loaded, LoadedMap):
         raise UsageError(f"{loaded.name}: has a map block: the bench shows one design (vireport map computes the map)")
     given = [block for block in NOT_HERE if getattr(loaded.scenario, block) is not None]
     over = (*loaded.overrides, *(f"{block}=" for block in given))
     notes = tuple(f"The block {block} has no part here: {NOT_HERE[block]}." for block in given)
-    return Opened(loaded.document.text, loaded.document.name, over, notes, loaded.given)
+    return Opened(loaded.document.text, loaded.document.name, over, notes, loaded.given, loaded.place)
 
 
 def loaded_of(known: Opened, state: State) -> Loaded:
@@ -109,7 +115,7 @@ def loaded_of(known: Opened, state: State) -> Loaded:
     ScenarioError
         With every mistake in it.
     """
-    return loads(known.text, known.name, known.over(state))
+    return loads(known.text, known.name, known.over(state), known.place)
 
 
 def start_data(known: Opened) -> dict[str, Any]:
@@ -141,7 +147,7 @@ def first(known: Opened, state: State) -> dict[str, Any]:
 
 def job_of(known: Opened, kind: Aside, asked: Asked) -> Job:
     """A question about a state, for the process that answers it."""
-    return Job(kind, known.text, known.name, known.over(asked.state), asked.axes, asked.ranges)
+    return Job(kind, known.text, known.name, known.over(asked.state), known.place, asked.axes, asked.ranges)
 
 
 def refusal(error: VireportError) -> dict[str, Any]:

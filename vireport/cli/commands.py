@@ -136,6 +136,7 @@ def run(
 def explore(
     scenario: given.Scenario,
     set_: given.Set = None,
+    allow_outside: given.AllowOutside = False,
     port: given.Port = 0,
     browser: given.Browser = True,
     output: given.Folder = None,
@@ -148,7 +149,8 @@ def explore(
     from vireport.bench.session import opened
 
     earlier, folder = _earlier(scenario), output or Path()
-    known = opened(scenario, tuple(set_ or ())) if earlier is None else opened(earlier.loaded(set_ or ()))
+    loaded = scenario if earlier is None else earlier.loaded(set_ or (), allow_outside)
+    known = opened(loaded, tuple(set_ or ()), allow_outside)
     require_writable(folder)
 
     def begun(address: str) -> None:
@@ -458,6 +460,7 @@ def verify(
     extremes: given.Extremes = False,
     every: given.EveryRun = False,
     set_: given.Set = None,
+    allow_outside: given.AllowOutside = False,
     output: given.Folder = None,
     json: given.Json = False,
     figure_width: given.FigureWidth = None,
@@ -475,7 +478,7 @@ def verify(
         raise UsageError("Missing argument 'SCENARIO' (only --extremes has a device of its own)")
     if scenario is None and set_:
         raise UsageError("--set needs a scenario to set it over")
-    loaded = None if scenario is None else _read(scenario, set_)[0]
+    loaded = None if scenario is None else _read(scenario, set_, allow_outside)[0]
     if loaded is not None:
         refuse_special(loaded.scenario, f"vireport verify{' --extremes' * extremes}")
     require_reference()

@@ -121,8 +121,9 @@ class Disturbances(Struct, frozen=True, eq=False):
     @property
     def narrow(self) -> bool:
         """Whether the outcome changes within what devices are commonly made to."""
-        nearest = self.window.nearest if self.window is not None else None
-        return nearest is not None and nearest < NARROW
+        window = self.window
+        nearest = window.nearest if window is not None else None
+        return window is not None and nearest is not None and window.distance(nearest) < NARROW * abs(window.value)
 
 
 def disturbances_of(

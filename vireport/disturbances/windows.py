@@ -98,10 +98,14 @@ class Window(Struct, frozen=True):
     __repr__ = brief
 
     @property
-    def nearest(self) -> float | None:
-        """Distance of the nearer edge over the value; None where there is none."""
-        edges = [abs(edge.value - self.value) for edge in (self.low, self.high) if edge.beyond is not None]
-        return min(edges) / abs(self.value) if edges and self.value else None
+    def nearest(self) -> Edge | None:
+        """The nearer of the edges that were found; None where none was."""
+        edges = [edge for edge in (self.low, self.high) if edge.beyond is not None]
+        return min(edges, key=self.distance, default=None)
+
+    def distance(self, edge: Edge) -> float:
+        """How far an edge is from the design point."""
+        return abs(edge.value - self.value)
 
 
 class OutcomeRange(Struct, frozen=True):

@@ -273,7 +273,7 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
             settled = "settles" if end.settles_after is not None else "reaches"
             yield _fact(Status.GOOD, f"strikes_each_and_{settled}", verdict, end)
             if evidence.narrow:
-                yield _fact(Status.CAUTION, "window_is_narrow", verdict.evidence.disturbances)
+                yield _fact(Status.CAUTION, "window_is_narrow", evidence.disturbances)
         else:
             name = "not_from_rest_but" if end.decided else "from_rest_not_known"
             yield _fact(Status.CAUTION, name, _ending(end))
