@@ -14,7 +14,6 @@ from mpmath import mp, mpf
 
 from vireport.checks import reference
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Orbits, orbits
 from vireport.motions.points import Point
@@ -23,6 +22,7 @@ from vireport.motions.sweep import Sweep
 from vireport.motions.turning import touches
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import each
+from vireport.physics.motion import Symmetry
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 

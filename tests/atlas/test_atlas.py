@@ -10,16 +10,15 @@ from conftest import EXAMPLES, first
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.atlas.families import atlas
 from vireport.motions.events import Event
 from vireport.motions.families import Atlas, Family
-from vireport.motions.motion import Motion
 from vireport.motions.paths import completed, follow
 from vireport.motions.points import polished
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits, neighbours, openings
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.simulation.attractors import attractors, find_attractor
 from vireport.simulation.events import Impact
@@ -161,7 +160,7 @@ def test_every_periodic_attractor_lies_on_a_family(name: str, count: int, apart:
     d, gbar = (np.broadcast_to(x, 41).astype(float) for x in swept.device.groups(swept.parameter, values)[:2])
     ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * 41), 8, 20190301))
     simulated = [
-        motion_of_cycle(end.cycle, float(swept.coordinate_of(value)))
+        end.cycle.motion(float(swept.coordinate_of(value)))
         for value, row in zip(values, ends, strict=True)
         for end in row
         if end.cycle is not None and not end.cycle.sticks and len(end.cycle.wall) <= 6 and end.cycle.period <= 4
@@ -195,7 +194,7 @@ def test_every_stable_stretch_attracts_from_beside_it(name: str, count: int):
                 start = Impact(motion.word.walls[0], float(x[0]) * (1 + aside), float(motion.phase[0]))
                 cycle = find_attractor(Groups(d, gbar, family.curve.model.r), start).cycle
                 assert cycle is not None
-                assert motion.distance(motion_of_cycle(cycle, motion.coordinate)) < 1e-8
+                assert motion.distance(cycle.motion(motion.coordinate)) < 1e-8
     assert checked >= count
 
 

@@ -11,17 +11,16 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport import load, loads
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.atlas.families import atlas
 from vireport.checks import reference
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Model, linearised, residuals, trace
 from vireport.motions.sweep import Held, Level
 from vireport.motions.switching import Limits
 from vireport.motions.turning import turns
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import find_attractor
@@ -69,7 +68,7 @@ def simulated(word: str) -> Motion:
     d, gbar, r = SIMULATED[word]
     starts = (Impact(1, velocity, phase) for velocity in (0.5, 0.8, 0.9, 0.3) for phase in np.linspace(0, 6, 13))
     ends = (find_attractor(Groups(d, gbar, r), start, 5_000).cycle for start in starts)
-    return motion_of_cycle(next(cycle for cycle in ends if cycle is not None and cycle.word == word), d)
+    return next(cycle for cycle in ends if cycle is not None and cycle.word == word).motion(d)
 
 
 @pytest.mark.parametrize("word", SIMULATED)

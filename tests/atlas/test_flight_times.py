@@ -10,14 +10,12 @@ import pytest
 from msgspec.structs import replace
 
 from vireport import load, loads
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.atlas.exclusion import Exclusion
 from vireport.atlas.families import atlas
 from vireport.atlas.four_impacts import four_impacts
 from vireport.atlas.one_impact import one_impact
 from vireport.atlas.surface import candidates_above, onto_sweep
 from vireport.motions.families import Claim
-from vireport.motions.motion import Motion
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, residuals
 from vireport.motions.stability import flight_jacobian
@@ -25,6 +23,7 @@ from vireport.motions.sweep import Held, Level
 from vireport.motions.switching import Limits
 from vireport.motions.turning import turns
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.simulation.attractors import attractors, find_attractor
 from vireport.simulation.events import Impact
@@ -192,7 +191,7 @@ def test_every_attractor_of_an_upright_capsule_lies_on_a_family(low: float, high
     families = atlas(sweep, Limits(4, 4)).families
     for value, end in ((value, end) for value, row in zip(values, ends, strict=True) for end in row):
         if end.cycle is not None and not end.cycle.sticks and len(end.cycle.wall) <= 4 and end.cycle.period <= 4:
-            motion = motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
+            motion = end.cycle.motion(float(sweep.coordinate_of(value)))
             assert min(motion.distance(known) for f in families for known in f.at(motion.coordinate)) < 1e-10
             words.add(motion.word.letters)
     assert {"BB", "BBBB"} <= words
@@ -281,7 +280,7 @@ def test_a_family_is_found_that_joins_no_other(swept: str, value: float):
     cycle = find_attractor(Groups(d, gbar, float(sweep.device.restitution)), Impact(1, 0.375, 5.66)).cycle
     assert cycle is not None
     assert cycle.word == "BBBT"
-    motion = motion_of_cycle(cycle, float(sweep.coordinate_of(value)))
+    motion = cycle.motion(float(sweep.coordinate_of(value)))
     assert min(motion.distance(other) for _, other in atlas(sweep, Limits(4, 1)).stable_at(value)) < 1e-9
 
 

@@ -9,17 +9,16 @@ from conftest import EXAMPLES
 from exact import printed_maps
 from mpmath import mp, mpf
 
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.atlas.families import atlas
 from vireport.atlas.given import motions_of
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.chart.over import chart_of
-from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Model
 from vireport.motions.points import model_of
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 from vireport.scenario.loading import load
@@ -89,7 +88,7 @@ def test_a_stable_motion_of_eight_impacts_is_that_of_the_simulation() -> None:
     sweep = swept(0.09, 0.11, inclination_deg=0.0)
     groups = model(sweep).groups(float(sweep.coordinate_of(0.1))).as_floats()
     (ends,) = attractors(groups, random_starts(groups.d, start_speed(groups.restitution), 8, 1), 3000)
-    simulated = motion_of_cycle(ends[0].cycle, float(sweep.coordinate_of(0.1))).canonical()
+    simulated = ends[0].cycle.motion(float(sweep.coordinate_of(0.1))).canonical()
     assert simulated.word.letters == "BBTTBBTT"
     motions = found(sweep, "BBTTBBTT", 2, 0.1)
     assert min(motion.distance(simulated, mirror=True) for motion in motions) < 1e-6
@@ -112,7 +111,7 @@ def test_a_family_of_a_distorted_force_is_followed_from_a_word_and_a_value() -> 
     family = study.atlas.families[stable - 1]
     groups = model_of(study.solution.sweep, ARRAYS).groups(float(study.solution.sweep.coordinate_of(0.5))).as_floats()
     (ends,) = attractors(groups, random_starts(groups.d, start_speed(groups.restitution), 8, 1), 3000)
-    simulated = motion_of_cycle(ends[0].cycle, float(study.solution.sweep.coordinate_of(0.5)))
+    simulated = ends[0].cycle.motion(float(study.solution.sweep.coordinate_of(0.5)))
     assert min(motion.distance(simulated) for motion in family.at(simulated.coordinate)) < 1e-6
     without = analyse(with_starts(**more), (Task.JSON,))
     assert [family.word for family in without.atlas.families] == [family.word for family in study.atlas.families]

@@ -15,8 +15,8 @@ from conftest import first
 
 from vireport.motions.events import Event
 from vireport.motions.families import Atlas
-from vireport.motions.motion import Motion
 from vireport.motions.paths import Curve
+from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.loading import loads
 from vireport.study.study import analyse

@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from vireport import analyse, loads
-from vireport.atlas.cycles import portrait_of
+from vireport.atlas.portraits import portrait_of
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.motions import families
 from vireport.motions.generation import generation, ladder

@@ -8,7 +8,6 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 from raw_flights import Flights
 
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.atlas.families import atlas
 from vireport.checks import reference
 from vireport.motions.events import Event
@@ -90,7 +89,7 @@ def test_every_periodic_attractor_lies_on_a_family(inclination, low, high, resti
         groups = sweep.device.groups(sweep.parameter, value).as_floats()
         (ends,) = attractors(groups, random_starts([groups.d], 1.5, 6, 3))
         simulated += [
-            motion_of_cycle(end.cycle, float(sweep.coordinate_of(value)))
+            end.cycle.motion(float(sweep.coordinate_of(value)))
             for end in ends
             if end.cycle is not None and not end.cycle.sticks and len(end.cycle.wall) <= 4 and end.cycle.period <= 2
         ]

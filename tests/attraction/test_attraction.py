@@ -49,18 +49,18 @@ from vireport.attraction.section import (
 )
 from vireport.attraction.settling import settles
 from vireport.attraction.survived import MOMENTS, SIZES, survived, survived_again
-from vireport.attraction.trap import Trap, lap_derivative, lap_matrix, norm_bound, proved_trap, trap_of
+from vireport.attraction.trap import Trap, lap_derivative, norm_bound, proved_trap, trap_of
 from vireport.base.errors import UsageError
 from vireport.checks.enclosures import UnprovedError
 from vireport.design.point import motions_at
-from vireport.motions.motion import Motion
 from vireport.motions.points import motion_at
 from vireport.physics import flight
 from vireport.physics.affine import Affine, between
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups, Restitutions
+from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
-from vireport.shocks.deviations import flight_times
+from vireport.shocks.deviations import lap_matrix
 from vireport.shocks.shock import shocked
 from vireport.simulation.events import check_model, follow_impacts
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, TURN, VELOCITY, WALL
@@ -302,7 +302,7 @@ def test_enclosures_after_shocks_hold_what_is_simulated() -> None:
     groups, motion, _ = stable(3.6)
     random, count = np.random.default_rng(6), 3000
     model, proved = np.repeat(check_model(groups), count, axis=0), []
-    for impact, duration in enumerate(flight_times(motion)):
+    for impact, duration in enumerate(motion.durations):
         wall, widths = motion.word.walls[impact], 10 ** random.uniform(-4, -1, (2, count))
         share, jump = random.uniform(0.1, 0.9, count) ** 2, random.uniform(-1, 1, count)
         widths[0] = np.minimum(widths[0], 0.9 * share)
@@ -540,7 +540,7 @@ def test_every_shock_up_to_the_bound_is_in_a_cell_that_is_proved(monkeypatch: py
 def attack(groups: Groups, trap: Trap, jump: float, count: int, seed: int = 3) -> None:
     """Random shocks up to a size, at random moments, all of which must come into the region."""
     motion, random = trap.motion, np.random.default_rng(seed)
-    for impact, duration in enumerate(flight_times(motion)):
+    for impact, duration in enumerate(motion.durations):
         delays = np.where(random.random(count) < 0.3, 0.0, duration * random.random(count))
         jumps = jump * random.choice([-1, 1], count) * random.random(count) ** 0.1
         starts = shocked(groups, motion, impact, delays, jumps)

@@ -30,11 +30,11 @@ from vireport.design.point import motions_at
 from vireport.motions.conditions import Condition
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.motion import BESIDE
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.device import RESTITUTIONS
 from vireport.physics.groups import Groups
+from vireport.physics.motion import BESIDE
 from vireport.physics.word import Word
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import attractors

@@ -43,12 +43,12 @@ from vireport.cli.app import main
 from vireport.design.point import design_point
 from vireport.gate.opening import WordedOpening
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.pointwise import find_motions
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
 from vireport.physics.groups import each as of_each
+from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput

@@ -13,11 +13,11 @@ from vireport.design.proof import Leaf, prove_again, prove_region
 from vireport.design.sensitivity import restitution_effect
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
 from vireport.physics.energy import Dielectric, Membrane, conversion, voltages
 from vireport.physics.groups import Restitutions
+from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DesignInput, Parameter
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)

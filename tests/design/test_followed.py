@@ -8,7 +8,6 @@ from conftest import solved
 from mpmath import mp
 from msgspec.structs import replace
 
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.design.followed import followed_motion
 from vireport.disturbances.behaviour import disturbances_of
 from vireport.disturbances.from_rest import FromRest
@@ -39,7 +38,7 @@ def test_the_motion_from_rest_is_that_of_its_equations_and_ends_where_the_simula
     found = disturbances_of(solution, None)
     end, reached = found.from_rest, found.reached
     assert (reached.motion.word.letters, reached.motion.word.periods) == (word, periods) == (end.word, end.periods)
-    assert motion_of_cycle(end.cycle, 0.0).distance(reached.motion) < 1e-6
+    assert end.cycle.motion(0.0).distance(reached.motion) < 1e-6
     assert reached.multipliers == pytest.approx(end.cycle.multipliers, rel=1e-5, abs=1e-9)
     assert reached.growth == pytest.approx(end.cycle.growth, rel=1e-5)
     assert (reached.below, reached.above) == ends
@@ -88,7 +87,7 @@ def test_the_motion_from_rest_is_within_its_error_bounds_of_one_in_forty_digits(
     device = replace(solved("inclined", **over).device, restitution=restitution)
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     end = find_attractor(groups, start_of(np.array([1.0, 0.0, 0.0, float(np.arccos(-groups.gbar))])), 4000)
-    found = followed_motion(device, motion_of_cycle(end.cycle, 0.0), DesignInput.LENGTH)
+    found = followed_motion(device, end.cycle.motion(0.0), DesignInput.LENGTH)
     motion = found.motion
     with mp.workdps(40):
         mass, force, frequency = (mp.mpf(x) for x in (device.capsule_mass_kg, device.amplitude_n, device.frequency_hz))

@@ -24,7 +24,6 @@ from vireport.design.margins import Margin
 from vireport.design.point import design_point, ending_beyond
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.orbits import orbits
 from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import UNSTABLE, classify
@@ -32,6 +31,7 @@ from vireport.motions.sweep import Sweep
 from vireport.motions.turning import touches
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.groups import Groups, Restitutions, by_wall
+from vireport.physics.motion import Symmetry
 from vireport.scenario.blocks import CapsuleMotion
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 

@@ -19,10 +19,10 @@ from vireport.design.point import design_point, motions_at
 from vireport.design.speed_law import constant, motions_under_law
 from vireport.disturbances.from_rest import Target, from_rest
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.physics.motion import Symmetry
 from vireport.scenario.blocks import CapsuleMotion, LeftOut
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import find_attractor

@@ -22,12 +22,12 @@ from vireport.gate.verdict import Status
 from vireport.measurement.shaker import ShakerDoubt, ShakerFinding
 from vireport.membranes.compliance import Grade
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import impact_velocities
 from vireport.motions.stability import Stability
 from vireport.physics.device import Device
 from vireport.physics.energy import Dielectric, Membrane, MembraneStretch, area_growth, deflection
 from vireport.physics.groups import SpeedLaw
+from vireport.physics.motion import Symmetry
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.study import Study, sweep_of

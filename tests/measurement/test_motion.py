@@ -16,7 +16,7 @@ from vireport.physics.device import Device
 from vireport.physics.word import Word
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import find_attractor
-from vireport.simulation.cycles import Cycle
+from vireport.simulation.cycles import SimulatedMotion
 from vireport.simulation.events import BOTTOM, Impact
 
 REGIMES = {
@@ -45,7 +45,7 @@ def regime(name: str, impacts: int = 240, skipped: int = 1500):
     return device, known, Word.of(letters, periods)
 
 
-def simulated(device: Device) -> Cycle:
+def simulated(device: Device) -> SimulatedMotion:
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     cycle = find_attractor(groups, START, compiled=False).cycle
     assert cycle is not None

@@ -10,11 +10,11 @@ from vireport.motions.branches import Branch
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.level_curve import orbits_on
-from vireport.motions.motion import Symmetry
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import by_wall
+from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
 
 HORIZONTAL = Device(

@@ -15,7 +15,6 @@ from msgspec.structs import replace
 from vireport.checks import reference
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.orbits import coefficients, orbits
 from vireport.motions.periodicity import Model, trace
 from vireport.motions.pointwise import differentiated_motions, find_motions, forms
@@ -24,6 +23,7 @@ from vireport.motions.sweep import Sweep
 from vireport.motions.turning import wall_gap
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups, Restitutions
+from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import find_attractor

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vireport.design.point import motions_at
-from vireport.motions.motion import Motion
 from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 
 

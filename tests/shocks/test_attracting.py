@@ -15,10 +15,10 @@ from vireport import analyse, loads
 from vireport.atlas.families import atlas
 from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import disturbances_of
-from vireport.motions.motion import Motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 from vireport.shocks.attracting import AttractingMotion, AttractingMotions, attracting_motions
 from vireport.shocks.returning import core_of, endings

@@ -10,14 +10,13 @@ import pytest
 from conftest import first
 from devices import DISTORTED, case, of
 
-from vireport.atlas.cycles import motion_of_cycle
-from vireport.motions.motion import Motion
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane, generated_voltage
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
-from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
+from vireport.shocks.deviations import flight_matrices, kick_effects, stationary
 from vireport.shocks.impact_map import backwards, forwards
 from vireport.shocks.jitter import TOLERANCE, Jitter, NoJitter, Unsettled, jitter
 from vireport.simulation.attractors import find_attractor
@@ -104,7 +103,7 @@ def test_spread_of_a_motion_with_more_impacts() -> None:
     groups = case(3.0, 0.3).groups
     cycle = find_attractor(groups, InFlight(0.0, 0.5, 1.0)).cycle
     assert cycle is not None
-    motion = motion_of_cycle(cycle, groups.d)
+    motion = cycle.motion(groups.d)
     found = jitter(groups, motion, 1e-5)
     assert isinstance(found, Jitter)
     assert len(found.phase_rad) == len(motion.word) > 2
@@ -255,7 +254,7 @@ def test_balls_that_do_not_bounce_have_no_room_for_kicks() -> None:
 
 def test_what_is_impossible_is_refused() -> None:
     groups, (motion,), unstable, _ = case(3.6)
-    assert flight_times(motion).sum() == pytest.approx(2)
+    assert motion.durations.sum() == pytest.approx(2)
     assert jitter(groups, unstable[0], 1e-4) == NoJitter(Unsettled.UNSTABLE, 0.0)
     for kick, scatter in ((-1e-3, 0.0), (1e-3, -0.1), (float("nan"), 0.0), (float("inf"), 0.0)):
         with pytest.raises(ValueError, match="standard deviations"):

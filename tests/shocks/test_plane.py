@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from devices import case
 
-from vireport.motions.motion import Motion
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
 from vireport.shocks.manifold import on_shocks, stable_manifold
 from vireport.shocks.plane import shock_plane

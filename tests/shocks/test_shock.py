@@ -9,7 +9,6 @@ import pytest
 from conftest import first
 from devices import DISTORTED, Case, case, of
 
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.base.errors import NumericalError
 from vireport.physics import flight
 from vireport.physics.device import Device
@@ -240,7 +239,7 @@ def test_a_motion_with_more_impacts_has_its_least_shock() -> None:
     reached = attractors(groups, [start_of(row) for row in random_starts(groups.d, 2.0, 30, 1)[0]])[0]
     cycle = next(each.cycle for each in reached if each.word == "BBT")
     assert cycle is not None
-    motion = motion_of_cycle(cycle, groups.d)
+    motion = cycle.motion(groups.d)
     found = least_shock(groups, motion, device.stable, device.unstable)
     alone = least_shock(groups, motion)
     assert found.jump is not None
@@ -284,7 +283,7 @@ def test_shocks_that_linger_by_an_unstable_motion_return() -> None:
     unlike = of(Device(0.1245, Restitutions(0.475, 0.525), 9.8, 0.75, 3.6, 2.0, 45.0))
     end = find_attractor(groups, start_of(np.array([1.0, 0.0, 0.96, 0.586])), 4000, compiled=True)
     assert (end.word, end.period) == ("BTBT", 2)
-    motion = motion_of_cycle(end.cycle, groups.d)
+    motion = end.cycle.motion(groups.d)
     found = least_shock(groups, motion, (), unlike.unstable, effort=SCAN)
     assert found.jump is None
     assert found.patience > core_of(groups, motion).patience

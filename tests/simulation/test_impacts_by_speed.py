@@ -21,6 +21,7 @@ from vireport.physics.groups import Groups, Restitutions, SpeedLaw
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.blocks import LeftOut
 from vireport.scenario.parameters import Parameter
+from vireport.shocks.deviations import lap_matrix
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact, InFlight, check_model, check_start, follow_impacts, follow_one
 from vireport.simulation.kernel import FLIGHT, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL
@@ -151,3 +152,5 @@ def test_multipliers_of_a_cycle_are_those_of_the_motion() -> None:
     first, second = cycle.multipliers
     assert (first + second).real == pytest.approx(curve.trace(x), abs=1e-10)
     assert (first * second).real == pytest.approx(curve.decay(x) ** 2, rel=1e-10)
+    lap = lap_matrix(origin, cycle.motion(origin.d))  # by the equations, at the impacts of the simulation
+    assert (np.trace(lap), np.linalg.det(lap)) == pytest.approx((first + second, first * second), rel=1e-9)

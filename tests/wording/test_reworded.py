@@ -12,8 +12,8 @@ from vireport.base.errors import RenderError
 from vireport.checks.paper import Agreement, ComparedRow, ComparedTypes, Misprint, PrintedPhase, PrintedQuantity
 from vireport.cli.app import main
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.stability import Stability
+from vireport.physics.motion import Symmetry
 from vireport.report.templates import fill
 from vireport.wording.templates import TEMPLATES, Words
 

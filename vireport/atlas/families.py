@@ -31,13 +31,13 @@ from vireport.motions.branches import admissible_families
 from vireport.motions.diagram import BifurcationDiagram, solve
 from vireport.motions.events import Event
 from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark
-from vireport.motions.motion import SAME, Motion
 from vireport.motions.paths import Curve, PathPoint, Trail, completed, follow
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, polished
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Beginning, Limits, openings, touching
 from vireport.motions.turning import turns
+from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]

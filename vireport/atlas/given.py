@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vireport.motions.motion import SAME, Motion
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, linearised
+from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
 
 TRIED = 1000

@@ -19,13 +19,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Model, trace
 from vireport.motions.sweep import Held, Level
 from vireport.motions.turning import SMALLEST_STEP, Turns, turning_points
 from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 

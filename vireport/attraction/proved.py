@@ -19,10 +19,10 @@ from vireport.base.records import brief
 from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import Disturbances
 from vireport.disturbances.from_rest import Destination, FromRest
-from vireport.motions.motion import Motion
 from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 from vireport.shocks.manifold import on_shocks, stable_manifold
 from vireport.shocks.returning import core_of, endings
@@ -262,9 +262,7 @@ def _release(device: Device, traps: list[Trap], wall: int = BOTTOM) -> Arrival:
 
 def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
     """A region around the motion of another word that the ball comes to."""
-    from vireport.atlas.cycles import motion_of_cycle
-
-    return None if end.cycle is None else trap_of(groups, motion_of_cycle(end.cycle, groups.d), compiled)
+    return None if end.cycle is None else trap_of(groups, end.cycle.motion(groups.d), compiled)
 
 
 class ProvedRegion(Struct, frozen=True, eq=False):

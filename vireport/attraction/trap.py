@@ -26,11 +26,11 @@ from vireport.attraction.flights import (
     restitutions,
     simulated,
 )
-from vireport.motions.motion import Motion
 from vireport.motions.stability import flight_jacobian
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine
 from vireport.physics.groups import Groups
-from vireport.shocks.deviations import flight_matrices, stationary
+from vireport.physics.motion import Motion
+from vireport.shocks.deviations import growth, lap_matrix, stationary
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -91,19 +91,6 @@ def _largest(x: Affine) -> Floats:
     return np.maximum(np.abs(x.lower), np.abs(x.upper))
 
 
-def lap_matrix(groups: Groups[float], motion: Motion) -> Floats:
-    """Derivative of the return map at the motion, in doubles (2, 2)."""
-    lap = np.eye(2)
-    for matrix in flight_matrices(groups, motion):
-        lap = matrix @ lap
-    return lap
-
-
-def largest_modulus(matrix: Floats) -> float:
-    """The largest modulus of its eigenvalues."""
-    return float(np.abs(np.linalg.eigvals(matrix)).max())
-
-
 def trap_of(groups: Groups[float], motion: Motion, compiled: bool) -> Trap | None:
     """The largest region tried that is proved to contract; None where none is.
 
@@ -111,7 +98,7 @@ def trap_of(groups: Groups[float], motion: Motion, compiled: bool) -> Trap | Non
     the modulus of the larger multiplier and 1.
     """
     lap = lap_matrix(groups, motion)
-    slowest = largest_modulus(lap)
+    slowest = growth(lap)
     if not slowest < 1:
         return None
     metric = np.asarray(np.linalg.cholesky(stationary(2 * lap.T / (1 + slowest), np.eye(2))).T, dtype=float)
@@ -146,7 +133,7 @@ def proved_trap(groups: Groups[float], motion: Motion, metric: Floats, radius: f
     # |P(x) - c| <= |P(c) - c| + L |x - c|, and the motion is within |P(c) - c|/(1 - L) of c.
     if not (contraction < 1 and off + contraction * radius <= radius * (1 - AFFINE_ROUNDING)):
         return None
-    aside, slowest = off / (1 - contraction) * (1 + 1e-12), largest_modulus(lap_matrix(groups, motion))
+    aside, slowest = off / (1 - contraction) * (1 + 1e-12), growth(lap_matrix(groups, motion))
     return Trap(motion, metric, radius, contraction, aside, slowest)
 
 

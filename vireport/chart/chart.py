@@ -29,12 +29,12 @@ from vireport.design.point import motions_at
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.families import Atlas
-from vireport.motions.motion import Motion
 from vireport.motions.paths import Curve, PathPoint, completed, follow
 from vireport.motions.points import model_of, motion_at
 from vireport.motions.sweep import NO_TOLERANCE
 from vireport.motions.switching import Limits, touching
 from vireport.physics.device import Device
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS, FLOATS
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter

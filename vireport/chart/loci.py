@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from vireport.chart.plane import Plane
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
-from vireport.motions.motion import AT_ZERO, BESIDE, Motion
 from vireport.motions.paths import RANK, STEEPEST, Arc, Path, PathPoint
 from vireport.motions.periodicity import linearised, residuals, weighted_trace
 from vireport.motions.turning import Turn, turns
 from vireport.physics.groups import Groups
+from vireport.physics.motion import AT_ZERO, BESIDE, Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 

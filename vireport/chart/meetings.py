@@ -18,9 +18,9 @@ from vireport.chart.loci import Locus
 from vireport.chart.plane import Plane
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.periodicity import linearised, residuals
 from vireport.motions.polish import FARTHEST, newton
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import DIGITS, FLOATS, DecimalOps
 from vireport.physics.word import Word
 

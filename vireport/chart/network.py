@@ -24,10 +24,10 @@ from vireport.chart.meetings import Meeting, meeting
 from vireport.chart.plane import Plane
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
-from vireport.motions.motion import BESIDE, IMAGE, Motion
 from vireport.motions.paths import Arc, PathPoint, completed, follow
 from vireport.motions.periodicity import weighted_trace
 from vireport.motions.switching import Limits, off, touching
+from vireport.physics.motion import BESIDE, IMAGE, Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 

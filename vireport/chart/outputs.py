@@ -19,7 +19,7 @@ from vireport.chart.regions import ChartRegion, StableMotion
 from vireport.chart.tables import exact_points, shown_points
 from vireport.gate.alerts import named_alerts
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
+from vireport.physics.motion import Motion
 from vireport.scenario.loading import Loaded
 from vireport.study.plan import FIGURE_FORMATS, Task
 from vireport.study.provenance import Provenance, provenance_of, with_pages

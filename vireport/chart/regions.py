@@ -24,11 +24,11 @@ from vireport.base.progress import Progress, counted
 from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, is_swept
 from vireport.design.point import motions_at
-from vireport.motions.motion import IMAGE, Motion
 from vireport.motions.paths import Curve
 from vireport.motions.points import motion_at
 from vireport.motions.sweep import NO_TOLERANCE, settable
 from vireport.motions.switching import Limits
+from vireport.physics.motion import IMAGE, Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter

@@ -17,13 +17,13 @@ from vireport.checks.flights import FlightModel
 from vireport.design.point import DesignPoint, around_length
 from vireport.design.solution import Solution, stable_motion
 from vireport.motions.events import TRACE_LEVELS, Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions
 from vireport.motions.points import Point
 from vireport.motions.stability import lap_decay
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Membrane, voltages
 from vireport.physics.groups import Groups, each
+from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import wrapped
 
 if TYPE_CHECKING:

@@ -30,7 +30,6 @@ from vireport.checks.enclosures import (
 from vireport.motions.conditions import Condition
 from vireport.motions.diagram import BifurcationDiagram
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.orbits import Orbits, orbits
 from vireport.motions.points import OneToOne, Point
 from vireport.motions.stability import lap_decay, return_trace
@@ -38,6 +37,7 @@ from vireport.motions.sweep import Held, Level, Sweep, level_residual
 from vireport.motions.turning import touches
 from vireport.physics.device import NO_GRAVITY
 from vireport.physics.groups import by_wall, each
+from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
 
 PRECISIONS = (192, 384, 768)

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 from vireport.design.point import around_length
 from vireport.design.solution import Solution
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import motions_of
 from vireport.motions.orbits import orbits
 from vireport.motions.points import Point, place_at
@@ -26,6 +25,7 @@ from vireport.motions.pointwise import find_motions
 from vireport.motions.polish import FARTHEST
 from vireport.motions.stability import Stability
 from vireport.motions.sweep import Sweep
+from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
 
 PAPER = (

@@ -25,7 +25,7 @@ from vireport.figures.layout import letter_of
 from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.style import Color, Picture, Sheet, drawn_for, literal, sheet
 from vireport.figures.sweeps import Drawing, drawing_of, sweep_figure
-from vireport.motions.motion import Symmetry
+from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task
 from vireport.text.formatting import capital

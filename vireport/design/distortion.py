@@ -21,7 +21,6 @@ from vireport.base.errors import NumericalError
 from vireport.design.lines import Followed, Line, LineCurve, along, carried, ends_along, mirrored, stable_ones
 from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, resting, solved_end
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve
 from vireport.motions.polish import in_decimals
@@ -31,6 +30,7 @@ from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.forcing import with_harmonic as added
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.blocks import LARGEST_HARMONIC
 from vireport.scenario.parameters import Parameter

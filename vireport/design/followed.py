@@ -13,10 +13,10 @@ from vireport.base.records import brief
 from vireport.design.lines import LOSES_STABILITY, Line, along, extent, line_of, value_at
 from vireport.motions.error_bounds import point_bounds
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.paths import Curve, PathPoint, follow
 from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
 from vireport.physics.device import Device
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS, UNIT
 from vireport.scenario.parameters import DesignInput, Parameter
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve, PathPoint, follow
 from vireport.motions.periodicity import Variation
@@ -27,6 +26,7 @@ from vireport.motions.points import motion_at
 from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.parameters import DesignInput, Parameter
 

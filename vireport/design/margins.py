@@ -19,7 +19,6 @@ from vireport.base.errors import NumericalError
 from vireport.design.lines import LINES, Ending, Line, along, endings, mirrored, stable_ones, value_at
 from vireport.motions.conditions import Condition, held_at_once, stopped
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.one_to_one import Motions
 from vireport.motions.periodicity import Varied, linearised
 from vireport.motions.points import Point, one_to_one, point_of, solve_one_to_one
@@ -27,6 +26,7 @@ from vireport.motions.polish import DECIMALS, Solved, in_decimals
 from vireport.physics.device import Device, carried
 from vireport.physics.forcing import Harmonic, force_rate, wave
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 from vireport.scenario.parameters import DesignInput

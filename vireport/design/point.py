@@ -18,7 +18,6 @@ from vireport.design.speed_law import constant, motions_under_law
 from vireport.motions.branches import Branch
 from vireport.motions.diagram import BifurcationDiagram
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.orbits import Friction, orbits
 from vireport.motions.points import Point, place_at, place_of
@@ -28,6 +27,7 @@ from vireport.motions.sweep import NO_TOLERANCE, Sweep, settable
 from vireport.physics.device import NO_GRAVITY, Device
 from vireport.physics.energy import Conversion, Voltages
 from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
 from vireport.text.formatting import OF_A_MODEL, Exactness, apart, exact, quantity, significant
 

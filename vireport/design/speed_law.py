@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.design.lines import Followed, Line, along, carried, mirrored
 from vireport.motions.events import Event
-from vireport.motions.motion import SAME, Motion
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve, PathPoint, follow
 from vireport.motions.points import motion_at
@@ -27,6 +26,7 @@ from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics import flight
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, stated
+from vireport.physics.motion import SAME, Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
@@ -206,7 +206,6 @@ def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bo
 
 def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
     """The 1:1 motions that a ball comes to which lies on the bottom membrane when the force sets in."""
-    from vireport.atlas.cycles import motion_of_cycle
     from vireport.simulation.attractors import find_attractor
     from vireport.simulation.events import BOTTOM, Impact
     from vireport.simulation.release import presses
@@ -216,7 +215,7 @@ def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
         cycle = find_attractor(groups, Impact(BOTTOM, 0.0, press.release), PATIENCE, compiled=False).cycle
         if cycle is None or cycle.sticks:
             continue
-        motion = motion_of_cycle(cycle, curve.high).canonical()
+        motion = cycle.motion(curve.high).canonical()
         for image in (motion, motion.mirrored().canonical()) if flat else (motion,):
             x = curve.at(curve.vector(image), curve.high) if image.word == curve.word else None
             if x is not None:

@@ -23,14 +23,14 @@ from vireport.disturbances.from_rest import (
     switched_on,
 )
 from vireport.disturbances.recovery import NoRecovery, Recovery, recovery_of
-from vireport.motions.motion import SAME
 from vireport.physics.groups import Groups
+from vireport.physics.motion import SAME
 from vireport.scenario.blocks import DisturbancesBlock
 from vireport.scenario.parameters import DesignInput, Parameter
 
 if TYPE_CHECKING:
     from vireport.disturbances.windows import Edge, OutcomeRange, Window
-    from vireport.simulation.cycles import Cycle
+    from vireport.simulation.cycles import SimulatedMotion
 
 WIDEST = 0.5
 """How far from the design value it is looked for where a window ends, over that value, where no sweep says how far."""
@@ -181,12 +181,11 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
     """The stable motions that some starts come to; without the compiler the first that is found."""
     if solution.device.rubs:
         return ()
-    from vireport.atlas.cycles import motion_of_cycle
     from vireport.disturbances.by_starts import cycles_by_starts
 
     found: list[FollowedMotion] = []
     for cycle in cycles_by_starts(groups, compiled):
-        motion = motion_of_cycle(cycle, 0.0)
+        motion = cycle.motion(0.0)
         if cycle.sticks or any(motion.distance(known.motion, solution.horizontal) < SAME for known in found):
             continue
         followed = _followed(solution, cycle)
@@ -196,12 +195,10 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
     return tuple(found)
 
 
-def _followed(solution: Solution, cycle: Cycle) -> FollowedMotion | None:
+def _followed(solution: Solution, cycle: SimulatedMotion) -> FollowedMotion | None:
     """A motion that was simulated, as its equations have it."""
-    from vireport.atlas.cycles import motion_of_cycle
-
     swept = solution.sweep.parameter if solution.sweep is not None else Parameter.LENGTH
-    return followed_motion(solution.device, motion_of_cycle(cycle, 0.0), DesignInput(swept))
+    return followed_motion(solution.device, cycle.motion(0.0), DesignInput(swept))
 
 
 def _along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vireport.physics.groups import Groups
-from vireport.simulation.cycles import Cycle, approached
+from vireport.simulation.cycles import SimulatedMotion, approached
 from vireport.simulation.events import check_model, follow_one
 from vireport.simulation.kernel import RUNNING
 from vireport.simulation.starts import even_starts, start_speed
@@ -22,7 +22,7 @@ MANY = 64, 256
 """Starts and impacts of each with the compiler."""
 
 
-def cycles_by_starts(groups: Groups[float], compiled: bool) -> Iterator[Cycle]:
+def cycles_by_starts(groups: Groups[float], compiled: bool) -> Iterator[SimulatedMotion]:
     """Periodic motions without rests that attract starts in flight, in the order in which they are met, and repeatedly.
 
     Parameters

@@ -26,7 +26,7 @@ from vireport.physics.groups import Groups
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import word_name
 from vireport.simulation.attractors import Outcome, find_attractor
-from vireport.simulation.cycles import Cycle, approached, chain_growth, rest_cycle
+from vireport.simulation.cycles import SimulatedMotion, approached, chain_growth, rest_cycle
 from vireport.simulation.events import BOTTOM, check_model, follow_one, start_of
 from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.release import Press, presses
@@ -148,7 +148,7 @@ class FromRest(Struct, frozen=True):
     settles_after : int or None
         Forcing periods from when the ball first leaves the membrane until its impacts stay within 1 % of the motion; 0
         of a rest cycle that begins there; None where it never settles, or it is not known when.
-    cycle : Cycle or None
+    cycle : SimulatedMotion or None
         One period, where it was simulated.
     creeping : bool
         Whether it is undecided because the ball, with friction, stops too often on its way to be followed.
@@ -158,7 +158,7 @@ class FromRest(Struct, frozen=True):
     word: str = ""
     periods: int = 0
     settles_after: int | None = None
-    cycle: Cycle | None = None
+    cycle: SimulatedMotion | None = None
     creeping: bool = False
 
     @property
@@ -419,7 +419,7 @@ def _recurred(model: Floats, rows: Floats, ratio: int, compiled: bool) -> tuple[
     return _on(cycle, rows, (), ratio)
 
 
-def _on(cycle: Cycle, rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromRest, Floats]:
+def _on(cycle: SimulatedMotion, rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromRest, Floats]:
     """A motion that the last impacts are on, and the impacts until it was settled."""
     first = _settled_at(_near(cycle, rows))
     settles = ceil(float(_times(rows)[first])) if first < len(rows) else None
@@ -429,7 +429,7 @@ def _on(cycle: Cycle, rows: Floats, targets: Sequence[Target], ratio: int) -> tu
     return FromRest(destination, cycle.word, cycle.period, settles, cycle), rows[: first + 1]
 
 
-def _flips_slowly(cycle: Cycle, targets: Sequence[Target], ratio: int) -> bool:
+def _flips_slowly(cycle: SimulatedMotion, targets: Sequence[Target], ratio: int) -> bool:
     """Whether what looks like a motion of twice the period or more is a stable 1:1 motion on its way."""
     count = cycle.period // ratio
     if cycle.word != "BT" * count or cycle.period != count * ratio:
@@ -445,7 +445,7 @@ def _flips_slowly(cycle: Cycle, targets: Sequence[Target], ratio: int) -> bool:
     )
 
 
-def _near(cycle: Cycle, rows: Floats) -> NDArray[np.bool_]:
+def _near(cycle: SimulatedMotion, rows: Floats) -> NDArray[np.bool_]:
     """Which impacts are one of a cycle, up to what counts as settled."""
     scale = SETTLED * max(float(np.abs(cycle.velocity).max()), SETTLED)
     near = cycle.wall == rows[:, WALL, None]

@@ -13,7 +13,7 @@ from vireport.base.records import brief
 from vireport.disturbances.from_rest import Destination, FromRest, rested
 from vireport.motions.sweep import Sweep
 from vireport.physics.groups import Groups
-from vireport.simulation.cycles import Cycle, approached
+from vireport.simulation.cycles import SimulatedMotion, approached
 from vireport.simulation.events import BOTTOM, as_start, check_model, follow_one
 from vireport.simulation.kernel import REST, RUNNING
 from vireport.simulation.release import presses
@@ -45,7 +45,7 @@ class Met(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     @property
-    def motion(self) -> Cycle | None:
+    def motion(self) -> SimulatedMotion | None:
         """The periodic motion without rests that it comes to."""
         return self.end.cycle if self.end.is_motion else None
 

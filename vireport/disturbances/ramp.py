@@ -10,7 +10,6 @@ from math import ceil, cos, floor, inf, nextafter, pi, sin
 
 import numpy as np
 
-from vireport.physics import flight
 from vireport.physics.forcing import wave
 from vireport.physics.groups import Groups
 from vireport.simulation.events import BOTTOM, check_model, follow_one
@@ -52,7 +51,8 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
     """State after a time [t_c] with a constant amplitude, over that at the end of the ramp."""
     d, gbar, r, harmonics, friction = groups
     rubbing = None if friction is None else friction / amplitude
-    model = check_model(Groups(d / amplitude, gbar / amplitude, r, harmonics, rubbing))[0]
+    groups = Groups(d / amplitude, gbar / amplitude, r, harmonics, rubbing)
+    model = check_model(groups)[0]
     wall, position, velocity, phase = state
     start = wall, position / amplitude, velocity / amplitude, phase
     clock, count = 0.0, ceil(BLOCK)
@@ -83,9 +83,8 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
     speed = 0.0 if moved else float(groups.after(int(hit), before)) if hit else before
     angle, t = float(row[PHASE]) + pi * moved, left - moved
     begun, end = (wave(sin(x), cos(x), harmonics) for x in (angle, angle + pi * t))
-    z = place + flight.displacement(t, speed, begun.impulse, begun.path, end.path, float(model[1]))
-    v = flight.velocity(t, speed, begun.impulse, end.impulse, float(model[1]))
-    return 0.0, _inside(z * amplitude, d), v * amplitude, phase % TURN
+    covered, v = groups.flown(t, speed, begun, end)
+    return 0.0, _inside((place + covered) * amplitude, d), v * amplitude, phase % TURN
 
 
 def _inside(position: float, d: float) -> float:

@@ -11,11 +11,11 @@ from msgspec import Struct
 from vireport.checks import reference as exact
 from vireport.extremes.rows import BOUND, CaseFinding, WrongAnswerError
 from vireport.motions.events import Event
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions
 from vireport.motions.points import Point
 from vireport.physics.device import Device
 from vireport.physics.groups import by_wall, each
+from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study

@@ -23,7 +23,7 @@ from vireport.study.study import Study, require_study
 
 if TYPE_CHECKING:
     from vireport.simulation.attractors import Attractor
-    from vireport.simulation.cycles import Cycle
+    from vireport.simulation.cycles import SimulatedMotion
 
 Floats = NDArray[np.float64]
 DrawnCurve = tuple[Floats, Floats]
@@ -263,14 +263,14 @@ def simulated_points(study: Study) -> PairedImpacts | None:
     return PairedImpacts(values, d, velocity, phase, flight, voltages)
 
 
-def _distinct(attractors: Sequence[Attractor]) -> list[Cycle]:
+def _distinct(attractors: Sequence[Attractor]) -> list[SimulatedMotion]:
     """The cycles among some attractors, each once; those that stick are left to the bifurcation diagram."""
     # Starts that end on one motion share its cycle.
     cycles = {id(attractor.cycle): attractor.cycle for attractor in attractors if attractor.cycle is not None}
     return [cycle for cycle in cycles.values() if not cycle.sticks]
 
 
-def _paired(cycle: Cycle) -> Iterator[Floats]:
+def _paired(cycle: SimulatedMotion) -> Iterator[Floats]:
     """Velocity, phase and half the flight time of a bottom impact of a cycle, and of the top one that follows it."""
     at_bottom = cycle.wall > 0
     impact = np.stack([cycle.velocity, cycle.phase, np.roll(cycle.flight, -1) / 2], axis=1)

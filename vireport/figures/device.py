@@ -100,7 +100,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
     motions = design.motions
     stable = motions.admissible_mask & motions.stable_mask
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
-        from vireport.atlas.cycles import portrait_of
+        from vireport.atlas.portraits import portrait_of
 
         _, motion = others[0]
         portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")

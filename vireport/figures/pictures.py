@@ -115,7 +115,7 @@ def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Path | None) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
-    from vireport.atlas.cycles import portrait_of
+    from vireport.atlas.portraits import portrait_of
 
     model, swept = model_of(families.sweep, ARRAYS), families.sweep.parameter
     named = ((name, families.named(name)) for name in names)

@@ -18,11 +18,11 @@ from vireport.design.sensitivity import input_error, mass_elasticity, restitutio
 from vireport.gate.evidence import Evidence
 from vireport.gate.stretch import DEMONSTRATED, STATED_FIELD_V_M, contact_at_radius, severity_of, stretch_at_design
 from vireport.motions.error_bounds import undecided
-from vireport.motions.motion import Symmetry
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.forcing import peaks
 from vireport.physics.groups import by_wall
+from vireport.physics.motion import Symmetry
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from vireport.measurement.shaker import ShakerFinding
     from vireport.membranes.compliance import Compliance
     from vireport.motions.families import Atlas, Family
-    from vireport.motions.motion import Motion
+    from vireport.physics.motion import Motion
     from vireport.shocks.attracting import AttractingMotions
     from vireport.shocks.withstood import Withstood
 

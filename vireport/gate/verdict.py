@@ -21,9 +21,9 @@ from vireport.design.solution import Solution
 from vireport.gate.evidence import Criterion, Evidence, Question
 from vireport.gate.least_margin import MarginToUse, margin_to_use
 from vireport.gate.stretch import severity_of
-from vireport.motions.motion import Symmetry
 from vireport.motions.points import Point
 from vireport.motions.stability import Stability
+from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.text.alerts import Severity
 from vireport.text.formatting import Exactness

@@ -11,12 +11,12 @@ from msgspec.structs import replace
 
 from vireport.motions.events import Event
 from vireport.motions.families import Family, Mark
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve
 from vireport.motions.points import model_of
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Voltages
+from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 

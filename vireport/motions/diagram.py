@@ -10,11 +10,11 @@ from vireport.motions.branches import Branch
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
 from vireport.motions.level_curve import LevelCurve, curve_of, sample
-from vireport.motions.motion import Motion, Symmetry
 from vireport.motions.points import Point
 from vireport.motions.stability import Stability
 from vireport.motions.sweep import Sweep
 from vireport.motions.tracing import branches_of
+from vireport.physics.motion import Motion, Symmetry
 
 SAME_POINT = 1e-9
 """Relative difference of the swept value below which an asymmetric branch begins at a pitchfork."""

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from vireport.base.records import brief
 from vireport.motions.error_bounds import distance_bounds, family_bounds
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, model_of
 from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
 from vireport.motions.sweep import Sweep, settable
 from vireport.motions.switching import Limits
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 from vireport.text.formatting import significant, span

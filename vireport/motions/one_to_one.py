@@ -22,10 +22,9 @@ from vireport.motions.stability import (
 )
 from vireport.motions.sweep import Level, Sweep
 from vireport.motions.turning import wall_gap
-from vireport.physics import flight
 from vireport.physics.device import Device
 from vireport.physics.forcing import wave
-from vireport.physics.groups import by_wall, each
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
@@ -181,16 +180,15 @@ def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) 
     n, harmonics = device.period_ratio, device.harmonics
     friction = device.groups(parameter, float(motions.sweep_value[row])).friction
     d, gbar, q = (float(x[row]) for x in (motions.d, motions.gbar, motions.q))
+    restitutions = Restitutions(*(float(r[row]) if np.ndim(r) else r for r in by_wall(motions.restitution)))
+    groups = Groups(d, gbar, restitutions, harmonics, friction)
     impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
-    gravities = (gbar, gbar) if friction is None else (gbar + friction, gbar - friction)
-    restitutions = (float(r[row]) if np.ndim(r) else r for r in by_wall(motions.restitution))
-    walls = zip((d / 2, -d / 2), restitutions, gravities, strict=True)
     mu, flights, start = device.mass_ratio, [], 0.0
-    for (phi, velocity, share), (wall, r, gravity) in zip(impacts, walls, strict=True):
+    for (phi, velocity, share), wall in zip(impacts, (1, -1), strict=True):
         elapsed = np.linspace(0.0, 2 * n * share, SAMPLES)
-        phase, after = float(phi[row]), flight.reflect(float(velocity[row]), r)
+        phase, after = float(phi[row]), groups.after(wall, float(velocity[row]))
         begun, then = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, np.pi * elapsed + phase))
-        z = wall + flight.displacement(elapsed, after, begun.impulse, begun.path, then.path, gravity)
+        z = wall * d / 2 + groups.flown(elapsed, after, begun, then, -wall)[0]
         capsule = (mu * z - then.path / np.pi**2) / (1 + mu)
         flights.append((start + elapsed / 2, 0.5 - z / d, capsule))
         start += n * share

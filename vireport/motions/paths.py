@@ -23,12 +23,12 @@ from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.motions.conditions import Condition
 from vireport.motions.events import TRACE_LEVELS, Event
-from vireport.motions.motion import AT_ZERO, IMAGE, Motion
 from vireport.motions.periodicity import Model, Variation, linearised, trace
 from vireport.motions.roots import GOLDEN
 from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.turning import Turn, slow_places, turns
 from vireport.physics.groups import Groups, stated
+from vireport.physics.motion import AT_ZERO, IMAGE, Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 

@@ -183,9 +183,7 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
     for leg in legs(word, x[count : 2 * count], groups, ops):
         after, t = groups.after(word.walls[leg.start], x[leg.start]), leg.duration
         way = (word.walls[leg.end] - word.walls[leg.start]) // 2
-        gbar = groups.gravity(way)
-        speed = flight.velocity(t, after, leg.starts.impulse, leg.ends.impulse, gbar, ops.pi)
-        covered = flight.displacement(t, after, leg.starts.impulse, leg.starts.path, leg.ends.path, gbar, ops.pi)
+        covered, speed = groups.flown(t, after, leg.starts, leg.ends, way, ops.pi)
         values += [speed - x[leg.end], covered - way * d]
     return values
 
@@ -204,8 +202,7 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
         way = (walls[j] - wall) // 2
         gbar = groups.gravity(way)
         pull_start, pull_end = flight.acceleration(starts.force, gbar), flight.acceleration(ends.force, gbar)
-        speed = flight.velocity(t, after, starts.impulse, ends.impulse, gbar)
-        covered = flight.displacement(t, after, starts.impulse, starts.path, ends.path, gbar)
+        covered, speed = groups.flown(t, after, starts, ends, way)
         values += [speed - row[j], covered - way * d]
         by_impacts += [-slope, -pull_start, -slope * t, -after - pull_start * t, -1.0, pull_end, speed]
         of_bottom, of_top, *of_law = _by_restitution(groups, wall, before)

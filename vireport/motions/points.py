@@ -20,7 +20,6 @@ from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.motions.conditions import Condition, Equation, held_at_once, stopped
 from vireport.motions.events import Event
-from vireport.motions.motion import Motion, Symmetry
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Orbits
 from vireport.motions.periodicity import Model, Varied, trace
@@ -28,6 +27,7 @@ from vireport.motions.polish import DECIMALS, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
 from vireport.physics.groups import Groups, each
+from vireport.physics.motion import Motion, Symmetry
 from vireport.physics.numbers import ARRAYS, FLOATS
 from vireport.physics.word import Word
 from vireport.text.formatting import bounded, significant

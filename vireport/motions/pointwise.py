@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.level_curve import largest_groups
-from vireport.motions.motion import Motion
 from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import IMAGINARY_STEP
 from vireport.physics.word import Word
 

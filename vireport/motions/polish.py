@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
 from vireport.motions.conditions import Equation
-from vireport.motions.motion import Motion
 from vireport.motions.periodicity import Varied, linearised, residuals
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS, DIGITS, FLOATS, IMAGINARY_STEP, DecimalOps
 from vireport.physics.word import Word
 

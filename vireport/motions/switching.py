@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import UsageError
 from vireport.motions.events import Event
-from vireport.motions.motion import AT_ZERO, BESIDE, Motion
 from vireport.motions.paths import Curve, Path, PathPoint
 from vireport.motions.turning import Turn
+from vireport.physics.motion import AT_ZERO, BESIDE, Motion
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]

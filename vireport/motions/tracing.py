@@ -23,7 +23,6 @@ from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
 from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples
-from vireport.motions.motion import Symmetry
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.orbits import Orbits
 from vireport.motions.points import (
@@ -41,6 +40,7 @@ from vireport.motions.polish import DECIMALS, FARTHEST, in_decimals
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import NODE, UNSTABLE
 from vireport.physics.groups import by_wall
+from vireport.physics.motion import Symmetry
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -17,13 +17,13 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.motions.motion import Motion
 from vireport.motions.orbits import Orbits
 from vireport.motions.roots import newton_root
 from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.forcing import Harmonic, force_rate, unaccelerated, unaccelerated_by, wave
 from vireport.physics.groups import Groups, by_wall
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from decimal import Decimal
-from math import prod
+from math import pi, prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -242,6 +242,26 @@ class Groups(NamedTuple, Generic[Number]):
         Z falls on the way up, from the bottom to the top membrane.
         """
         return self.gbar if self.friction is None else self.gbar - way * self.friction
+
+    def flown(self, elapsed: Any, after: Any, begun: Wave, now: Wave, way: Any = 0, pi: Any = pi) -> tuple[Any, Any]:
+        """How far the ball has come a time after an impact, Z less that of the membrane left, and its velocity Z'.
+
+        Parameters
+        ----------
+        elapsed : array_like
+            Time since the impact [t_c].
+        after : array_like
+            Velocity just after it [y_c].
+        begun, now : Wave
+            The force at the impact and then.
+        way : array_like
+            Of a ball with friction the sign of Z', see `gravity`.
+
+        Source: Eqs. (2.11) and (2.12).
+        """
+        gravity = self.gravity(way)
+        covered = flight.displacement(elapsed, after, begun.impulse, begun.path, now.path, gravity, pi)
+        return covered, flight.velocity(elapsed, after, begun.impulse, now.impulse, gravity, pi)
 
     def wave(self, phase: Any, ops: Any) -> Wave:
         """The force at a phase, in the kind of number of `ops`."""

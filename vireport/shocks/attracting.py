@@ -18,8 +18,8 @@ from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import Disturbances
 from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.motions.families import Atlas
-from vireport.motions.motion import SAME, Motion
 from vireport.physics.groups import Groups
+from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 from vireport.shocks.returning import Core, Elsewhere, core_of, endings, patient

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.base.shares import share_interval
-from vireport.motions.motion import Motion
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.shocks.plane import OutcomePlane, Recogniser, coloured
 from vireport.simulation.events import BOTTOM
 from vireport.simulation.kernel import TURN

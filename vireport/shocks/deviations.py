@@ -12,20 +12,15 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.motion import Motion
 from vireport.motions.stability import flight_jacobian
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.simulation.cycles import jacobians
 from vireport.simulation.events import check_model
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
-
-
-def flight_times(motion: Motion) -> Floats:
-    """Flight time from each impact to the next one, (N,) [t_c]."""
-    return np.append(motion.time[1:], motion.time[0] + 2 * motion.word.periods) - motion.time
 
 
 def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
@@ -41,13 +36,31 @@ def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
     if groups.friction is not None:
         return _with_friction(groups, motion)
     count, pulls = len(motion.word), [_pull(groups, t) for t in motion.time.tolist()]
-    durations, velocity = flight_times(motion).tolist(), motion.velocity.tolist()
+    durations, velocity = motion.durations.tolist(), motion.velocity.tolist()
+    rebounds = list(map(groups.rebound, motion.word.walls, velocity))
     rows = []
-    for i, wall in enumerate(motion.word.walls):
+    for i in range(count):
         j = (i + 1) % count
-        r = groups.restitution_at(wall)
-        rows.append(flight_jacobian(durations[i], velocity[i], velocity[j], pulls[i], pulls[j], r))
+        rows.append(flight_jacobian(durations[i], velocity[i], velocity[j], pulls[i], pulls[j], *rebounds[i]))
     return np.array(rows).reshape(count, 2, 2)
+
+
+def lap_matrix(groups: Groups[float], motion: Motion) -> Floats:
+    """Derivative of the return map at a motion: of time and velocity of its first impact, over one period, (2, 2)."""
+    return chained(flight_matrices(groups, motion))
+
+
+def chained(matrices: Floats) -> Floats:
+    """Product of a chain of matrices (N, 2, 2), the first one rightmost."""
+    chain = np.eye(2)
+    for matrix in matrices:
+        chain = matrix @ chain
+    return chain
+
+
+def growth(matrix: Floats) -> float:
+    """Largest modulus of the eigenvalues: that of a lap is below 1 where the motion is stable."""
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
 def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
@@ -58,7 +71,7 @@ def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
     if groups.friction is not None:
         rebounds = [groups.restitution_at(wall) for wall in motion.word.walls]
         return np.asarray(flight_matrices(groups, motion)[:, :, 1] / -np.array(rebounds)[:, None])
-    duration, ahead = flight_times(motion), np.roll(motion.velocity, -1)
+    duration, ahead = motion.durations, np.roll(motion.velocity, -1)
     late = -duration / ahead
     return np.stack([late, 1 + late * np.array([_pull(groups, t) for t in np.roll(motion.time, -1)])], axis=1)
 
@@ -67,7 +80,7 @@ def _with_friction(groups: Groups[float], motion: Motion) -> Floats:
     """`flight_matrices` of a ball that may stop in flight, by time in place of the phase."""
     before = np.zeros((len(motion.word), RIDING + 1))
     before[:, WALL], before[:, PHASE], before[:, VELOCITY] = motion.word.walls, motion.phase, motion.velocity
-    before[:, FLIGHT] = np.roll(flight_times(motion), 1)
+    before[:, FLIGHT] = np.roll(motion.durations, 1)
     by_phase = jacobians(check_model(groups)[0], before, np.roll(before, -1, axis=0))
     return np.asarray(by_phase * np.array([[1.0, 1 / pi], [pi, 1.0]]))
 

@@ -17,11 +17,11 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.motions.motion import Motion
 from vireport.physics.energy import Membrane, generated_voltage
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import IMAGINARY_STEP
-from vireport.shocks.deviations import flight_matrices, flight_times, kick_effects, stationary
+from vireport.shocks.deviations import chained, flight_matrices, growth, kick_effects, stationary
 from vireport.shocks.impact_map import forwards
 
 Floats = NDArray[np.float64]
@@ -193,8 +193,8 @@ def jitter(
     if not (0 <= kick < inf and 0 <= restitution_scatter < inf):
         raise ValueError(f"standard deviations must be finite and not negative: {kick}, {restitution_scatter}")
     matrices, effects = flight_matrices(groups, motion), kick_effects(groups, motion)
-    lap = np.linalg.multi_dot([*matrices[::-1], np.eye(2)]) if len(matrices) > 1 else matrices[0]
-    if np.abs(np.linalg.eigvals(lap)).max() >= 1:
+    lap = chained(matrices)
+    if growth(lap) >= 1:
         return NoJitter(Unsettled.UNSTABLE, 0.0)
     kicks = kick**2 + (restitution_scatter * motion.velocity) ** 2
     sources = kicks[:, None, None] * effects[:, :, None] * effects[:, None, :]
@@ -325,7 +325,7 @@ def _through_a_period(
     """Moments after each flight of one period of the simulated map with kicks; None where one ends elsewhere."""
     passed: list[_Moments] = []
     nodes, weights, tensor = _rule()
-    durations, walls, count = flight_times(motion), motion.word.walls, len(motion.word)
+    durations, walls, count = motion.durations, motion.word.walls, len(motion.word)
     mean, covariance, skewness = moments
     for i, wall in enumerate(walls):
         j = (i + 1) % count

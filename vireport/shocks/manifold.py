@@ -15,11 +15,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.motions.motion import Motion
-from vireport.physics import flight
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS
-from vireport.shocks.deviations import flight_matrices, flight_times
+from vireport.shocks.deviations import lap_matrix
 from vireport.shocks.impact_map import Arrivals, backwards
 
 Floats = NDArray[np.float64]
@@ -112,10 +111,7 @@ def stable_manifold(
     compiled : bool
         Whether to compile the flights, where numba is there.
     """
-    lap = np.eye(2)
-    for matrix in flight_matrices(groups, companion):
-        lap = matrix @ lap
-    values, vectors = np.linalg.eig(lap)
+    values, vectors = np.linalg.eig(lap_matrix(groups, companion))
     inside = int(np.argmin(np.abs(values)))
     contraction = abs(values[inside])
     if not (np.isreal(values).all() and 0 < contraction < 1 < abs(values[1 - inside])):
@@ -208,7 +204,7 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> li
     lines: list[ShockLine] = []
     begins = float(motion.time[0])
     for wall, start, duration, velocity in zip(
-        motion.word.walls, motion.time.tolist(), flight_times(motion).tolist(), motion.velocity.tolist(), strict=True
+        motion.word.walls, motion.time.tolist(), motion.durations.tolist(), motion.velocity.tolist(), strict=True
     ):
         after = float(groups.after(wall, velocity))
         # Clocks agree up to whole forcing periods, of which a few let the flights overlap.
@@ -232,6 +228,5 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> li
 def _state(groups: Groups[float], time: Floats, wall: int, start: Floats, after: Floats) -> tuple[Floats, Floats]:
     """Position and velocity at some times of flights that begin on a membrane."""
     elapsed, begun, now = time - start, groups.wave(pi * start, ARRAYS), groups.wave(pi * time, ARRAYS)
-    way = flight.displacement(elapsed, after, begun.impulse, begun.path, now.path, groups.gbar)
-    speed = flight.velocity(elapsed, after, begun.impulse, now.impulse, groups.gbar)
-    return np.asarray(wall * groups.d / 2 + way), np.asarray(speed)
+    covered, speed = groups.flown(elapsed, after, begun, now, -wall)
+    return np.asarray(wall * groups.d / 2 + covered), np.asarray(speed)

@@ -11,11 +11,9 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.atlas.cycles import motion_of_cycle
 from vireport.base.records import brief
-from vireport.motions.motion import Motion
 from vireport.physics.groups import Groups
-from vireport.shocks.deviations import flight_times
+from vireport.physics.motion import Motion
 from vireport.shocks.returning import NEAREST, Core, Elsewhere, core_of, endings
 from vireport.shocks.shock import shocked
 from vireport.simulation.attractors import Attractor, find_attractor
@@ -99,7 +97,7 @@ def shock_plane(
         With x the time since the first impact [t_c] and y the jump [y_c].
     """
     motion = motions[0]
-    begins, durations = motion.time - motion.time[0], flight_times(motion)
+    begins, durations = motion.time - motion.time[0], motion.durations
     # The end of the period is its beginning: the last point is just before the first impact of the next one.
     period = float(durations.sum()) * (1 - 1e-12)
 
@@ -152,7 +150,7 @@ class Recogniser:
                 # What does not settle, or not within the patience, is one outcome, whatever it is called.
                 found[unknown[0]] = self._at(Elsewhere.UNKNOWN, attractor)
                 continue
-            self._learn(motion_of_cycle(cycle, self.groups.d), attractor)
+            self._learn(cycle.motion(self.groups.d), attractor)
             found[unknown] = self._known(rows[unknown])
         rest = found == Elsewhere.UNKNOWN
         if rest.any():

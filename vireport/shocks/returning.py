@@ -16,10 +16,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.motions.motion import Motion
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
-from vireport.shocks.deviations import flight_matrices, stationary
+from vireport.shocks.deviations import flight_matrices, growth, lap_matrix, stationary
 from vireport.simulation.events import check_model, follow_impacts
 from vireport.simulation.kernel import CREEPING, FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL
 
@@ -106,7 +106,7 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
     for matrix in matrices:
         gathered += lap.T @ lap
         lap = matrix @ lap
-    slowest = float(np.abs(np.linalg.eigvals(lap)).max())
+    slowest = growth(lap)
     if slowest >= 1:
         raise ValueError("only a stable motion has a core")
     if slowest > NEAREST:
@@ -137,11 +137,8 @@ def patient(groups: Groups[float], cores: Sequence[Core], unstable: Sequence[Mot
 
 def _lingers(groups: Groups[float], motion: Motion) -> int:
     """Impacts until a start has left the neighbourhood of an unstable motion, from as near as `LINGERS`."""
-    lap = np.eye(2)
-    for matrix in flight_matrices(groups, motion):
-        lap = matrix @ lap
-    growth = float(np.abs(np.linalg.eigvals(lap)).max())
-    periods = -log(LINGERS) / log(growth) if growth > 1 else LONGEST
+    parting = growth(lap_matrix(groups, motion))
+    periods = -log(LINGERS) / log(parting) if parting > 1 else LONGEST
     return min(ceil(periods) * len(motion.word), LONGEST)
 
 

@@ -18,11 +18,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.motions.motion import Motion
-from vireport.physics import flight
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS, wrapped
-from vireport.shocks.deviations import flight_matrices, flight_times
+from vireport.shocks.deviations import lap_matrix
 from vireport.shocks.returning import LONGEST, Core, Elsewhere, core_of, endings, patient
 from vireport.simulation.attractors import Attractor, find_attractor
 from vireport.simulation.events import check_model, follow_impacts, start_of
@@ -175,11 +174,10 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
     wall, start = motion.word.walls[impact], float(motion.time[impact])
     after = float(groups.after(wall, motion.velocity[impact]))
     phase = pi * (start + delay)
-    begun, now, gravity = groups.wave(pi * start, ARRAYS), groups.wave(phase, ARRAYS), groups.gravity(-wall)
+    covered, speed = groups.flown(delay, after, groups.wave(pi * start, ARRAYS), groups.wave(phase, ARRAYS), -wall)
     rows = np.zeros((len(delay), 4))
-    rows[:, 1] = wall * groups.d / 2
-    rows[:, 1] += flight.displacement(delay, after, begun.impulse, begun.path, now.path, gravity)
-    rows[:, 2] = flight.velocity(delay, after, begun.impulse, now.impulse, gravity) + jump
+    rows[:, 1] = wall * groups.d / 2 + covered
+    rows[:, 2] = speed + jump
     rows[:, 3] = np.mod(phase, TURN) % TURN
     touching = delay == 0
     leaving = touching & (wall * rows[:, 2] < 0)
@@ -295,7 +293,7 @@ class _Search:
         self.groups, self.cores, self.effort = groups, cores, effort
         self.compiled, self.workers, self.tried = compiled, workers, 0
         self.motion = cores[0].motion
-        self.durations = flight_times(self.motion)
+        self.durations = self.motion.durations
 
     def leads_out(self, impact: int, delay: Floats, jump: Floats) -> NDArray[np.bool_]:
         """Which shocks do not return.
@@ -373,10 +371,7 @@ class _Search:
 
     def _secant(self, near: Shock, companion: Motion) -> float | None:
         """Signed size of the shock that leads to a companion, by its left eigenvector; None if it passes none."""
-        lap = np.eye(2)
-        for matrix in flight_matrices(self.groups, companion):
-            lap = matrix @ lap
-        growth, vectors = np.linalg.eig(lap.T)
+        growth, vectors = np.linalg.eig(lap_matrix(self.groups, companion).T)
         outside = int(np.argmax(np.abs(growth)))
         if not (np.isreal(growth).all() and abs(growth[outside]) > 1):
             return None
@@ -450,6 +445,4 @@ class _Search:
         cycle = attractor.cycle
         if cycle is None or cycle.sticks:
             return False
-        rows = np.zeros((len(cycle.wall), 6))
-        rows[:, WALL], rows[:, PHASE], rows[:, VELOCITY] = cycle.wall, cycle.phase, cycle.velocity
-        return bool(self.cores[0].holds(rows).all())
+        return bool(self.cores[0].holds(cycle.impacts).all())

@@ -13,11 +13,11 @@ from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.design.point import DesignPoint
 from vireport.design.solution import Solution
-from vireport.motions.motion import Motion
 from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import Groups, by_wall
+from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 from vireport.shocks.jitter import Jitter, NoJitter, jitter
 from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold

@@ -21,7 +21,7 @@ from vireport.base.records import brief
 from vireport.physics.groups import Groups
 from vireport.physics.word import word_name
 from vireport.simulation import cycles
-from vireport.simulation.cycles import Cycle
+from vireport.simulation.cycles import SimulatedMotion
 from vireport.simulation.events import (
     Start,
     as_start,
@@ -94,7 +94,7 @@ class Attractor(Struct, frozen=True, eq=False):
     ----------
     outcome : Outcome
         Its kind.
-    cycle : Cycle or None
+    cycle : SimulatedMotion or None
         One period, verified on the return map, if it is periodic; None of a motion with rest that is so long that
         rounding does not tell it.
     lyapunov : float
@@ -110,7 +110,7 @@ class Attractor(Struct, frozen=True, eq=False):
     """
 
     outcome: Outcome
-    cycle: Cycle | None
+    cycle: SimulatedMotion | None
     lyapunov: float
     distance: float
     impacts: int
@@ -208,7 +208,7 @@ def attractors(
     rows, summary = follow_impacts(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
     reached = []
     for i in range(n):
-        known: list[Cycle] = []
+        known: list[SimulatedMotion] = []
         ends = []
         for k in range(i * m, (i + 1) * m):
             happened = rows[k, max(0, rows.shape[1] - int(summary[k, 0]) - 1) :]
@@ -237,7 +237,7 @@ def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
                 parts.append((end.last[-DRAWN:], i, label))
             elif cycle is not None and id(cycle) not in drawn:
                 drawn.add(id(cycle))
-                parts.append((np.column_stack([cycle.wall, cycle.phase, cycle.velocity]), i, label))
+                parts.append((cycle.impacts[:, [WALL, PHASE, VELOCITY]], i, label))
     impacted = np.concatenate([part for part, _, _ in parts]) if parts else np.zeros((0, 3))
     sizes = [len(part) for part, _, _ in parts]
     return Diagram(
@@ -255,7 +255,7 @@ def search(
     rows: Array,
     summary: Array,
     limits: tuple[int, int],
-    known: list[Cycle],
+    known: list[SimulatedMotion],
     compiled: bool = True,
 ) -> tuple[Attractor, Array]:
     """Continue a trajectory until it is known what it leads to, and return that with the last impacts.
@@ -320,13 +320,13 @@ def unresolved(rows: Array) -> bool:
     return bool(rows[:, FLIGHT].max() > LONGEST_FLIGHT)
 
 
-def _transient(cycle: Cycle, distance: float) -> int:
+def _transient(cycle: SimulatedMotion, distance: float) -> int:
     """Impacts until a linear approach from this distance has settled, and one period more."""
     periods = ceil(log(distance / SETTLED) / -log(max(cycle.growth, FAST)))
     return (periods + 1) * len(cycle.wall)
 
 
-def _remembered(cycle: Cycle, known: list[Cycle]) -> Cycle:
+def _remembered(cycle: SimulatedMotion, known: list[SimulatedMotion]) -> SimulatedMotion:
     """The cycle as first found, so that equal ones are the same object."""
     alike = (
         other

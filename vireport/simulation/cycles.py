@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from vireport.base.records import brief
 from vireport.physics import flight
 from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
+from vireport.physics.word import Word
 from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds, rubs
 from vireport.simulation.kernel import (
     FLIGHT,
@@ -56,19 +58,16 @@ ON_IT = 1e-11
 MOVED = 1e-7
 
 
-class Cycle(Struct, frozen=True, eq=False):
-    """One period of a periodic motion, as simulated.
+class SimulatedMotion(Struct, frozen=True, eq=False):
+    """One period of a periodic motion by the impacts of its simulation, and how well they repeat.
 
     Parameters
     ----------
     word : str
         Impacts in order, B for bottom and T for top: the alphabetically first of its rotations. A tilde marks
         infinitely many, ever lower hops on that membrane and the ride that follows.
-    period : int
-        In forcing periods.
-    wall, phase, flight, velocity : array
-        Of its impacts: +1 bottom or -1 top, forcing phase [rad], time since the impact or release before
-        [t_c], velocity just before [y_c].
+    impacts : array (n, 6)
+        Rows of the simulation, see `kernel`, from where the word begins.
     residual : float
         Largest difference in phase and velocity after one period of simulation; if the ball sticks, what
         rounding can have become between two rides.
@@ -77,15 +76,36 @@ class Cycle(Struct, frozen=True, eq=False):
     """
 
     word: str
-    period: int
-    wall: NDArray[np.int8]
-    phase: Array
-    flight: Array
-    velocity: Array
+    impacts: Array
     residual: float
     multipliers: tuple[complex, complex]
 
     __repr__ = brief
+
+    @property
+    def period(self) -> int:
+        """In forcing periods."""
+        return _periods(self.impacts)
+
+    @property
+    def wall(self) -> NDArray[np.int8]:
+        """Of each impact: +1 bottom or -1 top."""
+        return self.impacts[:, WALL].astype(np.int8)
+
+    @property
+    def phase(self) -> Array:
+        """Forcing phase of each impact [rad]."""
+        return self.impacts[:, PHASE]
+
+    @property
+    def flight(self) -> Array:
+        """Time from the impact or release before to each impact [t_c]."""
+        return self.impacts[:, FLIGHT]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity just before each impact [y_c]."""
+        return self.impacts[:, VELOCITY]
 
     @property
     def sticks(self) -> bool:
@@ -94,7 +114,7 @@ class Cycle(Struct, frozen=True, eq=False):
 
     @property
     def growth(self) -> float:
-        """Modulus of the larger multiplier: below 1 the cycle attracts."""
+        """Modulus of the larger multiplier: below 1 the motion attracts."""
         return abs(self.multipliers[0])
 
     @property
@@ -103,9 +123,17 @@ class Cycle(Struct, frozen=True, eq=False):
         return log(self.growth) / self.period if self.growth > 0 else -inf
 
     def distance(self, row: Array) -> float:
-        """Distance of an impact from the nearest of the cycle on its wall, in phase [rad] and velocity [y_c]."""
+        """Distance of an impact from the nearest of the motion on its wall, in phase [rad] and velocity [y_c]."""
         apart = separation(self.phase - row[PHASE], self.velocity - row[VELOCITY])
-        return float(np.min(apart[self.wall == row[WALL]], initial=inf))
+        return float(np.min(apart[self.impacts[:, WALL] == row[WALL]], initial=inf))
+
+    def motion(self, coordinate: float) -> Motion:
+        """The motion without what its simulation tells of it, at a value of a sweep's coordinate; of one without rests.
+
+        From here on the equations of periodic motions can take it for a start.
+        """
+        time = self.phase[0] / pi + np.concatenate([[0.0], np.cumsum(self.flight[1:])])
+        return Motion(Word(tuple(self.wall.tolist()), self.period), self.velocity.copy(), time, coordinate)
 
 
 def jacobians(model: Array, before: Array, after: Array, compiled: bool = False) -> Array:
@@ -169,19 +197,16 @@ def _jacobians_with_friction(model: Array, before: Array, compiled: bool) -> Arr
     return result
 
 
-def growth_bound(groups: Groups[float], cycle: Cycle) -> float:
+def growth_bound(groups: Groups[float], cycle: SimulatedMotion) -> float:
     """Bound the error of a cycle's `growth`: rounding, and what its residual leaves open of its impacts.
 
     Each number of each impact is moved by a little on its own, and the changes of the multiplier are added up, so
     that none can cancel another's. Zero where the ball sticks, for then the multiplier is.
     """
-    n = len(cycle.phase)
+    n, rows = len(cycle.impacts), cycle.impacts
     if cycle.sticks or not n:
         return 0.0
-    model, rows = check_model(groups)[0], np.zeros((n, RIDING + 1))
-    rows[:, WALL], rows[:, PHASE] = cycle.wall, cycle.phase
-    rows[:, FLIGHT], rows[:, VELOCITY] = cycle.flight, cycle.velocity
-
+    model = check_model(groups)[0]
     walls, velocities = cycle.wall.tolist(), cycle.velocity.tolist()
     determinant = groups.decay(walls, velocities) ** 2 if groups.friction is None else None
 
@@ -233,7 +258,7 @@ def recurrences(rows: Array) -> list[int]:
     return lengths[:CANDIDATES]
 
 
-def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Cycle | None:
+def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> SimulatedMotion | None:
     """Periodic motion of `length` impacts near the last rows, by Newton's method on the return map.
 
     Returns None if the iteration leaves the word it began with, sticks, or stops short of `RESIDUAL_TOL`.
@@ -309,8 +334,8 @@ def _rides(rows: Array) -> NDArray[np.intp]:
     return np.flatnonzero((rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING]))
 
 
-def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
-    """Cycle of the impacts from a release to the next ride on the same membrane; None where rounding makes the lap.
+def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> SimulatedMotion | None:
+    """Motion of the impacts from a release to the next ride on the same membrane; None where rounding makes the lap.
 
     That is told by how much rounding has grown at its end or, where it has grown too much for that, by whether the lap
     ends in the same ride when it is gone again, a few roundings off.
@@ -343,8 +368,8 @@ def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> Cycle | None:
     return _cycle(lap, EPS * exp(growth), (0j, 0j))
 
 
-def approached(model: Array, rows: Array, compiled: bool = True) -> Cycle | None:
-    """Cycle near the last rows that attracts, or one that does not but on which they lie."""
+def approached(model: Array, rows: Array, compiled: bool = True) -> SimulatedMotion | None:
+    """Periodic motion near the last rows that attracts, or one that does not but on which they lie."""
     resting = None
     for length in recurrences(rows):
         cycle = refine(model, rows, length, compiled)
@@ -401,19 +426,16 @@ def chain_growth(model: Array, rows: Array, compiled: bool = False) -> float:
     return product(jacobians(model, plain[:-1], plain[1:], compiled))[1] if len(rows) > 1 else 0.0
 
 
-def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> Cycle:
-    """Cycle that starts where its word does; of equal words, with the fastest impact."""
+def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> SimulatedMotion:
+    """Motion that starts where its word does; of equal words, with the fastest impact."""
     n = len(rows)
     told = _told(rows)
     letters = _letters(told)
     word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
     turns = [i for i in range(n) if "".join(_letters(told[i:] + told[:i])) == word]
     rows = np.roll(rows, -max(turns, key=lambda i: abs(float(rows[i, VELOCITY]))), axis=0)
-    phase, flight, velocity = (rows[:, i].copy() for i in (PHASE, FLIGHT, VELOCITY))
-    wall = rows[:, WALL].astype(np.int8)
-    for array in (wall, phase, flight, velocity):
-        array.setflags(write=False)
-    return Cycle(word, _periods(rows), wall, phase, flight, velocity, residual, eigenvalues)
+    rows.setflags(write=False)
+    return SimulatedMotion(word, rows, residual, eigenvalues)
 
 
 def _periods(rows: Array) -> int:

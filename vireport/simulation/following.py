@@ -174,7 +174,7 @@ class _Track(Struct, frozen=True, eq=False):
         attractor, rows = search(model, rows, summary, (patience or self.patience, BUDGET), [])
         cycle, impacts = attractor.cycle, attractor.last
         if cycle is not None:
-            impacts = np.column_stack([cycle.wall, cycle.phase, cycle.velocity])
+            impacts = cycle.impacts[:, [WALL, PHASE, VELOCITY]]
         wall, _, velocity, phase = as_start(rows[-1])
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 

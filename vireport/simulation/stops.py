@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics import flight
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import ARRAYS
 from vireport.simulation import kernel
@@ -107,11 +106,10 @@ def moved_on(model: Array, before: Array, position: float, left: float) -> tuple
         begun, now = groups.wave(way.phase, ARRAYS), groups.wave(way.phase + pi * t, ARRAYS)
         if not sign:
             t = 0.0
-        gravity = groups.gravity(sign)
-        covered = flight.displacement(t, way.velocity, begun.impulse, begun.path, now.path, gravity) if sign else 0.0
+        covered, speed = groups.flown(t, way.velocity, begun, now, sign) if sign else (0.0, 0.0)
         place += float(covered)
         if left <= way.time:
-            return place, float(flight.velocity(t, way.velocity, begun.impulse, now.impulse, gravity)) if sign else 0.0
+            return place, float(speed)
         left -= way.time
     return place, 0.0
 
@@ -126,9 +124,8 @@ def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Arra
     for way in ways(model, before):
         t = np.linspace(0.0, way.time, samples)
         begun, now = groups.wave(way.phase, ARRAYS), groups.wave(way.phase + pi * t, ARRAYS)
-        gravity, sign = groups.gravity(int(way.sign)), int(way.sign)
-        covered = flight.displacement(t, way.velocity, begun.impulse, begun.path, now.path, gravity) * abs(sign)
-        speed = flight.velocity(t, way.velocity, begun.impulse, now.impulse, gravity) * abs(sign)
+        sign = int(way.sign)
+        covered, speed = (state * abs(sign) for state in groups.flown(t, way.velocity, begun, now, sign))
         pieces.append((clock + t, place + covered, speed))
         clock, place = clock + way.time, place + float(covered[-1])
     time, position, velocity = (np.concatenate(column) for column in zip(*pieces, strict=True))
@@ -198,7 +195,7 @@ def _onward(groups: Groups[float], passed: Array, ends: NDArray[np.intp]) -> Arr
     free[:, 0, 2] = (now.impulse - begun.impulse) / pi**2 - begun.force * time / pi
     free[:, 1, 2] = (now.force - begun.force) / pi
     # The end comes at another time: on a wall where Z does, else where Z' is zero.
-    pull = flight.acceleration(now.force, groups.gravity(sign))
+    pull = groups.pull(now.force, sign)
     ending = np.where(strikes[:, None], free[:, 0], free[:, 1])
     later = -ending / np.where(strikes, end, pull)[:, None]
     moved = free + np.stack([end, pull, np.full_like(end, pi)], axis=-1)[:, :, None] * later[:, None, :]

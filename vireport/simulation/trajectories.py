@@ -16,7 +16,6 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base.records import brief
-from vireport.physics import flight
 from vireport.physics.forcing import Harmonic, wave
 from vireport.physics.groups import Groups
 from vireport.simulation.attractors import Attractor, attractors
@@ -64,7 +63,6 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
         In t_c, x_c and y_c.
     """
     groups = groups_of(model)
-    d, gbar, _, harmonics, _ = groups
     clock = 0.0
     pieces = [(np.zeros(0),) * 3]
     for before, after in pairwise(rows):
@@ -73,14 +71,13 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
         clock, phase = clock + held, before[PHASE] + pi * held
         if groups.friction is not None:
             since, covered, velocity = path_between(model, before, samples)
-            pieces.append((clock + since, before[WALL] * d / 2 + covered, velocity))
+            pieces.append((clock + since, before[WALL] * groups.d / 2 + covered, velocity))
             clock += after[FLIGHT]
             continue
         t = np.linspace(0.0, after[FLIGHT], samples)
-        begun, now = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, phase + pi * t))
-        covered = flight.displacement(t, speed, begun.impulse, begun.path, now.path, gbar)
-        velocity = flight.velocity(t, speed, begun.impulse, now.impulse, gbar)
-        pieces.append((clock + t, before[WALL] * d / 2 + covered, velocity))
+        begun, now = (wave(np.sin(x), np.cos(x), groups.harmonics) for x in (phase, phase + pi * t))
+        covered, velocity = groups.flown(t, speed, begun, now)
+        pieces.append((clock + t, before[WALL] * groups.d / 2 + covered, velocity))
         clock += after[FLIGHT]
     time, position, velocity = (np.concatenate(column) for column in zip(*pieces, strict=True))
     return time, position, velocity

@@ -27,7 +27,7 @@ from vireport.scenario.blocks import Approach, RecordBlock, Scenario
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import Attractor, find_attractor
-from vireport.simulation.cycles import Cycle
+from vireport.simulation.cycles import SimulatedMotion
 from vireport.simulation.events import Impact
 
 Floats = NDArray[np.float64]
@@ -344,7 +344,7 @@ def _computed(device: Device, found: Measured) -> Computed | None:
         return Computed(reached.name, values, off / motion.errors)
 
 
-def _in_order(device: Device, reached: Attractor, cycle: Cycle, motion: MeasuredMotion) -> Floats | None:
+def _in_order(device: Device, reached: Attractor, cycle: SimulatedMotion, motion: MeasuredMotion) -> Floats | None:
     """The values of a cycle in the order of a measured motion of the same word; None of another one."""
     own = Word(tuple(cycle.wall.tolist()), reached.period)
     if cycle.sticks or own.canonical() != motion.word:

@@ -18,12 +18,12 @@ from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, sh
 from vireport.design.solution import Solution, solution_of
 from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
 from vireport.gate.evidence import Criterion, Evidence
-from vireport.motions.motion import Motion
 from vireport.motions.points import model_of
 from vireport.motions.sweep import NO_TOLERANCE, Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
+from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 from vireport.scenario.blocks import AccuracyBlock, LeftOut, MotionsBlock, Scenario, TolerancesBlock, to_dict
@@ -520,8 +520,6 @@ def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
 
 def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
     """The motions that the simulation comes to along a sweep, and at the design point: from rest and from starts."""
-    from vireport.atlas.cycles import motion_of_cycle
-
     check, told, design = study.crosscheck, study.disturbances, study.solution.design
     if check is not None:
         ends = [(value, end.cycle) for value, end in check.attractors()]
@@ -531,7 +529,7 @@ def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
         ends.append((design.value, told.from_rest.cycle))
     for value, cycle in ends:
         if cycle is not None and not cycle.sticks:
-            yield motion_of_cycle(cycle, float(sweep.coordinate_of(value)))
+            yield cycle.motion(float(sweep.coordinate_of(value)))
     if told is not None and design is not None:
         for found in told.by_starts:
             yield replace(found.motion, coordinate=float(sweep.coordinate_of(design.value)))

@@ -69,6 +69,11 @@ class Motion(Struct, frozen=True, eq=False):
         return np.mod(pi * self.time, 2 * pi)
 
     @property
+    def durations(self) -> Floats:
+        """Flight time from each impact to the next one, (N,) [t_c]."""
+        return np.append(self.time[1:], self.time[0] + 2 * self.word.periods) - self.time
+
+    @property
     def rests(self) -> tuple[int, ...]:
         """The impacts that have no velocity."""
         return tuple(np.flatnonzero(np.abs(self.velocity) < AT_ZERO).tolist())
