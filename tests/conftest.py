@@ -11,6 +11,7 @@ from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from vireport.study.study import Study
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+LONGEST_QUICK = 0.3
+"""Processor time above which a test is not a quick one [s]: twice what CONTRIBUTING asks, as machines differ."""
+
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
 
 
@@ -145,6 +149,28 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let a test that puts something in another's place have everything worked out by what it has put there."""
     Known.asked = "monkeypatch" not in getattr(item, "fixturenames", ())
+
+
+def processor_seconds() -> float:
+    """Processor time of this process and of those that it has waited for [s]."""
+    return sum(sum(getrusage(who)[:2]) for who in (RUSAGE_SELF, RUSAGE_CHILDREN))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Note the processor time of a test, without its fixtures, in its report."""
+    begun = processor_seconds()
+    yield
+    item.user_properties.append(("processor_seconds", processor_seconds() - begun))
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Name the quick tests that should be marked as slow."""
+    reports = [report for report in terminalreporter.getreports("passed") if "slow" not in report.keywords]
+    times = {report.nodeid: dict(report.user_properties).get("processor_seconds", 0.0) for report in reports}
+    long = sorted((seconds, test) for test, seconds in times.items() if seconds > LONGEST_QUICK)
+    for seconds, test in long:
+        terminalreporter.write_line(f"{seconds:5.1f} s of processor time, to be marked as slow: {test}")
 
 
 @pytest.fixture(scope="session")

@@ -261,3 +261,8 @@ def test_extras_that_are_named_exist() -> None:
     named = {name for path in sources for name in re.findall(r"(?:vireport|\.)\[([a-z,]+)\]'", text_of(path))}
     assert {name for names in named for name in names.split(",")} | set(EXTRAS.values()) <= set(extras)
     assert "certify" in named
+
+
+def test_contributing_is_read_in_minutes() -> None:
+    words = [word for word in text_of(ROOT / "CONTRIBUTING.md").split() if re.search(r"\w", word)]
+    assert len(words) <= 1200
