@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vireport.base.errors import NumericalError, ScenarioError, UsageError, VireportError
     from vireport.base.version import __version__
     from vireport.bench.notebook import explore
-    from vireport.comparison.baseline import diff
+    from vireport.changes.baseline import diff
     from vireport.comparison.comparison import Comparison, compare
     from vireport.comparison.figures import compare_figure
     from vireport.figures.pictures import pictures
@@ -36,7 +36,7 @@ _PLACES = {
     "vireport.figures.pictures": ("pictures",),
     "vireport.comparison.comparison": ("Comparison", "compare"),
     "vireport.comparison.figures": ("compare_figure",),
-    "vireport.comparison.baseline": ("diff",),
+    "vireport.changes.baseline": ("diff",),
 }
 """Where each public name is imported from when it is first asked for, so that `import vireport` costs nothing."""
 

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from vireport.base.errors import UsageError
-from vireport.chart import outputs as charts
-from vireport.cli import outputs
 from vireport.cli.app import main
-from vireport.cli.formats import FORMATS, formats_of
-from vireport.comparison.outputs import COMPARISON_FILES
-from vireport.maps.outputs import MAP_FILES
-from vireport.optimise import outputs as searches
+from vireport.cli.commands import CHECK
+from vireport.command import outputs
+from vireport.command.declared import declared_commands, formats_of
+from vireport.command.formats import RUN
 from vireport.study.plan import ALL_FORMATS
 from vireport.study.plan import FORMATS as OF_RUNS
 
 FILES = {
-    "run": outputs.NAMES,
-    "compare": COMPARISON_FILES,
-    "map --over": charts.CHART_FILES,
-    "map": MAP_FILES,
-    "optimise": searches.OPTIMISE_FILES,
+    "compare": ("comparison", "COMPARISON_FILES"),
+    "map --over": ("chart", "CHART_FILES"),
+    "map": ("maps", "MAP_FILES"),
+    "optimise": ("optimise", "OPTIMISE_FILES"),
 }
 LINES = {
     "run": ["design-point.yaml"],
@@ -33,14 +31,18 @@ LINES = {
     "optimise": ["best-design.yaml"],
 }
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+DECLARED = {formats.command: formats for command in declared_commands() for formats in command.formats}
+FORMATS = {"run": RUN, "check": CHECK, **DECLARED}
 
 
 def test_a_command_allows_what_it_has_files_for() -> None:
-    for command, files in FILES.items():
-        assert set(files) == set(FORMATS[command].allowed) - {"github"}, command
-        assert set(FORMATS[command].usual) <= set(files)
-    assert set(FORMATS["run"].allowed) == set(ALL_FORMATS)
-    assert FORMATS["run"].usual == OF_RUNS
+    assert set(RUN.allowed) == set(ALL_FORMATS) == set(outputs.NAMES) | {"github"}
+    assert RUN.usual == OF_RUNS
+    for command, formats in DECLARED.items():
+        package, name = FILES[command]
+        files = getattr(import_module(f"vireport.{package}.outputs"), name)
+        assert set(files) == set(formats.allowed), command
+        assert set(formats.usual) <= set(files)
 
 
 @pytest.mark.parametrize("command", FORMATS)
@@ -59,12 +61,14 @@ def test_every_format_that_a_command_lacks_is_refused_with_those_that_it_has(com
 
 
 def test_a_word_that_is_no_format_and_no_word_at_all_are_refused() -> None:
-    with pytest.raises(UsageError, match=r"unknown 'docx' \(allowed: html, pdf, png, svg, figure-pdf, json, markdown"):
-        formats_of("map --over", ["html,docx"])
+    with pytest.raises(
+        UsageError, match=r"unknown 'docx' \(allowed: html, pdf, png, json, csv, svg, figure-pdf, junit"
+    ):
+        formats_of(RUN, ["html,docx"])
     with pytest.raises(UsageError, match="no format is named"):
-        formats_of("run", [","])
+        formats_of(RUN, [","])
 
 
 def test_formats_come_in_the_order_of_the_table_and_once() -> None:
-    assert formats_of("run", ["json , html", "html"]) == ("html", "json")
-    assert formats_of("map", None) == ("html", "pdf", "png")
+    assert formats_of(RUN, ["json , html", "html"]) == ("html", "json")
+    assert formats_of(RUN, None) == OF_RUNS

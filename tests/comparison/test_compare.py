@@ -22,14 +22,14 @@ from PIL import Image
 import vireport
 from vireport import analyse, compare_figure, load, loads
 from vireport.base.errors import NumericalError, ScenarioError, UsageError
+from vireport.changes.messages import listed
+from vireport.changes.quantities import QuantityGroup
+from vireport.changes.table import ComparisonRow
 from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.figures import compare_pictures
-from vireport.comparison.messages import listed
 from vireport.comparison.outputs import comparison_provenance, render_comparison, terminal_summary
 from vireport.comparison.pages import ComparisonReport
-from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import Merit, rank_studies, ranking_table
-from vireport.comparison.table import ComparisonRow
 from vireport.comparison.variants import variants
 from vireport.figures.overlay import SCENARIO_COLORS
 from vireport.gate.least_margin import margin_to_use

@@ -8,8 +8,8 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import load
-from vireport.comparison.quantities import STANDARD_ERRORS, ComparedScenario, QuantityGroup, compared_scenarios
-from vireport.comparison.table import NO_DIFFERENCE, axes_of, comparison_rows
+from vireport.changes.quantities import STANDARD_ERRORS, ComparedScenario, QuantityGroup, compared_scenarios
+from vireport.changes.table import NO_DIFFERENCE, axes_of, comparison_rows
 from vireport.design.solution import solution_of
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane

@@ -18,7 +18,7 @@ from strategies import random_sweeps
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
 from vireport.checks import reference
-from vireport.cli.outputs import results_outcome
+from vireport.command.outputs import results_outcome
 from vireport.design import margins
 from vireport.design.margins import Margin
 from vireport.design.point import design_point, ending_beyond

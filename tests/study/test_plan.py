@@ -172,7 +172,7 @@ def test_missing_packages_are_named_before_work_begins_with_what_they_do(example
     def begin(*_: object) -> None:
         raise UsageError("work begins")
 
-    monkeypatch.setattr("vireport.cli.outputs.analyse", begin)
+    monkeypatch.setattr("vireport.command.outputs.analyse", begin)
     run = ["run", str(example("inclined")), "--json", "--set", f"simulation={SLOWED}"]
     assert main(run) == 2
     first, last = capsys.readouterr().err.splitlines()
@@ -184,7 +184,7 @@ def test_missing_packages_are_named_before_work_begins_with_what_they_do(example
 
 def test_a_proof_that_cannot_be_made_is_refused_before_work_begins(example, monkeypatch, capsys) -> None:
     monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
-    monkeypatch.setattr("vireport.cli.outputs.analyse", None)
+    monkeypatch.setattr("vireport.command.outputs.analyse", None)
     assert main(["run", str(example("inclined")), "--json", "--certify"]) == 3
     said = "vireport: error: --certify: the package python-flint is missing: pip install 'vireport[certify]'\n"
     assert capsys.readouterr().err == said

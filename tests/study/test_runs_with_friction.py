@@ -10,10 +10,10 @@ from msgspec.structs import replace
 
 from vireport.atlas.families import atlas
 from vireport.base.errors import ScenarioError, UsageError
+from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
 from vireport.checks.workprecision import measure
-from vireport.comparison.quantities import ComparedScenario
 from vireport.compliant.own_stiffness import own_stiffness
 from vireport.design.devices import region_of
 from vireport.figures.device import shown_motion

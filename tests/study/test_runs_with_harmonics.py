@@ -11,10 +11,10 @@ from conftest import EXAMPLES
 from msgspec.structs import replace
 
 from vireport.base.errors import ScenarioError, UsageError
+from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
 from vireport.checks.workprecision import measure
-from vireport.comparison.quantities import ComparedScenario
 from vireport.design.devices import region_of
 from vireport.design.proof import prove_region
 from vireport.membranes.compliance import compliance

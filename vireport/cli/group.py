@@ -1,25 +1,23 @@
 """The group of commands: what its first word may be, and how its help is set."""
 
+from collections.abc import Mapping
 from difflib import get_close_matches
-from enum import StrEnum
 from pathlib import Path
 from shlex import join
 from typing import Any
 
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from vireport.base.errors import UsageError
-from vireport.cli.options import OptionPanel
+from vireport.command.declared import CommandPanel, declared_commands
 
 PROGRAM = "vireport"
 
 LONGEST_HELP = 200
 """Characters of what the list of commands tells of each: none is cut."""
 
-OLD_NAMES = {
-    "sweep": ["map"],
-    "chart": ["map"],
-    "diff": ["compare", "--exit-code"],
+OLD_NAMES: Mapping[str, list[str]] = {
+    **{old: new for command in declared_commands() for old, new in command.old_names.items()},
     "accuracy": ["verify"],
     "extremes": ["verify", "--extremes"],
     "validate": ["check"],
@@ -35,27 +33,6 @@ NO_PORTRAIT = (
     "vireport portrait is no more (vireport run FILE --set 'motions.portraits=[BT]' draws motions by their words, "
     "vireport explore FILE the motion at any value)"
 )
-
-
-class CommandPanel(StrEnum):
-    """What a command is for: the headings of the list of commands, in their order."""
-
-    ONE = "One device"
-    SEVERAL = "Several devices"
-    MEASURED = "Measurement and accuracy"
-    HELP = "Scenarios and terms"
-
-
-class Command(TyperCommand):
-    """A command whose help groups its options; Typer itself would need Rich for it."""
-
-    def format_options(self, ctx: Any, formatter: Any) -> None:
-        """List the options: those of the command, of what is written, and of what is said."""
-        rows = [(getattr(x, "rich_help_panel", None), x.get_help_record(ctx)) for x in self.get_params(ctx)]
-        for panel in (None, *OptionPanel):
-            if listed := [row for own, row in rows if row is not None and own is panel]:
-                with formatter.section(panel or "Options"):
-                    formatter.write_dl(listed)
 
 
 class Program(TyperGroup):

@@ -13,7 +13,7 @@ from scipy.special import stdtrit  # type: ignore[import-untyped]
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
-from vireport.cli.outcome import CommandOutcome
+from vireport.command.outcome import CommandOutcome
 from vireport.design.margins import Margin
 from vireport.design.measured import MeasuredShare, measured_share
 from vireport.design.point import design_point

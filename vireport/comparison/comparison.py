@@ -17,11 +17,11 @@ from msgspec import Struct
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import WorkStep
-from vireport.comparison.messages import Message
+from vireport.changes.messages import Message
+from vireport.changes.quantities import NO_MASS, QuantityGroup, compared_scenarios
+from vireport.changes.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.opening import comparison_opening
-from vireport.comparison.quantities import NO_MASS, QuantityGroup, compared_scenarios
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, rank_studies, ranking_table, remarks
-from vireport.comparison.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.scenario.blocks import to_dict
 from vireport.study.plan import Task, plan

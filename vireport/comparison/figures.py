@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
+from vireport.changes.messages import Message, listed
 from vireport.comparison.comparison import (
     BESIDE_ONE_ANOTHER,
     COMPARED_FIGURES,
@@ -17,7 +18,6 @@ from vireport.comparison.comparison import (
     columns,
     left_out,
 )
-from vireport.comparison.messages import Message, listed
 from vireport.comparison.ranking import Merit
 from vireport.figures.captions import about, alt_text, held, shown_along, swept_range, title_of
 from vireport.figures.curves import simulated_points

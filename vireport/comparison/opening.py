@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from vireport.comparison.messages import Message, listed
+from vireport.changes.messages import Message, listed
 from vireport.comparison.ranking import FIRST, RANKED_DIGITS, VOLTAGES, Merit, Ranked, held_against
 from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
 from vireport.gate.verdict import Conclusion, Status

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from vireport.changes.messages import Message
+from vireport.command.outcome import CommandOutcome
+from vireport.command.outputs import file_names
 from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
-from vireport.comparison.messages import Message
 from vireport.comparison.ranking import ranking_table
 from vireport.comparison.variants import MOST_SCENARIOS
 from vireport.study.plan import FIGURE_FORMATS, Task
@@ -143,3 +146,20 @@ def compare_csv(comparison: Comparison) -> bytes:
     rows = comparison.rows()
     head = list(dict.fromkeys(name for row in rows for name in row))
     return csv_bytes(head, ([row.get(name) for name in head] for row in rows))
+
+
+def compare_outcome(
+    comparison: Comparison,
+    formats: Sequence[Task],
+    command: str,
+    templates: Path | None,
+    say: Progress,
+    paper: str,
+    width_mm: float | None = None,
+    tables: bool = False,
+) -> CommandOutcome:
+    """The files of a comparison, and which scenario is best; with `tables`, the numbers on the terminal too."""
+    files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
+    stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
+    beside = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
+    return CommandOutcome(files=files, stale=stale, beside=beside, summary=summary)

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.changes.messages import Message, digits_apart, listed
+from vireport.changes.quantities import QuantityGroup
+from vireport.changes.table import ComparisonRow
 from vireport.comparison.comparison import (
     BESIDE_ONE_ANOTHER,
     COMPARED_FIGURES,
@@ -18,10 +21,7 @@ from vireport.comparison.comparison import (
     columns,
     left_out,
 )
-from vireport.comparison.messages import Message, digits_apart, listed
-from vireport.comparison.quantities import QuantityGroup
 from vireport.comparison.ranking import margins_table, ranking_table
-from vireport.comparison.table import ComparisonRow
 from vireport.gate.opening import WordedOpening
 from vireport.scenario.parameters import Parameter
 from vireport.study.provenance import Provenance

@@ -13,7 +13,7 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.comparison.messages import Message, listed
+from vireport.changes.messages import Message, listed
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint
 from vireport.gate.opening import Said, margin_said

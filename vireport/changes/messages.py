@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 
-from vireport.comparison.quantities import STANDARD_ERRORS, ComparedQuantity
+from vireport.changes.quantities import STANDARD_ERRORS, ComparedQuantity
 from vireport.text.formatting import MOST_DIGITS, capital, percent, quantity, significant
 
 TOLD_ONE_BY_ONE = 4

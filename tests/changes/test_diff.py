@@ -16,10 +16,10 @@ from pypdf import PdfReader
 
 from vireport import diff
 from vireport.base.errors import UsageError
+from vireport.changes.baseline import changes, read_baseline
+from vireport.changes.diff_outputs import changes_table, diff_json, diff_markdown, diff_text
+from vireport.changes.table import ComparisonRow
 from vireport.cli.app import main
-from vireport.comparison.baseline import changes, read_baseline
-from vireport.comparison.diff_outputs import changes_table, diff_json, diff_markdown, diff_text
-from vireport.comparison.table import ComparisonRow
 
 
 @cache
@@ -320,7 +320,7 @@ def test_a_report_has_the_text_of_a_baseline_as_text(tmp_path: Path) -> None:
 
 
 def test_a_run_refuses_a_bad_baseline_before_it_computes(tmp_path: Path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("vireport.cli.outputs.analyse", lambda *_: pytest.fail("it has computed"))
+    monkeypatch.setattr("vireport.command.outputs.analyse", lambda *_: pytest.fail("it has computed"))
     path, scenario = tmp_path / "results.json", str(EXAMPLES / "inclined.yaml")
     broken = results()
     del broken["critical_points"][0]["kind"]

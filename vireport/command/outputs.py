@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from vireport.base.progress import portion
-from vireport.cli.outcome import CommandOutcome
+from vireport.command.outcome import CommandOutcome
 from vireport.gate.evidence import unmet
 from vireport.scenario.loading import Loaded
 from vireport.study.plan import FIGURE_FORMATS, FIGURES, Task
@@ -23,7 +23,6 @@ from vireport.text.alerts import AlertCode
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
-    from vireport.comparison.comparison import Comparison
     from vireport.figures.style import Picture
     from vireport.study.earlier import Earlier
     from vireport.text.tables import Table
@@ -110,8 +109,8 @@ def run_outcome(
     doubts = (alert.text for alert in study.alerts if alert.code in DOUBTFUL_INPUTS)
     summary, changes = "\n".join([*study.opening.worded(templates).lines, *doubts]), None
     if baseline is not None:
-        from vireport.comparison.baseline import diff
-        from vireport.comparison.diff_outputs import changes_table, diff_text
+        from vireport.changes.baseline import diff
+        from vireport.changes.diff_outputs import changes_table, diff_text
 
         changed = diff(baseline, study)
         summary, changes = f"{summary}\n{diff_text(changed)}", changes_table(changed)
@@ -188,25 +187,6 @@ def _data_files(study: Study, provenance: Provenance) -> dict[str, bytes]:
     return files
 
 
-def compare_outcome(
-    comparison: Comparison,
-    formats: Sequence[Task],
-    command: str,
-    templates: Path | None,
-    say: Progress,
-    paper: str,
-    width_mm: float | None = None,
-    tables: bool = False,
-) -> CommandOutcome:
-    """The files of a comparison, and which scenario is best; with `tables`, the numbers on the terminal too."""
-    from vireport.comparison.outputs import COMPARISON_FILES, render_comparison, terminal_summary
-
-    files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
-    stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
-    beside = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
-    return CommandOutcome(files=files, stale=stale, beside=beside, summary=summary)
-
-
 def _judged(
     study: Study, printed: str | bytes, text: str = "", files: dict[str, bytes] | None = None, summary: str = ""
 ) -> CommandOutcome:
@@ -219,7 +199,7 @@ def _again(outcome: CommandOutcome, study: Study, earlier: Earlier | None) -> Co
     """The outcome with what differs from the results of the earlier run that the scenario comes from, if it does."""
     if earlier is None:
         return outcome
-    from vireport.comparison.diff_outputs import rerun_text
+    from vireport.changes.diff_outputs import rerun_text
 
     lines = (outcome.summary or outcome.failure, rerun_text(earlier.results, study, earlier.file))
     return replace(outcome, summary="\n".join(filter(None, lines)))

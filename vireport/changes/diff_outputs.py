@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from vireport.base.encoding import json_text
-from vireport.comparison.baseline import LONGEST_TEXT, RELATIVE, diff
-from vireport.comparison.messages import Message, before_and_after
-from vireport.comparison.table import ComparisonRow
+from vireport.changes.baseline import LONGEST_TEXT, RELATIVE, diff
+from vireport.changes.messages import Message, before_and_after
+from vireport.changes.table import ComparisonRow
 from vireport.study.study import Study
 from vireport.text.foreign import visible
 from vireport.text.formatting import ABSENT, exact, percent

@@ -16,9 +16,9 @@ import numpy as np
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.comparison.messages import Message, since_baseline
-from vireport.comparison.quantities import QuantityGroup, bound_in_d, compared_scenarios
-from vireport.comparison.table import Axes, ComparisonRow, axes_of, comparison_rows
+from vireport.changes.messages import Message, since_baseline
+from vireport.changes.quantities import QuantityGroup, bound_in_d, compared_scenarios
+from vireport.changes.table import Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.study.earlier import read_earlier
 from vireport.study.results import SCHEMA_VERSION
 from vireport.study.study import Study, require_study

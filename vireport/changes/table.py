@@ -13,8 +13,8 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.comparison.messages import side_by_side
-from vireport.comparison.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
+from vireport.changes.messages import side_by_side
+from vireport.changes.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.text.foreign import visible
 from vireport.text.formatting import significant

@@ -1,0 +1,49 @@
+"""The command `vireport explore`."""
+
+from pathlib import Path
+
+from vireport.base.files import require_writable
+from vireport.command import options as given
+from vireport.command.declared import CommandPanel, DeclaredCommand
+from vireport.command.inputs import read_earlier_run
+from vireport.command.outcome import emit, tell
+
+
+def explore(
+    scenario: given.Scenario,
+    set_: given.Set = None,
+    allow_outside: given.AllowOutside = False,
+    port: given.Port = 0,
+    browser: given.Browser = True,
+    output: given.Folder = None,
+) -> None:
+    """Change a design by hand in a page of this machine, with margins and verdict following. Ctrl-C ends it.
+
+    What the page saves goes to the current folder, unless -o names another.
+    """
+    from vireport.bench.server import serve
+    from vireport.bench.session import opened
+
+    earlier, folder = read_earlier_run(scenario), output or Path()
+    loaded = scenario if earlier is None else earlier.loaded(set_ or (), allow_outside)
+    known = opened(loaded, tuple(set_ or ()), allow_outside)
+    require_writable(folder)
+
+    def begun(address: str) -> None:
+        emit(f"{address}\n")
+        for note in known.notes:
+            tell([note])
+        tell(["The page is at this address on this machine alone. Ctrl-C ends the program."])
+        if browser:
+            from webbrowser import open as open_page
+
+            if not open_page(address):
+                tell(["No browser could be opened: open the address by hand."])
+
+    try:
+        serve(known, folder, port, begun)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("the page keeps what is set; files that it saved are there") from None
+
+
+COMMAND = DeclaredCommand("explore", explore, CommandPanel.ONE)

@@ -1,0 +1,132 @@
+"""The command `vireport compare`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vireport.base.errors import UsageError
+from vireport.base.files import require_writable
+from vireport.command import options as given
+from vireport.command.declared import CommandPanel, DeclaredCommand, formats_of
+from vireport.command.formats import FIGURES, PAGES, CommandFormats, format_option
+from vireport.command.inputs import read_earlier_run, read_scenario
+from vireport.command.options import figure_width_mm, recorded, refuse, refuse_files_beside_json
+from vireport.command.outcome import CommandOutcome, deliver, progress, tell
+
+COMPARE = CommandFormats("compare", (*PAGES, *FIGURES, "json", "csv", "markdown"), (*PAGES, "png", "json", "csv"))
+
+DEFAULT_TOLERANCE = 1e-6
+
+
+def compare(
+    context: typer.Context,
+    scenarios: given.Scenarios,
+    set_: given.Set = None,
+    allow_outside: given.AllowOutside = False,
+    vary: given.Vary = None,
+    rank_by: given.RankBy = None,
+    exit_code: given.ExitCode = False,
+    tolerance: given.Tolerance = DEFAULT_TOLERANCE,
+    markdown: given.Markdown = False,
+    output: given.Folder = None,
+    json: given.Json = False,
+    format_: Annotated[list[str] | None, format_option(COMPARE)] = None,
+    templates: given.Templates = None,
+    paper: given.Paper = given.PaperSize.A4,
+    figure_width: given.FigureWidth = None,
+    force: given.Force = False,
+    quiet: given.Quiet = False,
+    verbose: given.Verbose = False,
+) -> None:
+    """Compare scenarios, or variants of one, and tell which is best; with --exit-code, what has changed.
+
+    An earlier run is solved again, and what is no longer the same is told; with --exit-code its results count as they
+    are.
+    """
+    if exit_code:
+        writing = ("output", "format_", "templates", "paper", "figure_width")
+        refuse(context, "--exit-code prints what has changed between two", "vary", "rank_by", *writing)
+        with progress(quiet, verbose) as say:
+            outcome = _changes(
+                scenarios, set_, allow_outside, tolerance, "json" if json else "markdown" if markdown else "", say
+            )
+        deliver(outcome, quiet=quiet)
+        return
+    refuse(context, "without --exit-code no changes are listed", "tolerance", "markdown")
+    refuse_files_beside_json(context, "comparison")
+    from vireport.changes.diff_outputs import rerun_text
+    from vireport.command.outputs import file_names
+    from vireport.comparison.comparison import compare as compare_scenarios
+    from vireport.comparison.outputs import (
+        COMPARISON_FILES,
+        COMPARISON_FOLDER,
+        compare_json,
+        compare_outcome,
+        comparison_provenance,
+        folder_of,
+    )
+
+    command, formats = recorded(context), formats_of(COMPARE, format_)
+    width_mm = figure_width_mm(figure_width, formats)
+    names = file_names(formats, COMPARISON_FILES)
+    if not json:
+        # Where no folder is named, another one is chosen than that of another comparison.
+        require_writable(output or Path(COMPARISON_FOLDER), names, force or output is None)
+    earlier = [read_earlier_run(path) for path in scenarios]
+    items = [
+        path if run is None else run.loaded((), allow_outside) for path, run in zip(scenarios, earlier, strict=True)
+    ]
+    with progress(quiet, verbose) as say:
+        comparison = compare_scenarios(items, vary or None, None, set_ or (), say, rank_by or (), allow_outside)
+        if not json:
+            outcome = compare_outcome(comparison, formats, command, templates, say, paper, width_mm, verbose)
+    if json:
+        outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command)))
+    if not (quiet or vary or set_):
+        for before, study in zip(earlier, comparison.studies, strict=True):
+            if before is not None:
+                tell(rerun_text(before.results, study, before.file).splitlines())
+    folder = output or folder_of(comparison, command)
+    if not json:
+        require_writable(folder, names, force)
+    deliver(outcome, folder, quiet)
+
+
+def _changes(
+    files: Sequence[str], overrides: list[str] | None, allow_outside: bool, tolerance: float, form: str, say: Any
+) -> CommandOutcome:
+    """What has changed since an earlier run, whose results are those that it wrote."""
+    if len(files) != 2:
+        raise UsageError(
+            f"--exit-code takes two files, got {len(files)} (allowed: OLD, the results.json or report of an earlier "
+            "run, and NEW, another or a scenario)"
+        )
+    old, new = files
+    if old == new == "-":
+        raise UsageError("standard input can be the results or the scenario, not both")
+    if read_earlier_run(old) is None and Path(old).is_file() and read_earlier_run(new) is not None:
+        raise UsageError(
+            f"{old} is no results.json and no report, and {new} is one: were they swapped? (vireport compare {new} "
+            f"{old} --exit-code)"
+        )
+    from vireport.changes.baseline import diff, read_baseline
+    from vireport.changes.diff_outputs import diff_json, diff_markdown, diff_text
+    from vireport.study.plan import Task
+    from vireport.study.study import analyse
+
+    before, later = read_baseline(old), read_earlier_run(new)
+    if later is not None and not overrides:
+        changes = diff(before, later.results, tolerance)
+    else:
+        changes = diff(before, analyse(read_scenario(new, overrides, allow_outside)[0], (Task.JSON,), say), tolerance)
+    code = 1 if changes else 0
+    if form == "json":
+        return CommandOutcome(diff_json(changes, tolerance), exit_code=code)
+    render = diff_markdown if form else diff_text
+    text = render(changes, "standard input" if old == "-" else Path(old).name)
+    return CommandOutcome(text=text.rstrip("\n") + "\n", exit_code=code)
+
+
+COMMAND = DeclaredCommand("compare", compare, CommandPanel.SEVERAL, (COMPARE,), {"diff": ["compare", "--exit-code"]})

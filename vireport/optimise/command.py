@@ -1,0 +1,74 @@
+"""The command `vireport optimise`."""
+
+from typing import Annotated
+
+import typer
+
+from vireport.base.files import require_writable
+from vireport.command import options as given
+from vireport.command.declared import CommandPanel, DeclaredCommand, formats_of
+from vireport.command.formats import FIGURES, PAGES, CommandFormats, format_option
+from vireport.command.inputs import read_scenario
+from vireport.command.options import default_folder, figure_width_mm, recorded, refuse_files_beside_json
+from vireport.command.outcome import CommandOutcome, deliver, progress, tell_lacking
+
+OPTIMISE = CommandFormats("optimise", (*PAGES, *FIGURES), (*PAGES, "png"), "best.yaml and optimise.json")
+
+
+def optimise(
+    context: typer.Context,
+    scenario: given.Scenario,
+    set_: given.Set = None,
+    output: given.Folder = None,
+    json: given.Json = False,
+    format_: Annotated[list[str] | None, format_option(OPTIMISE)] = None,
+    templates: given.Templates = None,
+    paper: given.Paper = given.PaperSize.A4,
+    figure_width: given.FigureWidth = None,
+    force: given.Force = False,
+    quiet: given.Quiet = False,
+    verbose: given.Verbose = False,
+) -> None:
+    """Find the best design that meets the requirements. The scenario's design block says what may vary.
+
+    The exit code is 1 if no design meets the requirements.
+    """
+    refuse_files_beside_json(context, "result")
+    loaded, _ = read_scenario(scenario, set_)
+    from vireport.command.outputs import file_names, run_files
+    from vireport.optimise import outputs
+    from vireport.optimise.problem import problem_of
+    from vireport.optimise.search import optimise as search
+    from vireport.study.provenance import provenance_of
+
+    problem, command, formats = problem_of(loaded), recorded(context), formats_of(OPTIMISE, format_)
+    width_mm, provenance = figure_width_mm(figure_width, formats), provenance_of(loaded, command)
+    stale = (*outputs.DATA, *file_names(formats, outputs.OPTIMISE_FILES))
+    folder = output or default_folder(scenario, "-best")
+    if not json:
+        require_writable(folder, stale, force)
+    tell_lacking(loaded, formats, quiet)
+    with progress(quiet, verbose) as say:
+        result = search(problem, say)
+        pages = [task for task in outputs.PAGES if task in formats and result.best is not None and not json]
+        say("solving the best design")
+        study = outputs.run_of(result, pages, say)
+        files = {} if json else outputs.files(result, study, provenance, formats, width_mm)
+        if study is not None and pages:
+            found = outputs.sentence(result, study)
+            files |= run_files(study, command, templates, say, None, paper, *outputs.section(result), sentence=found)
+    failure = outputs.shortcoming(result)
+    beside = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
+    outcome = CommandOutcome(
+        outputs.optimise_json(result, study, provenance) if json else "",
+        "" if json else outputs.text(result, study),
+        files,
+        failure=failure,
+        exit_code=bool(failure),
+        stale=stale,
+        beside=beside,
+    )
+    deliver(outcome, folder, quiet)
+
+
+COMMAND = DeclaredCommand("optimise", optimise, CommandPanel.SEVERAL, (OPTIMISE,))
