@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from record import record
 
-from vireport.extremes.catalogue import run_catalogue, table_text
-from vireport.extremes.rows import BOUND, CaseVerdict
+from vireport.extremes.catalogue import run_catalogue
+from vireport.extremes.rows import BOUND, CaseVerdict, as_text
 
 
 def main() -> None:
     """Print and record the catalogue."""
     outcomes = run_catalogue()
-    print(table_text(outcomes))
+    print(as_text(outcomes))
     answers = [outcome.found for outcome in outcomes if outcome.found.error is not None]
     usual = [found.error for found in answers if found.bound <= BOUND]
     record(

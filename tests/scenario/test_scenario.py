@@ -16,7 +16,7 @@ from vireport.base.errors import ScenarioError, UsageError
 from vireport.scenario.blocks import MembraneBlock, Scenario, SimulationBlock, inputs, to_dict
 from vireport.scenario.loading import load, loads, with_default_blocks
 from vireport.scenario.parameters import DRIVING, Parameter
-from vireport.scenario.rules import HAVE_DEFAULTS
+from vireport.scenario.rules import ADDED_IF_FULL
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = {
@@ -266,8 +266,8 @@ def test_blocks_that_have_defaults_are_those_that_may_be_empty() -> None:
         for name, key in Scenario.model_fields.items()
         if name != "device" and "Block" in str(key.annotation) and not key.is_required()
     }
-    assert optional > set(HAVE_DEFAULTS)
-    assert {block for block in optional if with_empty(SWEPT, block) is not None} == set(HAVE_DEFAULTS)
+    assert optional > set(ADDED_IF_FULL)
+    assert {block for block in optional if with_empty(SWEPT, block) is not None} == {*ADDED_IF_FULL, "accuracy"}
 
 
 @pytest.mark.parametrize(
@@ -285,7 +285,8 @@ def test_blocks_that_have_defaults_are_those_that_may_be_empty() -> None:
 def test_every_block_with_defaults_is_added_where_it_may_be_and_none_is_replaced(text: str) -> None:
     before = loads(text)
     after = with_default_blocks(before)
-    for block in HAVE_DEFAULTS:
+    assert after.scenario.accuracy is None
+    for block in ADDED_IF_FULL:
         given, added = getattr(before.scenario, block), getattr(after.scenario, block)
         assert added == (given if given is not None else with_empty(text, block))
     assert after.document == before.document

@@ -28,7 +28,7 @@ from vireport.simulation.events import (
     follow_impacts,
     follow_one,
 )
-from vireport.simulation.kernel import FLIGHT, FREE, PHASE, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.kernel import FLIGHT, FREE, PHASE, REST, RIDING, RUNNING, SETTLING, VELOCITY, WALL
 
 FLIGHTS = 10_000
 # Where the terms of Z add up to no more than this many times t |Z'|, the crossing counts as transversal.
@@ -428,6 +428,22 @@ def test_a_ball_without_drift_never_arrives() -> None:
     rows, summary = follow_one(check_model(Groups(0.5, 0.0, 0.5))[0], check_start(late, 0.5), 1)
     assert (summary[0], rows[-1, WALL]) == (1, TOP)
     assert 1.5 < rows[-1, FLIGHT] < 2
+
+
+def test_an_impact_that_hardly_is_one_rides_until_the_membrane_lets_go() -> None:
+    """It settles in no time, and the release is at arccos(-gbar)."""
+    phase, gbar = 0.3, 0.4
+    model = check_model(Groups(0.5, gbar, 0.5))[0]
+    start = follow_one(model, check_start(Impact(BOTTOM, 1e-300, phase), 0.5), 3)[0][0]
+    assert start[SETTLING] < 1e-290
+    assert start[SETTLING] + start[RIDING] == pytest.approx((np.arccos(-gbar) - phase) / pi, rel=1e-14)
+
+
+@pytest.mark.parametrize(("gbar", "end"), [(1 - 1e-12, RUNNING), (1.0, REST), (1 + 1e-12, REST)])
+def test_a_slow_ball_comes_to_rest_where_gravity_is_as_large_as_the_force(gbar: float, end: int) -> None:
+    model = check_model(Groups(0.5, gbar, 0.5))[0]
+    _, summary = follow_one(model, check_start(Impact(BOTTOM, 1e-3, 0.0), 0.5), 1000)
+    assert summary[2] == end
 
 
 @pytest.mark.parametrize(

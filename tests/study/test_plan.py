@@ -202,7 +202,7 @@ def test_three_lines_say_what_to_add():
     blocks, inputs, every_step = of(DESIGN).left_out_lines()
     assert [name for name in ("disturbances", "tolerances", "simulation", "accuracy") if f"{name}: for" in blocks]
     assert blocks.startswith("Add disturbances: for shocks, jitter, distortion and switch-on windows; tolerances: for")
-    assert blocks.endswith("; vireport run --full adds all blocks that have defaults.")
+    assert blocks.endswith("; vireport run --full adds disturbances, motions and simulation.")
     assert inputs.startswith("Give sweep: for branches, ")
     assert "left_out" in every_step
     (every_step,) = of(EVERYTHING, device__membrane=ELECTRICAL, design=None).left_out_lines()

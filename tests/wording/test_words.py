@@ -1117,7 +1117,7 @@ def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) 
 
 
 B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
-ORBIT = thing(longest_contact=0.0418, stable=True)
+ORBIT = thing(contact_share=0.0209, stable=True)
 SHARES = thing(name="BT", fastest=1.9, share=0.684021, switch_on=0.933349)
 OWN = thing(orbit=ORBIT, critical_value=0.58, reason="")
 
@@ -1693,7 +1693,7 @@ SAID += [
         "left-out",
         "add_or_all",
         ([Addition.MOTIONS, Addition.ACCURACY], "device.length_m"),
-        "Add motions: for other impact sequences; accuracy: for error against run time; vireport run --full adds all",
+        "Add motions: for other impact sequences; accuracy: for error against run time; vireport run --full adds",
     ),
     (
         "left-out",

@@ -190,15 +190,14 @@ def verify(
     require_reference()
     if extremes or loaded is None:
         refuse(context, "--extremes prints the cases", "output", "figure_width", "every")
-        from vireport.extremes.catalogue import exit_status, run_catalogue, table_data, table_text
+        from vireport.extremes.catalogue import run_catalogue
+        from vireport.extremes.rows import as_data, as_text, exit_status
 
         with progress(quiet, verbose) as say:
             outcomes = run_catalogue(loaded, say)
         code, failure = exit_status(outcomes)
-        data = f"{json_text(table_data(outcomes))}\n" if json else ""
-        deliver(
-            CommandOutcome(data, "" if json else table_text(outcomes), failure=failure, exit_code=code), quiet=quiet
-        )
+        data, text = (f"{json_text(as_data(outcomes))}\n", "") if json else ("", as_text(outcomes))
+        deliver(CommandOutcome(data, text, failure=failure, exit_code=code), quiet=quiet)
         return
     if output is None:
         refuse(context, "figures are written to a folder, give --output", "figure_width")

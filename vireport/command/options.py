@@ -103,8 +103,8 @@ Full = Annotated[
     bool,
     typer.Option(
         "--full",
-        help="Adds every block that the scenario lacks and that has defaults: disturbances, motions, simulation and "
-        "accuracy. Takes minutes.",
+        help="Adds those of the blocks disturbances, motions and simulation that the scenario lacks, with their "
+        "defaults.",
     ),
 ]
 Baseline = Annotated[

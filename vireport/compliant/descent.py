@@ -151,14 +151,9 @@ class CompliantMotion(Struct, frozen=True):
         return abs(self.trace) < 1 + self.determinant and self.determinant < 1
 
     @property
-    def longest_contact(self) -> float:
-        """Duration of the longer contact [t_c]."""
-        return max(self.bottom.duration, self.top.duration)
-
-    @property
     def contact_share(self) -> float:
         """Longest contact over the forcing period."""
-        return self.longest_contact / 2
+        return max(self.bottom.duration, self.top.duration) / 2
 
 
 class Reached(Struct, frozen=True, eq=False):

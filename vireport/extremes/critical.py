@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
+from functools import partial
 
 import numpy as np
 
@@ -46,17 +46,15 @@ def critical_rows(harvester: Harvester) -> Iterator[Case]:
     flat, slight = h.with_device(inclination_deg=0.0), h.with_groups(gbar=SLIGHT)
     for name, kind in KINDS:
         where = flat if kind is Event.PITCHFORK else slight
-        yield Case(group, f"{name} in a sweep", _in_a_sweep, (where, kind))
-        yield Case(group, f"{name} as the design point", _standing, (where, kind))
+        yield Case(group, name, partial(_standing, where, kind))
     for inside in (1e-3, 1e-4, 1e-6, 1e-9):
-        yield Case(group, f"{inside:g} inside a fold", _beside_folds, (h, inside))
-        yield Case(group, f"{inside:g} inside a fold, gbar = {SLIGHT:g}", _beside_folds, (slight, inside))
+        yield Case(group, f"{inside:g} inside a fold", partial(_beside_folds, h, inside))
+        yield Case(group, f"{inside:g} inside a fold, gbar = {SLIGHT:g}", partial(_beside_folds, slight, inside))
     for gbar in (1e-4, 3e-4, 7e-4, 1e-3, 1e-2):
         case = f"narrow range of foci, gbar = {gbar:g}"
-        yield Case(group, case, _changes_of_type, (h.with_groups(gbar=gbar),))
-    yield Case(group, "cusp at the pitchfork", _cusp, (h,))
+        yield Case(group, case, partial(_changes_of_type, h.with_groups(gbar=gbar)))
     for name, gap in (("0", 0.0), ("+1e-14", 1e-14), ("-1e-14", -1e-14)):
-        yield Case("grazing", f"gap {name}", _grazing, (slight, gap))
+        yield Case("grazing", f"gap {name}", partial(_grazing, slight, gap))
 
 
 def _points(harvester: Harvester, kind: Event) -> list[Point]:
@@ -66,23 +64,18 @@ def _points(harvester: Harvester, kind: Event) -> list[Point]:
     return points
 
 
-def _in_a_sweep(harvester: Harvester, kind: Event) -> CaseFinding:
-    """Points of a kind within their stated bounds."""
-    points = _points(harvester, kind)
-    text = ", ".join(f"{point.label} at d = {point.d:.10g}" for point in points)
-    return CaseFinding(text, point_errors(points, harvester.device, Parameter.LENGTH), 2 * SPACING)
-
-
 def _standing(harvester: Harvester, kind: Event) -> CaseFinding:
-    """The device at each such point, and one spacing of doubles to either side."""
-    errors, counts = [0.0], []
-    for point in _points(harvester, kind)[:MOST_POINTS]:
+    """The device at each point of a kind in a sweep, and one spacing of doubles to either side."""
+    points = _points(harvester, kind)
+    errors, counts = [point_errors(points, harvester.device, Parameter.LENGTH)], []
+    for point in points[:MOST_POINTS]:
         s = point.sweep_value
         for length in (s, float(np.nextafter(s, 0)), float(np.nextafter(s, np.inf))):
             found = examine(harvester.with_device(length_m=length).study(), degenerate=True)
             errors.append(found.error or 0.0)
             counts.append(found.text.removeprefix("motions: "))
-    return CaseFinding(f"{' '.join(counts)} motions at and beside the points", max(errors))
+    labels = ", ".join(point.label for point in points)
+    return CaseFinding(f"{' '.join(counts)} motions at and beside {labels}", max(errors))
 
 
 def _nearest(motions: Motions, point: Point) -> np.ndarray:
@@ -132,22 +125,6 @@ def _changes_of_type(harvester: Harvester) -> CaseFinding:
     if changes != counted:
         raise WrongAnswerError(f"{changes} changes found, {counted} counted")
     return CaseFinding(f"{changes} changes", point_errors(points, harvester.device, Parameter.LENGTH), 2 * SPACING)
-
-
-def _cusp(harvester: Harvester) -> CaseFinding:
-    """The folds of gbar and -gbar meet in a cusp at the pitchfork: their distance goes with gbar^(2/3)."""
-    flat = harvester.with_device(inclination_deg=0.0)
-    pitchfork = _points(flat, Event.PITCHFORK)[0]
-    errors, distances = [point_errors([pitchfork], flat.device, Parameter.LENGTH)], []
-    for gbar in (1e-6, 1e-9, 1e-12):
-        slight = harvester.with_groups(gbar=gbar)
-        fold = min(_points(slight, Event.FOLD), key=lambda point: abs(point.d - pitchfork.d))
-        errors.append(point_errors([fold], slight.device, Parameter.LENGTH))
-        distances.append(pitchfork.d - fold.d)
-    orders = [float(np.log10(a / b)) / 3 for a, b in pairwise(distances)]
-    if any(abs(order - 2 / 3) > 0.01 for order in orders):
-        raise WrongAnswerError(f"it goes with the power {orders} of gbar")
-    return CaseFinding(f"distance to the power {orders[-1]:.4f} of gbar", max(errors), 4 * SPACING)
 
 
 def _grazing(harvester: Harvester, gap: float) -> CaseFinding:

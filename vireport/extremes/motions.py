@@ -12,13 +12,12 @@ import numpy as np
 from vireport.checks import reference as exact
 from vireport.extremes.compared import SPACING, examine, require_finite
 from vireport.extremes.harvester import Harvester
-from vireport.extremes.rows import BOUND, Case, CaseFinding, WrongAnswerError
+from vireport.extremes.rows import BOUND, Case, CaseFinding
 from vireport.physics.device import NO_GRAVITY
 from vireport.physics.energy import impact_speed, voltages
 from vireport.physics.groups import Restitutions, by_wall
-from vireport.scenario.parameters import DRIVING, Parameter
+from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
-from vireport.text.alerts import AlertCode
 
 NEARLY_LOSSLESS = 1e-8
 """Bound at r = 1 - 1e-6, where rounding is magnified by 1/(1-r)."""
@@ -31,9 +30,6 @@ BOUNCY = 0.8
 
 NO_LIFT = 1e-300
 """Deflection and voltage below which any of them counts as zero [m], [V]."""
-
-RAISED = 4 / 3
-"""Factor on the value of a parameter, so that taking the device's own in its place is noticed."""
 
 RESTITUTIONS: tuple[tuple[str, float | Restitutions, float], ...] = (
     ("0", 0.0, BOUND),
@@ -97,7 +93,6 @@ def motion_rows(harvester: Harvester) -> Iterator[Case]:
         for decades in (-6, -3, 3, 6):
             changes = {name: getattr(device, name) * 10.0 ** (decades * power) for name, power in powers.items()}
             yield _row("units", f"{what} x 1e{decades:+d}, groups held", h.with_device(**changes).over)
-    yield Case("units", "y_c = F/(2 M f)", _velocity_units, (h,))
 
     yield from _sweeps(h)
 
@@ -106,17 +101,12 @@ def motion_rows(harvester: Harvester) -> Iterator[Case]:
     depths |= {"Rc": m.active_radius_m, "100 Rc": 100 * m.active_radius_m}
     speeds = {f"deflection {name}": float(impact_speed(depth, m)) for name, depth in depths.items()}
     for name, speed in (speeds | {"impact at 1e-300 m/s": 1e-300}).items():
-        yield Case("membrane", name, _voltage, (h, speed))
-    yield Case("membrane", "a run with deflections over Rc", _too_deep, (h,))
+        yield Case("membrane", name, partial(_voltage, h, speed))
 
 
 def _row(group: str, name: str, ask: Callable[[], Study], bound: float = BOUND, **more: Any) -> Case:
     """A study that must be as in 40 digits, or be refused."""
-    return Case(group, name, _examined, (ask, bound), **more)
-
-
-def _examined(ask: Callable[[], Study], bound: float) -> CaseFinding:
-    return examine(ask(), bound)
+    return Case(group, name, lambda: examine(ask(), bound), **more)
 
 
 def _with_exact_gravity(harvester: Harvester, gbar: float) -> Harvester:
@@ -125,17 +115,6 @@ def _with_exact_gravity(harvester: Harvester, gbar: float) -> Harvester:
     force = start.device.amplitude_n
     nearby = (start.with_device(amplitude_n=float(force + steps * np.spacing(force))) for steps in range(-8, 9))
     return min(nearby, key=lambda changed: abs(changed.groups[1] - gbar))
-
-
-def _velocity_units(harvester: Harvester) -> CaseFinding:
-    """The unit of velocity with each parameter as the one that is swept, a third above the device's value."""
-    device, errors = harvester.device, [0.0]
-    for parameter in DRIVING:
-        value = RAISED * getattr(device, parameter)
-        with exact.precise():
-            right = exact.velocity_unit(device, parameter, value)
-            errors.append(float(abs(float(device.velocity_unit(parameter, value)) - right) / right))
-    return CaseFinding("the unit of velocity", max(errors), 10 * SPACING)
 
 
 def _sweeps(h: Harvester) -> Iterator[Case]:
@@ -151,14 +130,7 @@ def _sweeps(h: Harvester) -> Iterator[Case]:
     for name, low, high in (("at 90 deg, 1e-7 deg wide", 90 - 1e-7, 90.0), ("at 0 deg, 1e-16 deg wide", 0.0, 1e-16)):
         ask = partial(h.study, (Parameter.INCLINATION, low, high))
         yield _row(group, name, ask, refusal="sweep|inclination")
-    yield Case(group, "beyond every motion", _beyond, (h,))
-
-
-def _beyond(harvester: Harvester) -> CaseFinding:
-    study = harvester.over((1e4, 1e5))
-    if study.solution.branches:
-        raise WrongAnswerError("a branch where there is none")
-    return examine(study)
+    yield _row(group, "beyond every motion", partial(h.over, (1e4, 1e5)))
 
 
 def _voltage(harvester: Harvester, speed: float) -> CaseFinding:
@@ -169,13 +141,3 @@ def _voltage(harvester: Harvester, speed: float) -> CaseFinding:
     pairs = zip((depth, volts), exact.voltage(speed, harvester.membrane), strict=True)
     errors = [0.0 if b < NO_LIFT and a < NO_LIFT else float(abs(a - b) / abs(b)) for a, b in pairs]
     return CaseFinding(f"{depth:.4g} m, {volts:.4g} V", max(errors))
-
-
-def _too_deep(harvester: Harvester) -> CaseFinding:
-    """The deepest stable impact of a run, and the alert where that is deeper than the membrane is wide."""
-    study = harvester.over()
-    deepest = 0.0 if study.solution.stretch is None else study.solution.stretch.depth_m
-    alerted = AlertCode.DEEP_DEFLECTION in {alert.code for alert in study.alerts}
-    if alerted != (deepest > harvester.membrane.active_radius_m):
-        raise WrongAnswerError(f"{'an' if alerted else 'no'} alert at {deepest:.3g} m")
-    return CaseFinding(f"{deepest:.3g} m deep, {'an' if alerted else 'no'} alert")

@@ -1,19 +1,22 @@
-"""A row of the table of extreme cases, and what comes of it when it is run."""
+"""A row of the table of extreme cases, what comes of it when it is run, and the outcomes as text and as plain data."""
 
 from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
-from importlib.util import find_spec
+from textwrap import shorten
 from time import perf_counter
 from typing import Any, NamedTuple
 
-from vireport.base.errors import VireportError, install_command
+from vireport.base.errors import NumericalError, VireportError
 
 BOUND = 1e-11
 """Relative error that an answer may have where nothing is degenerate; most stay below 1e-13."""
+
+LONGEST_CELL = 190
+"""Characters of what was found that a line shows: of a refusal the reason, not all that it says; JSON has all."""
 
 
 class CaseFinding(NamedTuple):
@@ -41,23 +44,17 @@ class Case(NamedTuple):
     check : callable
         Asks the package for an answer and checks it against something from outside: 40-digit arithmetic, or a number
         known beforehand.
-    of : tuple
-        What `check` is called with.
     refusal : str
         Where a refusal is right: what its reason must name, as a regular expression.
     answer : bool
         Whether an answer is right.
-    simulated : bool
-        Whether it takes compiled code.
     """
 
     group: str
     name: str
-    check: Callable[..., CaseFinding]
-    of: tuple[Any, ...] = ()
+    check: Callable[[], CaseFinding]
     refusal: str = ""
     answer: bool = True
-    simulated: bool = False
 
     @property
     def title(self) -> str:
@@ -66,12 +63,11 @@ class Case(NamedTuple):
 
 
 class CaseVerdict(StrEnum):
-    """The verdicts on a case: passed, failed, does not apply to the device, or left out."""
+    """The verdicts on a case: passed, failed, or does not apply to the device."""
 
     PASSED = "passed"
     FAILED = "failed"
     DOES_NOT_APPLY = "does not apply"
-    LEFT_OUT = "left out"
 
 
 class CaseOutcome(NamedTuple):
@@ -85,13 +81,11 @@ class CaseOutcome(NamedTuple):
 
 def run(row: Case) -> CaseOutcome:
     """Run a case, with every warning an error. No time decides: it is that of the machine, and of what else it does."""
-    if row.simulated and find_spec("numba") is None:
-        return CaseOutcome(row, CaseVerdict.LEFT_OUT, CaseFinding(f"needs numba: {install_command('numba')}"))
     start = perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            found = row.check(*row.of)
+            found = row.check()
         verdict = CaseVerdict.PASSED if row.answer and (found.error or 0.0) <= found.bound else CaseVerdict.FAILED
     except NotThereError as absent:
         found, verdict = CaseFinding(str(absent)), CaseVerdict.DOES_NOT_APPLY
@@ -102,3 +96,41 @@ def run(row: Case) -> CaseOutcome:
         # Whatever it is, it is the finding: a table that stops at the first fault would not show the next.
         found, verdict = CaseFinding(f"{type(fault).__name__}: {fault}"), CaseVerdict.FAILED
     return CaseOutcome(row, verdict, found, perf_counter() - start)
+
+
+def exit_status(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
+    """Exit code, and what keeps the cases from having passed."""
+    verdicts = [outcome.verdict for outcome in outcomes]
+    if failed := verdicts.count(CaseVerdict.FAILED):
+        return 1, f"{failed} of {len(verdicts)} cases failed"
+    if CaseVerdict.PASSED not in verdicts:
+        return NumericalError.exit_code, "no case applies to this device"
+    return 0, ""
+
+
+def as_text(outcomes: Sequence[CaseOutcome]) -> str:
+    """A line for each case; then how many there are of each verdict."""
+    lines = []
+    for row, verdict, found, _ in outcomes:
+        error = "" if found.error is None else f", error {found.error:.1e} < {found.bound:.0e}"
+        mark = verdict.upper() if verdict is CaseVerdict.FAILED else verdict
+        lines.append(f"{mark}  {row.title}: {shorten(found.text, LONGEST_CELL, placeholder=' ...')}{error}")
+    verdicts = [outcome.verdict for outcome in outcomes]
+    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in CaseVerdict if verdict in verdicts)
+    return "\n".join((*lines, "", f"{len(outcomes)} cases: {counts}; {sum(x.seconds for x in outcomes):.1f} s")) + "\n"
+
+
+def as_data(outcomes: Sequence[CaseOutcome]) -> list[dict[str, Any]]:
+    """The outcomes as plain data, ready for JSON."""
+    return [
+        {
+            "group": row.group,
+            "case": row.name,
+            "found": found.text,
+            "error": found.error,
+            "bound": None if found.error is None else found.bound,
+            "seconds": round(seconds, 3),
+            "verdict": verdict,
+        }
+        for row, verdict, found, seconds in outcomes
+    ]

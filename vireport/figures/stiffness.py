@@ -21,7 +21,7 @@ from vireport.figures.style import (
     style,
 )
 from vireport.membranes.compliance import Compliance
-from vireport.membranes.compliance_tables import findings, quantity_label
+from vireport.membranes.compliance_tables import quantity_label
 from vireport.membranes.stiff_solvers import FIXED, WRONG, RunOutcome, SolverRun
 from vireport.study.plan import Task
 from vireport.text.formatting import factor_text
@@ -79,7 +79,7 @@ def picture(study: Compliance, templates: Path | None = None) -> Picture:
     shown = {
         "wrong": WRONG,
         "order": study.order,
-        "failed": list(dict.fromkeys(solver for solver, *_ in findings(study).failed)),
+        "failed": list(dict.fromkeys(run.solver for run in study.runs if run.outcome is not RunOutcome.SOLVED)),
         "exponents": [
             (quantity_label(study, measured), measured.exponent) for measured in study.convergence if measured.exponent
         ],

@@ -1,4 +1,4 @@
-"""The comparison with compliant membranes: its tables for the report and for the terminal, and findings.
+"""The comparison with compliant membranes: its tables for the report and for the terminal.
 
 Verdict, captions, heads and notes are those of ``words/compliant.j2``.
 """
@@ -7,33 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
-from vireport.compliant.descent import CompliantMotion
-from vireport.membranes.compliance import (
-    Compared,
-    Compliance,
-    Convergence,
-    Unit,
-)
-from vireport.membranes.stiff_solvers import (
-    EXPLICIT_SOLVERS,
-    FIXED,
-    WRONG,
-    RunOutcome,
-    SolverRun,
-)
+from vireport.membranes.compliance import Compared, Compliance, Convergence, Unit
+from vireport.membranes.stiff_solvers import FIXED, RunOutcome, SolverRun
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import ABSENT, capital, factor_text, percent, quantity, significant
 from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
     from vireport.wording.templates import Words
-
-USEFUL = 1e-4
-"""Error at which solvers are compared: a hundredth of what is called wrong."""
 
 SHORT = {
     RunOutcome.SOLVED: "",
@@ -112,60 +95,6 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
     yield Table(say("times_caption"), columns, work, say("times_note"))
 
 
-class Findings(Struct, frozen=True):
-    """What the runs say of explicit and implicit methods.
-
-    Attributes
-    ----------
-    failed : tuple
-        Solver, setting, and the factors of K with the ways to fail in a word.
-    first, last : float
-        The least and the largest factor of K.
-    steps : float or None
-        Of the fixed-step method in the shorter contact, fewest with which it was right.
-    growths : dict
-        Of the evaluations from the first to the last factor, at the most, of adaptive explicit methods.
-    shorter : float
-        By how much a contact is shorter at the last factor.
-    fastest : tuple
-        Solvers that reach `USEFUL` at the last factor, each with its time [s], the fastest first.
-    """
-
-    wrong: ClassVar[float] = WRONG
-    useful: ClassVar[float] = USEFUL
-    failed: tuple[tuple[str, float, tuple[tuple[float, str], ...]], ...]
-    first: float
-    last: float
-    steps: float | None
-    growths: dict[str, float]
-    shorter: float
-    fastest: tuple[tuple[str, float], ...]
-
-
-def findings(comparison: Compliance) -> Findings:
-    """What the runs, of which there are some, come to."""
-    factors = [run.factor for run in comparison.runs]
-    first, last = min(factors), max(factors)
-    failed: dict[tuple[str, float], list[tuple[float, str]]] = {}
-    for run in comparison.runs:
-        if run.outcome is not RunOutcome.SOLVED:
-            failed.setdefault((run.solver, run.setting), []).append((run.factor, SHORT[run.outcome]))
-    fixed = [run for run in comparison.runs if run.solver == FIXED and run.outcome is RunOutcome.SOLVED]
-    growths = {
-        name: _growth(comparison, name, first, last) for name in EXPLICIT_SOLVERS if name != FIXED and first < last
-    }
-    good = [run for run in comparison.runs if run.factor == last and run.error is not None and run.error <= USEFUL]
-    return Findings(
-        tuple((*key, tuple(ways)) for key, ways in failed.items()),
-        first,
-        last,
-        min((_contact_steps(comparison, run) for run in fixed), default=None),
-        {name: growth for name, growth in growths.items() if growth is not None},
-        (last / first) ** comparison.order,
-        tuple((run.solver, run.seconds) for run in _fastest_of_each(good)),
-    )
-
-
 def quantity_label(comparison: Compliance, convergence: Convergence) -> str:
     """Name of a quantity that converges; of the critical value, the label of the point."""
     if convergence.quantity == "critical value" and comparison.critical is not None:
@@ -206,7 +135,7 @@ def _ladder(comparison: Compliance, say: Words) -> Table:
     rows = [
         (
             factor_text(rung.factor),
-            ABSENT if rung.orbit is None else percent(rung.orbit.longest_contact / 2, 3),
+            ABSENT if rung.orbit is None else percent(rung.orbit.contact_share, 3),
             *(significant(quantity.distances[k], 3) for quantity in comparison.convergence),
         )
         for k, rung in enumerate(comparison.rungs)
@@ -220,26 +149,3 @@ def _ladder(comparison: Compliance, say: Words) -> Table:
 
 def _error(run: SolverRun) -> str:
     return " ".join(filter(None, ("" if run.error is None else significant(run.error, 2), SHORT[run.outcome])))
-
-
-def _fastest_of_each(runs: list[SolverRun]) -> list[SolverRun]:
-    """The fastest run of each solver, the fastest of all first."""
-    best: dict[str, SolverRun] = {}
-    for run in sorted(runs, key=lambda run: run.seconds):
-        best.setdefault(run.solver, run)
-    return list(best.values())
-
-
-def _contact_steps(comparison: Compliance, run: SolverRun) -> float:
-    """How many steps of a fixed-step run fall into the shorter contact."""
-    orbit = cast(CompliantMotion, next(rung.orbit for rung in comparison.rungs if rung.factor == run.factor))
-    return run.setting * min(orbit.bottom.duration, orbit.top.duration) / (2 * comparison.periods)
-
-
-def _growth(comparison: Compliance, name: str, first: float, last: float) -> float | None:
-    """Largest growth of the evaluations from the softest to the stiffest membrane; None where a run failed."""
-    runs = [run for run in comparison.runs if run.solver == name and run.factor in (first, last)]
-    if any(run.outcome is not RunOutcome.SOLVED for run in runs):
-        return None
-    work = {(run.setting, run.factor): run.evaluations for run in runs}
-    return max(work[setting, last] / work[setting, first] for setting, factor in work if factor == first)

@@ -29,9 +29,6 @@ from vireport.simulation.events import BOTTOM, TOP
 FIXED = "RK4"
 """The classical fourth-order method with fixed steps."""
 
-EXPLICIT_SOLVERS = (FIXED, "RK45", "DOP853")
-"""Solvers that are explicit throughout; LSODA switches between explicit and implicit formulae."""
-
 RTOLS = (1e-4, 1e-7, 1e-10)
 """Relative tolerances of the adaptive solvers; the absolute one is the same, of quantities of order 1."""
 

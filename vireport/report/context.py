@@ -49,7 +49,6 @@ from vireport.text.tables import Table
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
-    from vireport.membranes.compliance_tables import Findings
     from vireport.motions.generation import Rung
 
 SYMBOLS = {varied.path: varied.marked for varied in DesignInput} | {
@@ -444,14 +443,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         from vireport.membranes.compliance_tables import lost
 
         return lost(self.study.compliance, self.templates) if self.study.compliance is not None else iter(())
-
-    @property
-    def findings(self) -> Findings | None:
-        """What the runs of solvers on the equation of compliant membranes come to."""
-        from vireport.membranes.compliance_tables import findings
-
-        compliance = self.study.compliance
-        return findings(compliance) if compliance is not None and compliance.runs else None
 
     def stiff(self) -> Iterator[Table]:
         """Solvers on the equation of compliant membranes."""

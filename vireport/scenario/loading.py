@@ -36,8 +36,8 @@ from vireport.scenario.document import (
 )
 from vireport.scenario.overrides import apply, as_texts, yaml_of
 from vireport.scenario.rules import (
+    ADDED_IF_FULL,
     AXES,
-    HAVE_DEFAULTS,
     Finding,
     Kind,
     barred_blocks,
@@ -201,9 +201,9 @@ def loads(
 
 
 def with_default_blocks(loaded: Loaded) -> Loaded:
-    """A scenario with every block set over it that has defaults and that it lacks, as far as it can have them."""
+    """A scenario with every block of `ADDED_IF_FULL` set over it that it lacks, as far as it can have them."""
     barred = barred_blocks(loaded.scenario)
-    lacking = [name for name in HAVE_DEFAULTS if getattr(loaded.scenario, name) is None and name not in barred]
+    lacking = [name for name in ADDED_IF_FULL if getattr(loaded.scenario, name) is None and name not in barred]
     overrides = (*loaded.overrides, *(f"{name}={{}}" for name in lacking))
     return loads(loaded.document.text, loaded.document.name, overrides, loaded.place) if lacking else loaded
 

@@ -109,8 +109,9 @@ NOT_BOUNCING = {
 }
 """Blocks that a sweep of a restitution does not have, and why."""
 
-HAVE_DEFAULTS = "disturbances", "motions", "simulation", "accuracy"
-"""Blocks that a scenario can have with nothing in them: each of their keys has a default."""
+ADDED_IF_FULL = "disturbances", "motions", "simulation"
+"""Blocks that `--full` adds: each of their keys has a default. So have those of `accuracy`, which takes ten times as
+long as all of these; `vireport verify` measures it."""
 
 
 def barred_blocks(scenario: Scenario) -> frozenset[str]:

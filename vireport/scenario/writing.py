@@ -7,6 +7,11 @@ from typing import Any
 
 import yaml
 
+from vireport.scenario.blocks import Scenario, to_dict
+
+OF_DEVICE = "schema_version", "title", "device", "excitation", "inclination_deg", "gravity_m_s2", "period_ratio"
+"""Keys of a scenario that say what the device is; the others ask for something."""
+
 
 def as_yaml(data: Mapping[str, Any]) -> str:
     """Write the data of a scenario as YAML, in its order and without what is absent.
@@ -22,3 +27,13 @@ def as_yaml(data: Mapping[str, Any]) -> str:
 def _present(data: Mapping[str, Any]) -> dict[str, Any]:
     kept = {key: value for key, value in data.items() if value is not None}
     return {key: _present(value) if isinstance(value, Mapping) else value for key, value in kept.items()}
+
+
+def device_tree(scenario: Scenario, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The scenario of a device alone, with other values of some keys, which are given by their paths."""
+    given = to_dict(scenario)
+    tree = {name: given[name] for name in OF_DEVICE}
+    for path, value in values.items():
+        block, _, key = path.rpartition(".")
+        (tree[block] if block else tree)[key] = value
+    return tree

@@ -17,7 +17,7 @@ from msgspec import Struct
 from vireport.base.errors import NumericalError, UsageError, install_command
 from vireport.scenario.blocks import Direction, MotionsBlock, Scenario
 from vireport.scenario.parameters import Parameter
-from vireport.scenario.rules import HAVE_DEFAULTS, SPECIAL, Special, barred_blocks
+from vireport.scenario.rules import ADDED_IF_FULL, SPECIAL, Special, barred_blocks
 
 
 class Task(StrEnum):
@@ -228,7 +228,7 @@ class Plan(Struct, frozen=True, eq=False):
 
         blocks = [addition for addition in self.additions if addition.is_block]
         inputs = [addition for addition in self.additions if not addition.is_block]
-        adding = "add_or_all" if any(addition in HAVE_DEFAULTS for addition in blocks) else "add"
+        adding = "add_or_all" if any(addition in ADDED_IF_FULL for addition in blocks) else "add"
         lines = [(macro, wanted) for macro, wanted in ((adding, blocks), ("give", inputs)) if wanted]
         say = Words("left-out", templates)
         searched = (step.what for step in self.left_out if step.task is Task.OPTIMISE)

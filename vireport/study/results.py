@@ -32,8 +32,8 @@ from vireport.motions.points import Point
 from vireport.physics.device import Shaker
 from vireport.physics.energy import Conversion, Fitting, Membrane, Voltages
 from vireport.physics.groups import Groups, Restitutions
-from vireport.scenario.blocks import Scenario, to_dict
-from vireport.scenario.writing import as_yaml
+from vireport.scenario.blocks import Scenario
+from vireport.scenario.writing import as_yaml, device_tree
 from vireport.study.families import family_rows
 from vireport.study.provenance import Provenance
 from vireport.text.foreign import inert_cell
@@ -915,10 +915,4 @@ def tolerances_data(tolerances: Tolerances, scenario: Scenario) -> dict[str, Any
 
 def worst_scenario(scenario: Scenario, worst: Failure) -> str:
     """A scenario of the device that fails: its inputs, and nothing of what was asked of the design."""
-    given = to_dict(scenario)
-    kept = ("schema_version", "title", "device", "excitation", "inclination_deg", "gravity_m_s2", "period_ratio")
-    tree = {name: given[name] for name in kept}
-    for varied, value in worst.values.items():
-        block, _, key = varied.path.rpartition(".")
-        (tree[block] if block else tree)[key] = value
-    return as_yaml(tree)
+    return as_yaml(device_tree(scenario, {varied.path: value for varied, value in worst.values.items()}))
