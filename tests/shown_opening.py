@@ -48,6 +48,17 @@ NOUNS = {
 }
 """What the model neglects, as part of a sentence."""
 
+MEASURED = {
+    "restitution_bottom": "measure the restitution at the bottom",
+    "restitution_top": "measure the restitution at the top",
+    "second_harmonic": "measure the harmonics of the force",
+    "friction": "measure the friction of the ball",
+    "restitution_exponent": "measure the restitution at several speeds",
+}
+"""How to know what is neglected."""
+
+CONTACTS = "Contacts last {} of a period: take stiffer membranes or a lighter ball."
+
 TOLD = ("VR001", "VR003", "VR004", "VR005", "VR010", "VR011", "VR016", "VR017", "VR020", "VR021")
 """Alerts of which facts and tiles have the substance."""
 
@@ -164,28 +175,26 @@ class Opening:
     def _voltage(self) -> Iterator[Expected]:
         if self.efficiency > 1:
             share = Amount(100 * self.efficiency, "%", 3)
-            yield fact("bad", "The voltage takes {} of the energy that the impacts lose.", share)
+            yield fact("bad", "Lower the bias voltage: it takes {} of the energy that the impacts lose.", share)
         if self.field > 1:
             said = "The field is {} times the breakdown field: take a thicker membrane."
             yield fact("bad", said, number(self.field, 3))
         if self.deep and max(self.field, self.efficiency) <= 1:
-            said = (
-                "The voltage rests on an extrapolation: the ball presses the membranes {} deep and stretches them to "
-            )
-            said += "{} times their area." + ("" if self.film else " State the thickness to check field and energy.")
+            do = "test them at that stretch" if self.film else "state the thickness to check field and energy"
+            said = f"The ball presses the membranes {{}} deep and stretches them to {{}} times their area: {do}."
             status = "caution" if self.area > DEMONSTRATED else "neutral"
             yield fact(status, said, Amount(self.depth, "m", 2), number(self.area, 2))
 
     def _motion(self) -> Iterator[Expected]:
         each = "The ball strikes each membrane once per period"
         if self.speeds:
-            if self.x.design is None:
+            if self.x.design is None or self.starts:
                 yield fact("good", f"{each}.")
-            elif self.starts:
-                after = self.rest["settles_after_periods"] / self.x.device.frequency_hz
-                yield fact("good", f"{each}, and settles there by itself {{}} after switch-on.", Amount(after, "s", 2))
+            elif self.x.scenario["disturbances"] is None:
+                yield fact(
+                    "caution", "A force that rises slowly may start it: add disturbances: to the scenario to know."
+                )
             else:
-                yield fact("caution", f"Switched on from rest, the ball {self.ending()} instead.")
                 if (ramp := self.rest["ramp_that_reaches_1_1"]) is not None:
                     said = f"Raise the force over {ramp['periods']} periods: then it starts at every moment tried."
                     yield fact("caution", said)
@@ -193,9 +202,7 @@ class Opening:
         if self.instead:
             yield fact("caution", f"Stable instead of 1:1: {', '.join(self.instead)}.")
         else:
-            yield fact("bad", "No motion with one impact on each membrane per period is stable.")
-        if self.rest is not None:
-            yield fact("caution", f"Switched on from rest, the ball {self.ending()}.")
+            yield fact("caution", "Change another input: vireport map shows where 1:1 motion is stable.")
 
     def ending(self) -> str:
         """What the ball comes to from rest, where that is no 1:1 motion."""
@@ -209,27 +216,34 @@ class Opening:
 
     def _margin(self) -> Iterator[Expected]:
         if gone(self.x):
-            yield fact("caution", "With membranes as soft as these the motion is lost.")
+            motion = self.x.data["own_stiffness"]["motion"]
+            if motion is None:
+                yield fact("caution", "Contacts are long: take stiffer membranes or a lighter ball.")
+            else:
+                yield fact("caution", CONTACTS, percentage(motion["contact_share"]))
         if self.rigid_only and (own := self.x.data["own_stiffness"])["motion"] is not None:
-            end = compliant_end(self.x, self.x.ending[0]["parameter"], self.x.ending[0]["sweep_value"])
-            said = f"Contacts last {{}} of a period; where stable motion ends with soft membranes is {end['missing']}."
-            yield fact("caution", said, percentage(own["motion"]["contact_share"]))
+            yield fact("caution", CONTACTS, percentage(own["motion"]["contact_share"]))
         if self.use is None or not self.small or gone(self.x):
             return
         parameter, room, limit, shift = self.use
-        quantity, share = SYMBOLS[parameter][0], percentage(room)
+        ways = {"rigid": "", "compliant": ", or take stiffer membranes"}
         if limit == "effect":
-            noun, sizes = self.noun(shift)
-            begins = noun[0].upper() + noun[1:]
-            if room <= 0:
-                yield fact("caution", f"{begins} ends stable motion.", *sizes)
-            else:
-                yield fact("caution", f"{begins} leaves only {{}} of margin in {quantity}.", *sizes, share)
-        elif limit == "compliant":
-            yield fact("caution", f"Soft membranes leave only {{}} of margin in {quantity}.", share)
-        else:
-            said = f"Stable motion ends {{}} away in {quantity}, at {{}}."
-            yield fact("caution", said, share, self.place(self.x.ending[0]))
+            recoil = "does not recoil" if self.x.device.free else "recoils"
+            check = MEASURED.get(shift["effect"], f"compute with a capsule that {recoil}")
+            if room == -inf:
+                yield fact("caution", f"{check[0].upper()}{check[1:]}: stable motion hangs on it.")
+                return
+            ways["effect"] = f", or {check}"
+        yield fact("caution", f"{self.way(parameter)} for more margin{ways[limit]}.")
+
+    def way(self, parameter: str) -> str:
+        """Away from the nearest end, unless there is one on the other side that is near, too."""
+        at, quantity = getattr(self.x.device, parameter), SYMBOLS[parameter][0]
+        near = self.x.ending[0]["sweep_value"] - at
+        others = (end["sweep_value"] - at for end in self.x.ending if end["parameter"] == parameter)
+        if any(other * near < 0 and abs(other) < 2 * SMALL * at for other in others):
+            return f"Change another input than the {quantity}"
+        return f"{'Increase' if near < 0 else 'Reduce'} the {quantity}"
 
     def noun(self, shift: dict[str, Any]) -> tuple[str, list[Amount]]:
         """A neglected effect as part of a sentence, and its size."""
@@ -321,8 +335,10 @@ class Opening:
         label = Said("From rest")
         if not self.starts:
             return Expected("caution", (label, Said("not 1:1"), Said(f"the ball {self.ending()}")))
-        again = "a simulation agrees" if self.x.data["simulation"] is None else "until it has settled"
-        return Expected("good", (label, Said("{} periods", number(self.rest["settles_after_periods"])), Said(again)))
+        count, alone = self.rest["settles_after_periods"], self.x.data["simulation"] is not None
+        after = Amount(count / self.x.device.frequency_hz, "s", 2)
+        remark = Said("{} until it has settled" if alone else "{}; a simulation agrees", after)
+        return Expected("good", (label, Said("{} periods", number(count)), remark))
 
     def _voltage_tile(self) -> Expected:
         label, x = Said("Mean voltage"), self.x

@@ -20,7 +20,7 @@ from definitions import mean
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from msgspec.structs import replace
-from pages import Page
+from pages import Page, tidy
 from shown import Amount, Bound, Said, plain, table_faults, terminal_tables
 from shown_figures import (
     answer_faults,
@@ -262,12 +262,12 @@ def test_the_first_page_says_what_the_results_come_to(name: str) -> None:
 def test_a_simulation_is_said_to_agree_only_where_one_does() -> None:
     study = study_of("frequency swept")
     for again, remark in (
-        (study.reproduction, "a simulation agrees"),
-        (SimpleNamespace(passed=False, decided=False), "until it has settled"),
-        (None, "until it has settled"),
+        (study.reproduction, "24 s; a simulation agrees"),
+        (SimpleNamespace(passed=False, decided=False), "24 s until it has settled"),
+        (None, "24 s until it has settled"),
     ):
         tiles = opening_of(study.verdict, study.alerts, again).worded().tiles
-        assert [tile.remark for tile in tiles if tile.label == "From rest"] == [remark]
+        assert [tidy(tile.remark) for tile in tiles if tile.label == "From rest"] == [remark]
 
 
 def test_the_first_page_of_the_scenarios_has_each_kind_of_fact_and_of_number() -> None:

@@ -7,16 +7,16 @@ PDF, terminal, bench and notebook begin with the same opening.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from math import isclose
+from math import inf, isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from vireport.base.records import brief
-from vireport.gate.alerts import Alert
+from vireport.gate.alerts import NEAR_CRITICAL, Alert
 from vireport.gate.least_margin import LimitedBy, MarginToUse
-from vireport.gate.verdict import Conclusion, NearestEnd, StableVoltages, Status, Verdict
+from vireport.gate.verdict import Conclusion, StableVoltages, Status, Verdict
 from vireport.scenario.blocks import LeftOut
 from vireport.text.alerts import AlertCode, Severity
 
@@ -267,17 +267,12 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
     motion, evidence = verdict.motion.data, verdict.evidence
     end = evidence.from_rest
     if motion.types and evidence.solution.design is not None:
-        if end is None:
+        if end is None or evidence.is_reached:
             yield _fact(Status.GOOD, "strikes_each", verdict)
-        elif evidence.is_reached:
-            settled = "settles" if end.settles_after is not None else "reaches"
-            yield _fact(Status.GOOD, f"strikes_each_and_{settled}", verdict, end)
-            if evidence.narrow:
+            if end is not None and evidence.narrow:
                 yield _fact(Status.CAUTION, "window_is_narrow", evidence.disturbances)
         else:
-            name = "not_from_rest_but" if end.decided else "from_rest_not_known"
-            yield _fact(Status.CAUTION, name, _ending(end))
-            yield from _ramp(verdict)
+            yield from _starting(verdict)
         if motion.beside:
             yield _fact(Status.NEUTRAL, "others_coexist", motion.beside)
         return
@@ -286,19 +281,17 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
         return
     if motion.instead:
         yield _fact(verdict.motion.status, "strikes_instead", motion.instead)
-    elif motion.narrow:
-        yield _fact(Status.BAD, "range_is_narrow", motion.narrow)
-    else:
-        yield _fact(Status.BAD, "no_motion_is_stable", verdict)
-    if end is not None:
-        yield _fact(Status.CAUTION, "comes_from_rest", _ending(end))
     if evidence.from_rest_along:
         yield from (
             _fact(Status.CAUTION, "comes_from_rest_over_sweep", _ending(x))
             for x in evidence.from_rest_along[:MOST_ENDINGS]
         )
     if parts := evidence.solution.settable_ranges:
-        yield _fact(Status.CAUTION, "stable_elsewhere", verdict, parts)
+        yield _fact(Status.CAUTION, "stable_elsewhere", parts[0])
+    elif motion.narrow:
+        yield _fact(Status.CAUTION, "range_is_narrow", motion.narrow[0])
+    elif not motion.instead:
+        yield _fact(Status.CAUTION, "look_elsewhere")
 
 
 def _ending(end: FromRest) -> Said:
@@ -307,37 +300,51 @@ def _ending(end: FromRest) -> Said:
     return Said(name if end.word else f"{name}_without_period", (end,))
 
 
-def _ramp(verdict: Verdict) -> Iterator[Statement]:
+def _starting(verdict: Verdict) -> Iterator[Statement]:
     """What helps where switching on at once does not."""
-    ramp = verdict.from_rest.data.ramp if verdict.from_rest is not None else None
-    if ramp is not None:
-        yield _fact(Status.CAUTION, "ramp_helps" if ramp.periods is not None else "no_ramp_helps", ramp)
+    if verdict.from_rest is None:
+        return
+    found = verdict.from_rest.data
+    if found.ramp is not None:
+        yield _fact(Status.CAUTION, "ramp_helps" if found.ramp.periods is not None else "no_ramp_helps", found.ramp)
+    elif found.share is None:  # without a disturbances block no ramp is tried
+        yield _fact(Status.CAUTION, "may_start_slowly")
 
 
 def _of_margin(verdict: Verdict) -> Iterator[Statement]:
-    own = verdict.evidence.own_stiffness
-    if own is not None and own.margin_gone:
-        yield _fact(Status.CAUTION, "soft_membranes_end_it", own)
-    elif own is not None and own.motion is None:
-        yield _fact(Status.CAUTION, "soft_membranes_not_known", own)
-    if verdict.margin is None:
+    """What to do for more margin; how much there is, a tile says."""
+    own, nearest = verdict.evidence.own_stiffness, verdict.margin.data if verdict.margin is not None else None
+    end = nearest.compliant if nearest is not None else None
+    if own is not None and own.motion is None:
+        yield _fact(Status.CAUTION, "contacts_long")
+    elif own is not None and (own.margin_gone or (end is not None and end.absence is not None)):
+        yield _fact(Status.CAUTION, "contacts_last", own.motion)
+    if nearest is None:
         return
-    nearest: NearestEnd = verdict.margin.data
     if nearest.unresolved:
         yield _fact(Status.CAUTION, "margin_not_resolved", nearest.unresolved)
-    end = nearest.compliant
-    if own is not None and own.motion is not None and end is not None and end.absence is not None:
-        yield _fact(Status.CAUTION, "soft_end_not_known", own.motion, end.absence)
     use = nearest.to_use
     if use is None or not use.small or (use.limited_by is LimitedBy.COMPLIANT and use.relative is None):
         return
-    if use.limited_by is LimitedBy.EFFECT:
-        effect = _effect(use, verdict.evidence.solution.device.recoils)
-        name = "effect_ends_it" if use.relative is None else "effect_passes_it" if use.gone else "effect_leaves_little"
-        yield _fact(Status.CAUTION, name, use, effect)
+    given = [_check(use, verdict.evidence.solution.device.recoils)] if use.limited_by is LimitedBy.EFFECT else []
+    if use.relative is None:
+        yield _fact(Status.CAUTION, "lost_by_effect", *given)
     else:
-        name = f"{use.limited_by}_margin_{'gone' if use.gone else 'small'}"
-        yield _fact(Status.CAUTION, name, verdict, use)
+        yield _fact(Status.CAUTION, f"margin_small_{use.limited_by}", _way(verdict, use), *given)
+
+
+def _way(verdict: Verdict, use: MarginToUse) -> Said:
+    """Which way a design gains room: from the nearest end, unless the next one on the other side is near as well."""
+    design = verdict.evidence.solution.design
+    assert design is not None
+    beyond = (
+        abs(other.relative)
+        for other in design.limits()
+        if other.parameter is use.end.parameter and other.distance * use.end.distance < 0 and other.relative is not None
+    )
+    if min(beyond, default=inf) < 2 * NEAR_CRITICAL:
+        return Said("change_another", (use,))
+    return Said("increase" if use.end.distance < 0 else "reduce", (use,))
 
 
 def margin_said(verdict: Verdict) -> tuple[Said, Said] | None:
@@ -365,9 +372,19 @@ def _effect(use: MarginToUse, recoils: bool) -> Said:
     assert use.shift is not None
     effect = use.shift.effect
     form = "_more" if effect.left_out in OF_MEMBRANES and effect.size > 0 else ""
-    if effect.left_out is LeftOut.CAPSULE and recoils:
-        form = "_prescribed"
-    return Said(f"with_{effect.left_out.name.lower()}{form}", (abs(effect.size),))
+    return Said(f"with_{_left_out(use, recoils)}{form}", (abs(effect.size),))
+
+
+def _check(use: MarginToUse, recoils: bool) -> Said:
+    """How to know better what a neglected effect does."""
+    return Said(f"check_{_left_out(use, recoils)}")
+
+
+def _left_out(use: MarginToUse, recoils: bool) -> str:
+    """A neglected effect, as the end of a macro's name."""
+    assert use.shift is not None
+    left_out = use.shift.effect.left_out
+    return f"{left_out.name.lower()}{'_prescribed' if left_out is LeftOut.CAPSULE and recoils else ''}"
 
 
 def _of_tolerances(verdict: Verdict) -> Iterator[Statement]:
