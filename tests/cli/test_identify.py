@@ -23,9 +23,10 @@ def identified(capsys, *arguments: str) -> dict:
 def test_the_example_is_identified_with_its_truth(capsys, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     assert main(["identify", SCENARIO, "--impacts", IMPACTS, "--clock", "force", "-o", str(folder)]) == 0
-    printed = capsys.readouterr().out
+    printed = capsys.readouterr().out.splitlines()
     page = (EXAMPLES.parent / "docs" / "identify.md").read_text()
-    assert all(line.strip() in page for line in printed.splitlines() if line.strip())
+    assert len(printed) == 3
+    assert all(line in page for line in printed)
     results = json.loads((folder / "identified.json").read_text())
     assert results == identified(capsys, "--clock", "force") | {"provenance": results["provenance"]}
     for row in results["identified"]:
@@ -47,6 +48,16 @@ def test_the_example_is_identified_with_its_truth(capsys, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
+def test_all_numbers_are_printed_where_they_are_asked_for(capsys, tmp_path: Path) -> None:
+    given = ["identify", SCENARIO, "--impacts", IMPACTS, "--clock", "force", "-o", str(tmp_path), "-v"]
+    assert main(given) == 0
+    page = (EXAMPLES.parent / "docs" / "identify.md").read_text()
+    printed = capsys.readouterr().out.splitlines()
+    assert "Identified, with 95 % intervals" in printed
+    assert all(line.strip() in page for line in printed)
+
+
+@pytest.mark.slow
 def test_the_identified_device_runs(capsys, tmp_path: Path) -> None:
     (tmp_path / "identified.yaml").write_text(identified(capsys, "--clock", "force")["scenario"])
     assert main(["run", str(tmp_path / "identified.yaml"), "--json"]) == 0
@@ -58,7 +69,10 @@ def test_a_record_that_contradicts_the_model_gives_no_interval(capsys, tmp_path:
     (tmp_path / "swapped.csv").write_text(swapped)
     arguments = ["identify", SCENARIO, "--impacts", str(tmp_path / "swapped.csv"), "--clock", "force"]
     assert main([*arguments, "-o", str(tmp_path / "out")]) == 1
-    assert "with bottom and top exchanged the model fits" in capsys.readouterr().out
+    sentence, numbers, fact = capsys.readouterr().out.splitlines()
+    assert sentence == "The record contradicts the model: bottom and top are exchanged."
+    assert numbers.startswith("Identified: nothing; Fit: none; Impacts: 394; What fits: bottom and top exchanged")
+    assert fact == "With bottom and top exchanged the model fits: exchange them in the record, or the sensors."
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["identified.json"]
     results = json.loads((tmp_path / "out" / "identified.json").read_text())
     assert results["identified"] == results["covariance"] == []

@@ -58,7 +58,7 @@ def recorded(folder: Path, harmonics: tuple[tuple[int, float, float], ...] = ())
 @pytest.mark.slow
 def test_raw_signals_are_identified_with_the_truth_behind_them(capsys, tmp_path: Path) -> None:
     record, folder = recorded(tmp_path), tmp_path / "out"
-    assert main(["identify", SCENARIO, "--record", record, "-o", str(folder)]) == 0
+    assert main(["identify", SCENARIO, "--record", record, "-o", str(folder), "-v"]) == 0
     assert "60 impacts picked" in " ".join(capsys.readouterr().out.split())
     assert {path.name for path in folder.iterdir()} == {
         "identified.json",
@@ -93,7 +93,8 @@ def test_what_was_picked_is_shown_where_nothing_can_be_identified(capsys, tmp_pa
     times = 0.2 + np.cumsum(rng.uniform(0.1, 0.4, 40))
     values = signal(times, rng.choice([-1.0, 1.0], 40), float(times[-1]) + 0.2)
     savemat(tmp_path / "record.mat", {"voltage_v": values + hum(values, 0.01), "sampling_rate_hz": RATE})
-    code = main(["identify", SCENARIO, "--record", str(tmp_path / "record.mat"), "-o", str(tmp_path / "out")])
+    record = str(tmp_path / "record.mat")
+    code = main(["identify", SCENARIO, "--record", record, "-o", str(tmp_path / "out"), "-v"])
     assert code in (1, 3)
     assert {"impacts.csv", "figure-record.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
     assert "40 impacts picked" in " ".join(capsys.readouterr().out.split())
@@ -136,7 +137,7 @@ def test_the_yield_of_a_distorted_shaker_is_that_of_the_device_behind_the_record
 ) -> None:
     """From raw signals to the yield of such devices, of which the length may be off beyond the end of stable motion."""
     record, folder = recorded(tmp_path, harmonics), tmp_path / "out"
-    assert main(["identify", SCENARIO, "--record", record, "-o", str(folder)]) == 0
+    assert main(["identify", SCENARIO, "--record", record, "-o", str(folder), "-v"]) == 0
     assert "The harmonics of the force are held at their values." in " ".join(capsys.readouterr().out.split())
     device = device_of("measured").with_values({DesignInput(key): value for key, value in TRUTH.items()})
     device = replace(device, harmonics=tuple(Harmonic.of(*own) for own in harmonics))

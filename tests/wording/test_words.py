@@ -1645,6 +1645,8 @@ SAID += [
             ("NO_MOTION", 0.0, "no motion fits these impacts"),
         )
     ),
+    ("identify", "mend_clock", (explained(Unknown.DRIFT), "0.42", "0.1"), "by 0.42 ± 0.1 1/s fits"),
+    ("identify", "unit_of", (Unknown.RESTITUTION,), ""),
     ("identify", "summary", (9, 1e-4, 0, 0, 0, False), "9 impacts, timing error 100 µs."),
     ("identify", "summary", (9, 1e-4, 0, 0, 0, True), "error 100 µs at the median of the stated errors."),
     ("identify", "summary", (9, 1e-4, 2, 1, 1, False), "2 missed, 1 false, 1 flight left out."),

@@ -156,7 +156,9 @@ def identify(
             names = tuple(name for name in names if name != identify_outputs.RECORD)  # it is written as it is
         require_writable(folder, names, force)
     with progress(quiet, verbose) as say:
-        outcome = identify_outputs.outcome(loaded, impacts, record, clock is not None, free or [], command, json, say)
+        outcome = identify_outputs.outcome(
+            loaded, impacts, record, clock is not None, free or [], command, json, verbose, say
+        )
     deliver(outcome, folder, quiet)
 
 

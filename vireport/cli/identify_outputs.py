@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import reduce
-from math import hypot, sqrt
 from typing import Any
 
 import numpy as np
-from msgspec import Struct, to_builtins
-from scipy.special import stdtrit  # type: ignore[import-untyped]
+from msgspec import to_builtins
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
+from vireport.cli.identify_opening import identified_opening, open_opening
 from vireport.command.outcome import CommandOutcome
-from vireport.design.margins import Margin
-from vireport.design.measured import MeasuredShare, measured_share
-from vireport.design.point import design_point
+from vireport.design.measured import HeldHarmonics, MeasuredShare, held_harmonics, share_that_fits
 from vireport.gate.alerts import record_alerts
+from vireport.gate.opening import Opening
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable
 from vireport.measurement.inquiry import Identification, answered, inquiry_of
@@ -41,7 +39,6 @@ RECORD = "impacts.csv"
 NAMES = "identified.json", "identified.yaml", RECORD, "figure-record.png"
 """Files that the command may write."""
 
-CONFIDENCE = 0.95
 NORMAL_HALF = 1.96
 """Half of that interval over the standard error, where that is known."""
 
@@ -63,22 +60,6 @@ DISTORTION = "harmonics"
 WORDS = Words("identify")
 
 
-class HeldHarmonics(Struct, frozen=True, eq=False):
-    """What it comes to that harmonics of the force are held at their values where devices are tried.
-
-    Attributes
-    ----------
-    end : Margin or None
-        To the nearest end of stable motion; None where none is known.
-    error : float or None
-        Standard error of where it is by those of the harmonics, in the unit of its input; None where these were not
-        measured, or the derivatives are not known.
-    """
-
-    end: Margin | None
-    error: float | None
-
-
 def outcome(
     loaded: Loaded,
     impacts: str | None,
@@ -87,9 +68,10 @@ def outcome(
     free: list[str],
     command: str,
     json: bool,
+    tables: bool,
     say: Progress,
 ) -> CommandOutcome:
-    """Identify a device from a record of its impacts, or from raw signals.
+    """Identify a device from a record of its impacts, or from raw signals; with `tables`, all numbers are printed.
 
     Raises
     ------
@@ -124,12 +106,12 @@ def outcome(
         if signals is None or json:
             raise NumericalError(failure) from refused
         # What was picked may be why: it is shown all the same.
-        text = plain_text([*_signals_parts(signals), f"Nothing is identified: {failure}."]) + "\n"
+        text = _text(open_opening(failure, signals), signals, _signals_parts(signals) if tables else ())
         return CommandOutcome("", text, files, failure=failure, exit_code=NumericalError.exit_code, stale=stale)
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
     rest(WorkStep("trying devices as the errors allow", ANSWERED_SHARE))
-    share, held = _share_of(answer), _held_harmonics(answer, shaker)
+    share, held = share_that_fits(answer), held_harmonics(answer, shaker)
     data = _data(answer, scenario)
     data["devices"] = None if share is None else to_builtins(share)
     data["held_harmonics"] = None if held is None else _held_data(held)
@@ -143,13 +125,35 @@ def outcome(
         if impacts is not None:
             files[RECORD] = record_contents(impacts)
     failure = "" if answer.misfit.accepted else f"the data contradict the model: {WORDS('reason', answer.misfit)}"
-    parts = [*(() if signals is None else _signals_parts(signals)), *_parts(answer, record.unused)]
-    parts += [WORDS("devices", share)] if share is not None else []
-    parts += [WORDS("held", held)] if held is not None else []
     if json:
         return CommandOutcome(written, failure=failure, exit_code=bool(failure))
-    text = plain_text(parts) + "\n"
+    opening = identified_opening(answer, len(record.times), signals, share, held, record.unused)
+    text = _text(opening, signals, _tables(answer, signals, share, held, record.unused) if tables else ())
     return CommandOutcome("", text, files, failure=failure, exit_code=bool(failure), stale=stale)
+
+
+def _text(opening: Opening, signals: Signals | None, parts: Iterable[str | Table]) -> str:
+    """What a terminal says: the opening, in full what may be wrong with what was given, and tables where asked for."""
+    doubts = () if signals is None else record_alerts(signals.doubts)
+    answer = "\n".join([*opening.worded().lines, *(alert.text for alert in doubts)])
+    return "\n\n".join([answer, *filter(None, [plain_text(parts)])]) + "\n"
+
+
+def _tables(
+    answer: Identification,
+    signals: Signals | None,
+    share: MeasuredShare | None,
+    held: HeldHarmonics | None,
+    unused: tuple[str, ...],
+) -> Iterator[str | Table]:
+    """All that is known, in numbers."""
+    if signals is not None:
+        yield from _signals_parts(signals)
+    yield from _parts(answer, unused)
+    if share is not None:
+        yield WORDS("devices", share)
+    if held is not None:
+        yield WORDS("held", held)
 
 
 def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced: bool) -> str:
@@ -162,42 +166,6 @@ def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced
     elif referenced:
         record["force_maximum_s"] = 0.0
     return as_yaml({"measured": [record]})
-
-
-def _share_of(answer: Identification) -> MeasuredShare | None:
-    """The share of devices that the errors allow with stable motion; None where that is not known."""
-    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
-        return None
-    own = answer.found.adjusted
-    rows = [k for k, x in enumerate(own.unknowns) if x.design_input is not None]
-    inputs = [x.design_input for x in own.unknowns if x.design_input is not None]
-    device = own.model.device
-    # Beyond what inputs can be, a restitution of 0 or 1 for one, devices have no meaning.
-    if not inputs or not np.isfinite(own.covariance).all():
-        return None
-    for row, varied in zip(rows, inputs, strict=True):
-        low, high = varied.limits
-        # An angle beyond its limits is another within them.
-        reach = 0.0 if varied is DesignInput.INCLINATION else 3 * float(np.sqrt(own.covariance[row, row]))
-        if not (low <= device.value_of(varied) - reach and device.value_of(varied) + reach <= high):
-            return None
-    return measured_share(device, inputs, own.covariance[np.ix_(rows, rows)])
-
-
-def _held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldHarmonics | None:
-    """What holding the harmonics of the force comes to; None of a sine, and where nothing is identified."""
-    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
-        return None
-    device = answer.found.adjusted.model.device
-    if not device.harmonics:
-        return None
-    end = next(iter(design_point(device, None).limits()), None)
-    if end is None or shaker is None:
-        return HeldHarmonics(end, None)
-    # The parts of one harmonic, of cosine and sine, are off independently and alike.
-    known = [(own, end.by_harmonics.get(own.order)) for own in shaker.harmonics if own.significant]
-    moved = [own.percent_error / 100 * hypot(*slopes) for own, slopes in known if slopes is not None]
-    return HeldHarmonics(end, sqrt(sum(x * x for x in moved)) if len(moved) == len(known) else None)
 
 
 def _held_data(held: HeldHarmonics) -> dict[str, Any]:
@@ -271,8 +239,6 @@ def _signals_parts(signals: Signals) -> Iterator[str | Table]:
     yield WORDS("heard", own, own.heard, own.recording)
     for finding in own.findings:
         yield WORDS("finding", finding)
-    for alert in record_alerts(signals.doubts):
-        yield alert.text
     if shaker is None:
         return
     yield WORDS("shaker", shaker)
@@ -292,29 +258,25 @@ def _signals_parts(signals: Signals) -> Iterator[str | Table]:
         yield Table("Harmonics of the force", columns, rows)
 
 
-def _rows(answer: Identification) -> Iterator[tuple[Unknown, float, float, float]]:
-    """What is identified: value, standard error and half of the interval; nothing where the model does not fit."""
-    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
-        return
-    own = answer.found.adjusted
-    wide = float(stdtrit(own.freedom, (1 + CONFIDENCE) / 2))
-    for x in answer.inquiry.unknowns:
-        value, error = own.model.value_of(x), own.deviation_of(x)
-        yield x, value % (2 * np.pi) if x is Unknown.PHASE else value, error, wide * error
-
-
 def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
     found, misfit = answer.found, answer.misfit
-    rows = list(_rows(answer))
+    known = answer.identified
     fitted = found if isinstance(found, Fitted) else None
-    count = len(rows)
+    count = len(known)
     instead = misfit.explanation
     return {
         "identified": [
-            {"name": x, "unit": x.unit or "1", "value": v, "standard_error": e, "from": v - half, "to": v + half}
-            for x, v, e, half in rows
+            {
+                "name": own.unknown,
+                "unit": own.unknown.unit or "1",
+                "value": own.value,
+                "standard_error": own.error,
+                "from": own.low,
+                "to": own.high,
+            }
+            for own in known
         ],
-        "covariance": fitted.adjusted.covariance[:count, :count].tolist() if fitted and rows else [],
+        "covariance": fitted.adjusted.covariance[:count, :count].tolist() if fitted and known else [],
         "phase_at_s": answer.origin_s if Unknown.PHASE in answer.inquiry.unknowns else None,
         "timing_error_s": answer.timing_error_s,
         "time_step_s": answer.rounding.step_s if answer.rounding is not None else None,
@@ -347,8 +309,8 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
 
 def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMotion | None) -> str | None:
     """The scenario with what was identified, its intervals as tolerances; None where that is no valid one."""
-    values = {DesignInput(x.value): (v, e, half) for x, v, e, half in _rows(answer) if x.design_input is not None}
-    if not values or any(not x.limits[0] <= v <= x.limits[1] for x, (v, _, _) in values.items()):
+    values = {x: own for own in answer.identified if (x := own.unknown.design_input) is not None}
+    if not values or any(not x.limits[0] <= own.value <= x.limits[1] for x, own in values.items()):
         return None
     data = to_dict(scenario)
     tolerances = data["tolerances"] or {}
@@ -369,13 +331,13 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
             tolerances.pop(x.value, None)
             tolerances.pop(percent_key(x), None)
     normal = tolerances.get("distribution") == Distribution.NORMAL.value
-    for x, (value, error, half) in values.items():
+    for x, own in values.items():
         *blocks, key = x.path.split(".")
         if x not in RESTITUTIONS:
-            reduce(dict.__getitem__, blocks, data)[key] = value
+            reduce(dict.__getitem__, blocks, data)[key] = own.value
         tolerances.pop(percent_key(x), None)
         # Of a normal distribution a tolerance is three standard deviations.
-        tolerances[x.value] = 3 * error if normal else half
+        tolerances[x.value] = 3 * own.error if normal else own.half
     if shaker is not None:
         # With the errors that they were taken with, among them what the scenario said of them.
         for prior in answer.inquiry.priors:
@@ -414,13 +376,13 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
         yield f"The data contradict the model: {WORDS('reason', misfit)}."
     rows = tuple(
         (
-            WORDS("name_of", x),
-            bounded(v, e / 100),  # to two digits of its standard error, as the ends of the interval
-            significant(e, 2),
-            *(bounded(end, e / 100) for end in (v - half, v + half)),
-            x.unit,
+            WORDS("name_of", own.unknown),
+            bounded(own.value, own.error / 100),  # to two digits of its standard error, as the ends of the interval
+            significant(own.error, 2),
+            *(bounded(end, own.error / 100) for end in (own.low, own.high)),
+            own.unknown.unit,
         )
-        for x, v, e, half in _rows(answer)
+        for own in answer.identified
     )
     if rows:
         columns = (*texts("Input"), *numbers("Value", "Standard error", "From", "To"), *texts("Unit"))

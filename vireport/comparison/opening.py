@@ -84,7 +84,7 @@ def _against(ranked: Sequence[Ranked]) -> Iterator[Statement]:
                     whose.setdefault(conclusion, []).append(scenario.name)
         if whose:
             every = (Message.ALL if len(names) == len(ranked) else listed(names) for names in whose.values())
-            parts = [_said("of", held_against(one), names).words() for one, names in zip(whose, every, strict=True)]
+            parts = [_said("of", held_against(one), names) for one, names in zip(whose, every, strict=True)]
             yield Statement(status, _said("lacking", parts))
 
 

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot, sqrt
 
 import numpy as np
 from msgspec import Struct
 
 from vireport.base.shares import share_interval
 from vireport.design.devices import Floats, devices_off, stable_motions
+from vireport.design.margins import Margin
+from vireport.design.point import design_point
 from vireport.design.tolerances import DEVIATIONS, sample_steps
+from vireport.measurement.identification import Fitted
+from vireport.measurement.inquiry import Identification
+from vireport.measurement.shaker import ShakerMotion
 from vireport.physics.device import Device
 from vireport.scenario.blocks import Distribution
 from vireport.scenario.parameters import DesignInput
@@ -58,6 +64,22 @@ class MeasuredShare(Struct, frozen=True):
         return not 1 - SURE < self.share < SURE
 
 
+class HeldHarmonics(Struct, frozen=True, eq=False):
+    """What it comes to that harmonics of the force are held at their values where devices are tried.
+
+    Attributes
+    ----------
+    end : Margin or None
+        To the nearest end of stable motion; None where none is known.
+    error : float or None
+        Standard error of where it is by those of the harmonics, in the unit of its input; None where these were not
+        measured, or the derivatives are not known.
+    """
+
+    end: Margin | None
+    error: float | None
+
+
 def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Floats) -> MeasuredShare:
     """Of devices as a measurement allows, the share with stable 1:1 motion, and what should be measured better.
 
@@ -81,6 +103,54 @@ def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Fl
     ]
     best = int(np.argmax(gains))
     return MeasuredShare(count, SAMPLES, low, high, inputs[best], _needed(device, inputs, covariance, best))
+
+
+def share_that_fits(answer: Identification) -> MeasuredShare | None:
+    """Of the devices that a record allows, the share with stable 1:1 motion; None where that is not known.
+
+    Parameters
+    ----------
+    answer : Identification
+    """
+    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
+        return None
+    own = answer.found.adjusted
+    rows = [k for k, x in enumerate(own.unknowns) if x.design_input is not None]
+    inputs = [x.design_input for x in own.unknowns if x.design_input is not None]
+    device = own.model.device
+    # Beyond what inputs can be, a restitution of 0 or 1 for one, devices have no meaning.
+    if not inputs or not np.isfinite(own.covariance).all():
+        return None
+    for row, varied in zip(rows, inputs, strict=True):
+        low, high = varied.limits
+        # An angle beyond its limits is another within them.
+        reach = 0.0 if varied is DesignInput.INCLINATION else 3 * float(np.sqrt(own.covariance[row, row]))
+        if not (low <= device.value_of(varied) - reach and device.value_of(varied) + reach <= high):
+            return None
+    return measured_share(device, inputs, own.covariance[np.ix_(rows, rows)])
+
+
+def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldHarmonics | None:
+    """What holding the harmonics of the force comes to; None of a sine, and where nothing is identified.
+
+    Parameters
+    ----------
+    answer : Identification
+    shaker : ShakerMotion or None
+        As it was measured.
+    """
+    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
+        return None
+    device = answer.found.adjusted.model.device
+    if not device.harmonics:
+        return None
+    end = next(iter(design_point(device, None).limits()), None)
+    if end is None or shaker is None:
+        return HeldHarmonics(end, None)
+    # The parts of one harmonic, of cosine and sine, are off independently and alike.
+    known = [(own, end.by_harmonics.get(own.order)) for own in shaker.harmonics if own.significant]
+    moved = [own.percent_error / 100 * hypot(*slopes) for own, slopes in known if slopes is not None]
+    return HeldHarmonics(end, sqrt(sum(x * x for x in moved)) if len(moved) == len(known) else None)
 
 
 def _stable(device: Device, inputs: Sequence[DesignInput], covariance: Floats, samples: int) -> int:

@@ -60,7 +60,10 @@ BETWEEN = " | "
 
 
 class Said(Struct, frozen=True, eq=False):
-    """Something to be said: a macro of a file of words, and what it is told; a `Said` among it is said first."""
+    """Something to be said: a macro of a file of words, and what it is told.
+
+    A `Said` among what it is told is said first, also one in a list.
+    """
 
     macro: str
     given: tuple[object, ...] = ()
@@ -83,8 +86,13 @@ class Said(Struct, frozen=True, eq=False):
         """
         from vireport.wording.templates import Words
 
-        given = (part.words(templates) if isinstance(part, Said) else part for part in self.given)
-        return Words(self.file, templates)(self.macro, *given)
+        return Words(self.file, templates)(self.macro, *(_spoken(part, templates) for part in self.given))
+
+
+def _spoken(part: object, templates: Path | None) -> object:
+    if isinstance(part, list):
+        return [_spoken(own, templates) for own in part]
+    return part.words(templates) if isinstance(part, Said) else part
 
 
 def words_of(file: str) -> Callable[..., Said]:

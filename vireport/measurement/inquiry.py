@@ -29,6 +29,9 @@ FREE = (
 )
 """What can be asked for."""
 
+CONFIDENCE = 0.95
+"""Of the intervals."""
+
 FITTING_SHARE = 0.6
 """Share of the time of an answer that fitting takes, as measured; testing the model takes the rest."""
 
@@ -56,6 +59,21 @@ class Inquiry(Struct, frozen=True):
     priors: tuple[Prior, ...]
 
 
+class IdentifiedInput(Struct, frozen=True):
+    """A value that a record gives of an input, its standard error, and the ends of its 95 % interval, in its unit."""
+
+    unknown: Unknown
+    value: float
+    error: float
+    low: float
+    high: float
+
+    @property
+    def half(self) -> float:
+        """Half of the interval."""
+        return (self.high - self.low) / 2
+
+
 class Identification(Struct, frozen=True, eq=False):
     """What a record says.
 
@@ -76,6 +94,22 @@ class Identification(Struct, frozen=True, eq=False):
     misfit: Misfit
     origin_s: float
     rounding: Rounding | None = None
+
+    @property
+    def identified(self) -> tuple[IdentifiedInput, ...]:
+        """What is identified; nothing where the model does not fit."""
+        if not self.misfit.accepted or not isinstance(self.found, Fitted):
+            return ()
+        from scipy.special import stdtrit  # type: ignore[import-untyped]
+
+        adjusted = self.found.adjusted
+        wide = float(stdtrit(adjusted.freedom, (1 + CONFIDENCE) / 2))
+        known = []
+        for unknown in self.inquiry.unknowns:
+            value, error = adjusted.model.value_of(unknown), adjusted.deviation_of(unknown)
+            value = value % (2 * np.pi) if unknown is Unknown.PHASE else value
+            known.append(IdentifiedInput(unknown, value, error, value - wide * error, value + wide * error))
+        return tuple(known)
 
     @property
     def timing_error_s(self) -> float | None:

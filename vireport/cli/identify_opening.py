@@ -1,0 +1,220 @@
+"""What an identification opens with: whether the record fits and what it gives, what to do, and four numbers.
+
+The macros that say it are in `templates/words/identify.j2`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vireport.design.measured import HeldHarmonics, MeasuredShare
+from vireport.gate.alerts import record_alerts
+from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
+from vireport.gate.verdict import Status
+from vireport.measurement.flights import Unknown
+from vireport.measurement.identification import Fitted
+from vireport.measurement.inquiry import EACH, Identification, IdentifiedInput
+from vireport.measurement.misfit import LEVEL, BetterFit, Misfit
+from vireport.measurement.picking import Doubt
+from vireport.measurement.signals import Signals
+from vireport.text.formatting import bounded, significant
+
+_said = words_of("identify")
+
+MOST_NAMED = 2
+"""Inputs up to which each stands in the sentence and among the numbers."""
+
+HARMLESS = Doubt.OFFSET, Doubt.UNEVEN
+"""What is wrong with a signal and was put right."""
+
+OF_CLOCK_OR_LAW = Unknown.FREQUENCY, Unknown.DRIFT, Unknown.EXPONENT
+"""What may be wrong otherwise than by a wrong input, each with words of its own."""
+
+
+def identified_opening(
+    answer: Identification,
+    impacts: int,
+    signals: Signals | None,
+    share: MeasuredShare | None,
+    held: HeldHarmonics | None,
+    unused: tuple[str, ...],
+) -> Opening:
+    """Choose what an identification opens with.
+
+    Parameters
+    ----------
+    answer : Identification
+    impacts : int
+        Rows of the record.
+    signals : Signals or None
+        That the impacts were picked from.
+    share : MeasuredShare or None
+        Of devices that fit the record, those with stable motion.
+    held : HeldHarmonics or None
+    unused : tuple of str
+        Columns of the record that were read and not used.
+    """
+    misfit = answer.misfit
+    tiles = (*_identified(answer), _fit(misfit, answer), _impacts(answer, impacts), *_timing(answer))
+    if not misfit.accepted:
+        facts = gravest([*_instead(misfit), *_of_signals(signals)])
+        return Opening(Status.BAD, _said("word_contradicts"), _contradiction(misfit), facts, tiles)
+    every = [*_of_stability(share), *_of_record(answer), *_of_signals(signals)]
+    every += [Statement(Status.NEUTRAL, _said("held", held))] if held is not None else []
+    every += [Statement(Status.NEUTRAL, _said("not_used", unused))] if unused else []
+    facts = gravest(every)
+    gravity = {own.status for own in (*facts, *tiles)}
+    status = next((own for own in (Status.BAD, Status.CAUTION) if own in gravity), Status.GOOD)
+    return Opening(status, _said("word_fits"), _sentence(answer), facts, tiles)
+
+
+def open_opening(why: str, signals: Signals) -> Opening:
+    """Choose what raw signals open with from which nothing could be identified, as `why` says."""
+    facts = gravest([Statement(Status.BAD, _said("is_open", why)), *_of_signals(signals)])
+    return Opening(Status.BAD, _said("word_open"), _said("not_determined"), facts)
+
+
+def _sentence(answer: Identification) -> Said:
+    shown = _inputs(answer)
+    form = "fits" if answer.misfit.p_value is not None else "explains"
+    if tuple(own.unknown for own in shown) == EACH:
+        return _said(f"{form}_both", *map(_value, shown))
+    if len(shown) > MOST_NAMED:
+        return _said(f"{form}_many", len(shown))
+    return _said(f"{form}_inputs", [_said("with_value", own.unknown, _in_unit(own, _value(own))) for own in shown])
+
+
+def _inputs(answer: Identification) -> list[IdentifiedInput]:
+    """What is identified of the device; the phase of the force is of the record alone."""
+    return [own for own in answer.identified if own.unknown is not Unknown.PHASE]
+
+
+def _value(own: IdentifiedInput) -> str:
+    return _rounded(own.value, own)
+
+
+def _rounded(value: float, own: IdentifiedInput) -> str:
+    """A value, or an end of its interval, to a digit more than half of that leaves."""
+    return bounded(value, own.half / 10)
+
+
+def _in_unit(own: IdentifiedInput, text: str) -> str:
+    return f"{text} {own.unknown.unit}".rstrip()
+
+
+def _contradiction(misfit: Misfit) -> Said:
+    better = misfit.explanation
+    if better is None:
+        if misfit.failure is not None:
+            return _said(f"contradicts_{misfit.failure.failure.name.lower()}")
+        return _said("contradicts_correlated" if misfit.alternative is None else "contradicts_unexplained")
+    if better.unknown is None:
+        return _said("contradicts_swapped")
+    if better.unknown in OF_CLOCK_OR_LAW:
+        return _said(f"contradicts_{better.unknown.name.lower()}")
+    return _said("contradicts_input", better.unknown)
+
+
+def _instead(misfit: Misfit) -> Iterator[Statement]:
+    """What would explain the record, and what to do."""
+    better = misfit.explanation
+    if better is None or better.unknown is None:
+        name = "exchange" if better is not None else "look_for_cause"
+        if better is None and misfit.failure is not None:
+            name = f"mend_{misfit.failure.failure.name.lower()}"
+        yield Statement(Status.BAD, _said(name, misfit.failure))
+        return
+    if better.unknown is Unknown.EXPONENT:
+        yield Statement(Status.BAD, _said("give_law" if better.value < 0 else "no_such_law", better))
+    else:
+        name = "mend_clock" if better.unknown is Unknown.DRIFT else "give_input"
+        yield Statement(Status.BAD, _said(name, better, _of_better(better), significant(better.standard_error, 2)))
+    if better.clock_accepted:
+        yield Statement(Status.BAD, _said("clock_fast" if better.clock_off > 0 else "clock_slow", better))
+    if better.others:
+        yield Statement(Status.CAUTION, _said("others_fit", better.others))
+
+
+def _of_better(better: BetterFit) -> str:
+    return bounded(better.value, better.standard_error / 10)
+
+
+def _of_stability(share: MeasuredShare | None) -> Iterator[Statement]:
+    if share is None:
+        return
+    if not share.said:
+        name = "stability_open" if share.needed is None else "stability_needs"
+        yield Statement(Status.CAUTION, _said(name, share))
+    elif share.share == 1:
+        yield Statement(Status.GOOD, _said("all_stable", share))
+    else:
+        status = Status.CAUTION if share.share > 1 / 2 else Status.BAD
+        yield Statement(status, _said("some_stable", share))
+
+
+def _of_record(answer: Identification) -> Iterator[Statement]:
+    """What the record does not tell."""
+    misfit = answer.misfit
+    unseen = misfit.untested, misfit.swapped_untested, misfit.distortion_untested
+    if any(unseen):
+        yield Statement(Status.CAUTION, _said("untested", *unseen))
+    if answer.rounding is not None:
+        yield Statement(Status.CAUTION, _said("rounded", answer.rounding))
+
+
+def _of_signals(signals: Signals | None) -> Iterator[Statement]:
+    """What is doubtful about the signals that impacts were picked from."""
+    if signals is None:
+        return
+    for alert in record_alerts(signals.doubts):
+        yield Statement(Status.CAUTION, Said("alert", (alert,)))
+    for finding in signals.picked.findings:
+        status = Status.NEUTRAL if finding.doubt in HARMLESS else Status.CAUTION
+        yield Statement(status, _said("finding", finding))
+    yield Statement(Status.NEUTRAL, _said("check_picked"))
+
+
+def _identified(answer: Identification) -> Iterator[Statement]:
+    if not answer.misfit.accepted:
+        yield Statement(Status.BAD, _said("tile_nothing"))
+        return
+    shown = _inputs(answer)
+    ends = [(_rounded(own.low, own), _in_unit(own, _rounded(own.high, own))) for own in shown]
+    if tuple(own.unknown for own in shown) == EACH:
+        yield Statement(Status.GOOD, _said("tile_both", *ends))
+    elif len(shown) > MOST_NAMED:
+        yield Statement(Status.GOOD, _said("tile_many", len(shown)))
+    else:
+        yield Statement(Status.GOOD, _said(f"tile_{len(shown)}", [own.unknown for own in shown], *ends))
+
+
+def _fit(misfit: Misfit, answer: Identification) -> Statement:
+    if not isinstance(answer.found, Fitted):
+        return Statement(Status.BAD, _said("tile_no_fit"))
+    if not misfit.accepted:
+        return Statement(Status.BAD, _said("tile_rejected", LEVEL))
+    if misfit.p_value is None:
+        return Statement(Status.CAUTION, _said("tile_not_tested"))
+    return Statement(Status.GOOD, _said("tile_fit", misfit.p_value, LEVEL))
+
+
+def _impacts(answer: Identification, impacts: int) -> Statement:
+    found = answer.found
+    if not isinstance(found, Fitted):
+        return Statement(Status.NEUTRAL, _said("tile_impacts_alone", impacts))
+    missed = sum(gap.missed_s is not None for gap in found.gaps)
+    name = "tile_impacts_and_gaps" if found.lost else "tile_impacts"
+    return Statement(Status.NEUTRAL, _said(name, len(found.times), missed, len(found.false), found.lost))
+
+
+def _timing(answer: Identification) -> Iterator[Statement]:
+    """The timing error, or what fits instead."""
+    better, found, error = answer.misfit.explanation, answer.found, answer.timing_error_s
+    if better is not None:
+        shown = "" if better.unknown is None else f"{_of_better(better)} {better.unknown.unit}".rstrip()
+        yield Statement(
+            Status.NEUTRAL, _said("tile_swapped" if better.unknown is None else "tile_instead", better, shown)
+        )
+    elif isinstance(found, Fitted):
+        name = "tile_timing_weighted" if found.adjusted.equations.relative is not None else "tile_timing"
+        yield Statement(Status.NEUTRAL, _said("tile_timing_rounded" if answer.rounding is not None else name, error))
