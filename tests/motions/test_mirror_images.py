@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import first
 from msgspec.structs import replace
 
 from vireport.motions.branches import Branch
@@ -29,6 +30,9 @@ KINDS = {
     "three periods": Sweep(replace(HORIZONTAL, period_ratio=3), Parameter.FREQUENCY, 2.0, 9.0),
     "restitution": Sweep(replace(HORIZONTAL, length_m=0.35), Parameter.RESTITUTION, 0.2, 0.8),
 }
+
+TOUCHING = [(0.35, 20.0, -40.0), (0.65, 28.0, 35.0), (0.65, 20.0, 120.0), (0.35, 12.0, 35.0), (0.35, 12.0, 120.0)]
+"""Restitution, and percent and phase of the third harmonic, with which a sample is at the end to rounding."""
 
 
 def with_images(sweep: Sweep) -> list[tuple[Branch, Branch]]:
@@ -111,3 +115,18 @@ def test_a_sweep_that_ends_next_to_the_pitchfork_has_both_images_from_there(harm
     assert branch.motions.u[[0, -1]].min() == 0 == image.motions.u[[0, -1]].max()
     assert (branch.motions.u >= 0).all()
     assert (image.motions.u <= 0).all()
+
+
+@pytest.mark.parametrize(("restitution", "percent", "phase"), first(1, TOUCHING, unpacked=True))
+def test_a_motion_at_rest_that_touches_on_its_way_is_told_of_both_images(
+    restitution: float, percent: float, phase: float
+) -> None:
+    """Three periods of the motion of one that loses its velocities: at q = 5/6 all impacts but two are touches."""
+    device = replace(HORIZONTAL, restitution=restitution, period_ratio=3, harmonics=(Harmonic.of(3, percent, phase),))
+    diagram = solve(Sweep(device, Parameter.LENGTH, 0.13, 0.9))
+    at_rest = [point for point in diagram.critical_points if point.rest is not None]
+    assert [point.closed.u for point in at_rest] == pytest.approx([0.0, 1 / 3], abs=1e-15)
+    assert at_rest[0].sweep_value == pytest.approx(at_rest[1].sweep_value, rel=1e-15)
+    images = [branch for branch in diagram.branches if branch.mirror_of in at_rest[1].families]
+    marked = [mark.point for branch in images for mark in branch.family.marks if mark.event is Event.ZERO_VELOCITY]
+    assert marked == [at_rest[1]]

@@ -124,11 +124,27 @@ def _pieces(curve: LevelCurve, samples: Samples) -> list[Piece]:
     pieces = []
     for run, (first, last) in zip(runs, _locate_ends(curve, runs), strict=True):
         lead, tail = ([] if run.before is None else [first]), ([] if run.after is None else [last])
-        w = np.concatenate([[end for end, _ in lead], run.w, [end for end, _ in tail]])
-        event = [*(kind for _, kind in lead), *[-1] * len(run.w), *(kind for _, kind in tail)]
+        inner = run.w
+        for end, kind in lead:
+            inner = _off_rest(curve, run.strand, inner, end, kind)
+        for end, kind in tail:
+            inner = _off_rest(curve, run.strand, inner[::-1], end, kind)[::-1]
+        w = np.concatenate([[end for end, _ in lead], inner, [end for end, _ in tail]])
+        event = [*(kind for _, kind in lead), *[-1] * len(inner), *(kind for _, kind in tail)]
         pieces.append(Piece(run.strand, w, np.array(event, dtype=np.int8)))
     kept = _originals(curve, pieces)
     return _with_inner_events(curve, _with_dips(curve, kept)) if kept else []
+
+
+def _off_rest(curve: LevelCurve, strand: int, w: Floats, end: float, kind: int) -> Floats:
+    """Samples from an end on, without a first one that is as good as the end, and beyond a membrane by rounding.
+
+    So it may be where both impacts lose their velocity, and all turning points are touches.
+    """
+    if COLUMNS[kind].event is Event.ZERO_VELOCITY and len(w) > 1 and abs(w[0] - end) < INSET * abs(w[1] - w[0]):
+        gap = curve.event_values(curve.on(strand, w[:1]))[0, GRAZING]
+        return w if gap > 0 else w[1:]
+    return w
 
 
 def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
