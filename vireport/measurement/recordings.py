@@ -23,7 +23,6 @@ from msgspec import Struct
 from vireport.base.errors import Mistake, Mistakes, ScenarioError, UsageError, VireportError
 from vireport.base.reading import ANYWHERE, ReadingPlace
 from vireport.base.records import brief
-from vireport.measurement.decimals import decimal_rows
 from vireport.measurement.flights import Array
 from vireport.measurement.matlab import vectors
 from vireport.measurement.records import (
@@ -401,8 +400,7 @@ def _of_csv(name: str, data: bytes) -> Recording:
     used = [k for k, title in enumerate(titles) if not title.startswith(UNUSED)]
     if end < 0 or not data[end:].strip():
         raise _refused(name, "", f"no sample follows the names (at least {FEWEST_SAMPLES} are needed)")
-    rows = decimal_rows(data, end + 1, len(titles))
-    rows = _other_rows(name, data, end, titles, used) if rows is None else rows[:, used]
+    rows = _numbers(name, data, end, titles, used)
     columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
     del rows
     names = [titles[k] for k in used]
@@ -428,8 +426,8 @@ def _no_utf_8(error: UnicodeDecodeError) -> str:
     return f"byte 0x{error.object[error.start]:02X} is not UTF-8 (save the file as CSV in UTF-8)"
 
 
-def _other_rows(name: str, data: bytes, end: int, titles: list[str], used: list[int]) -> Array:
-    """The rows after the first line, which ends at a place, where they are not plain decimal numbers alone.
+def _numbers(name: str, data: bytes, end: int, titles: list[str], used: list[int]) -> Array:
+    """The columns that are used of the rows after the first line, which ends at a place.
 
     Raises
     ------
