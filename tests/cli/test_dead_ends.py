@@ -34,7 +34,6 @@ INCLINED = str(Path(__file__).parents[2] / "examples" / "inclined.yaml")
         (["map", INCLINED, "--over", "angle,restitution"], "did you mean 'inclination_deg'?"),
         (["map", INCLINED], "has no map block"),
         (["map", MAP, "--json"], "(--over draws curves): leave out --json"),
-        (["map", MAP, "--set", "inclination_deg=1"], "(--over draws curves): leave out --set"),
         (
             ["map", INCLINED, "--over", "length_m,restitution", "--no-figures"],
             "computes no cells: leave out --no-figures",

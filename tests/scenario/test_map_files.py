@@ -47,6 +47,14 @@ def test_a_map_is_a_scenario_with_a_value_of_each_axis():
     assert (loaded.block.seed, loaded.block.simulate, loaded.block.chunk_cells) == (0, None, None)
 
 
+def test_what_is_set_over_a_map_is_in_its_text_and_digest():
+    loaded = loads_map(TEXT, "m.yaml", ["device.restitution=0.6"])
+    assert loaded.scenario.device.restitution == 0.6
+    assert loaded.sha256 == hashlib.sha256(loaded.text.encode()).hexdigest() != loads_map(TEXT).sha256
+    again = loads_map(loaded.text, "m.yaml")
+    assert (again.scenario, again.block, again.sha256) == (loaded.scenario, loaded.block, loaded.sha256)
+
+
 def test_what_varies_may_be_given_as_well_and_a_list_of_values_is_a_tuple():
     text = TEXT.replace("from: 0, to: 90, count: 20", "values: [30, 0, 60]") + "inclination_deg: 45\n"
     loaded = loads_map(text)

@@ -1,5 +1,6 @@
 """The command `vireport map`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -48,13 +49,15 @@ def map_(
     """
     command, formats = recorded(context), formats_of(MAP if over is None else MAP_OVER, format_)
     if over is None:
-        refuse(context, "cells are of the map file as it is, and go to files (--over draws curves)", "json", "set_")
+        refuse(context, "cells go to a file, however many they are (--over draws curves)", "json")
         if not figures:
             refuse(context, "--no-figures writes the cells alone", "format_", "figure_width")
         from vireport.maps.outputs import MapOutput
 
         asked = MapOutput(formats, command, templates, paper, figure_width_mm(figure_width, formats))
-        _cells(file, output or default_folder(file), scheduler, workers, figures, asked, force, quiet, verbose)
+        _cells(
+            file, set_ or (), output or default_folder(file), scheduler, workers, figures, asked, force, quiet, verbose
+        )
         return
     refuse(context, "--over draws curves, and computes no cells", "scheduler", "workers", "figures")
     refuse_files_beside_json(context, "chart")
@@ -82,8 +85,8 @@ def map_(
 
 
 def _cells(
-    file: str, folder: Path, scheduler: str | None, workers: int | None, figures: bool, asked: Any, force: bool,
-    quiet: bool, verbose: bool,
+    file: str, over: Sequence[str], folder: Path, scheduler: str | None, workers: int | None, figures: bool,
+    asked: Any, force: bool, quiet: bool, verbose: bool,
 ) -> None:  # fmt: skip
     """Compute a map file, or what is missing of it."""
     from vireport.command.outputs import file_names
@@ -97,7 +100,7 @@ def _cells(
             def show(done: int, total: int) -> None:
                 say(WorkStep("computing cells", done / total, f"{done:,} of {total:,}"))
 
-            summary = run_map(file, folder, scheduler, workers, show, figures, asked)
+            summary = run_map(file, folder, scheduler, workers, show, figures, asked, over)
         interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None

@@ -12,7 +12,7 @@ from vireport.base.files import write_files
 from vireport.gate.alerts import named_alerts
 from vireport.maps.cells import MapPlan, map_plan
 from vireport.motions.stability import STABILITIES
-from vireport.scenario.loading import load_map
+from vireport.scenario.loading import Overrides, load_map
 
 if TYPE_CHECKING:
     from vireport.maps.outputs import MapOutput
@@ -28,6 +28,7 @@ def run_map(
     progress: CellProgress | None = None,
     draw: bool = True,
     asked: MapOutput | None = None,
+    overrides: Overrides = (),
 ) -> str:
     """Compute a map, or what is missing of it, write its report and figures, and return a summary in words.
 
@@ -49,6 +50,8 @@ def run_map(
         Whether to write a report, with heat maps where the map is a grid over two parameters.
     asked : MapOutput, optional
         What of it is written.
+    overrides : sequence of str, or mapping of str to object
+        Values set over those of the file, as in `load`.
 
     Raises
     ------
@@ -58,7 +61,7 @@ def run_map(
     NumericalError
         Where a map cannot be computed: outside the theory, or a package or the workers are missing.
     """
-    loaded = load_map(path)
+    loaded = load_map(path, overrides)
     plan = map_plan(loaded)
     _require_packages(plan)
     from vireport.maps import store as map_store

@@ -13,7 +13,7 @@ from functools import reduce
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -113,19 +113,19 @@ class LoadedMap(Struct, frozen=True):
     block : Map
         What varies.
     document : Document
-        The file as it was read.
+        The file as it was read; with what was set over it, the file that says the same.
+    overrides : tuple of str
+        What was set over the file.
     """
 
     scenario: Scenario
     block: MapBlock
     document: Document
-
-    overrides: ClassVar[tuple[str, ...]] = ()
-    """Nothing can be set over a map."""
+    overrides: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
-        """The file."""
+        """The file that gives the map."""
         return self.document.text
 
     @property
@@ -153,7 +153,7 @@ class LoadedMap(Struct, frozen=True):
         if any(axis.path.value not in given for axis in self.block.axes):
             return None
         scenario = _validated(replace(self.document, data=held), Scenario, {})
-        return Loaded(scenario, self.document, given, place=ReadingPlace(str(Path(self.name).parent)))
+        return Loaded(scenario, self.document, given, self.overrides, ReadingPlace(str(Path(self.name).parent)))
 
 
 def load(source: Source, overrides: Overrides = (), allow_outside: bool = False) -> Loaded:
@@ -214,13 +214,11 @@ def load_any(source: str | Path, overrides: Overrides = (), allow_outside: bool 
     data: Any = _block_of_keys(text, name).data
     if "map" not in data:
         return loads(text, name, overrides, ReadingPlace(str(Path(source).parent), allow_outside))
-    if overrides:
-        raise UsageError(f"{name}: nothing can be set over a map (change the file)")
-    return loads_map(text, name)
+    return loads_map(text, name, overrides)
 
 
-def load_map(source: str | Path) -> LoadedMap:
-    """Read a map from a file, or from standard input where `source` is "-".
+def load_map(source: str | Path, overrides: Overrides = ()) -> LoadedMap:
+    """Read a map from a file, or from standard input where `source` is "-"; overrides as in `load`.
 
     Raises
     ------
@@ -229,12 +227,16 @@ def load_map(source: str | Path) -> LoadedMap:
     ScenarioError
         Where the map cannot be used.
     """
-    return loads_map(*_contents(source))
+    return loads_map(*_contents(source), overrides)
 
 
-def loads_map(text: str | bytes, name: str = "<text>") -> LoadedMap:
+def loads_map(text: str | bytes, name: str = "<text>", overrides: Overrides = ()) -> LoadedMap:
     """Read a map from text or UTF-8 bytes; `name` stands for the file in messages (see `load_map`)."""
-    document = _block_of_keys(text, name)
+    document, texts = _block_of_keys(text, name), as_texts(overrides)
+    if texts:
+        document = apply(document, texts)
+        # Cells are kept with the file that gives them, which must be whole: another value is another map.
+        document = replace(document, text=yaml_of(document.data, indent=1))
     keys: Any = document.data
     if "map" not in keys:
         raise UsageError(
@@ -243,7 +245,7 @@ def loads_map(text: str | bytes, name: str = "<text>") -> LoadedMap:
         )
     filled, axes = _with_a_value_of_each_axis(document.data)
     file = _validated(replace(document, data=filled), MapFile, axes)
-    return LoadedMap(file, file.map, document)
+    return LoadedMap(file, file.map, document, texts)
 
 
 def _contents(source: str | Path) -> tuple[bytes, str]:
