@@ -1,13 +1,13 @@
-"""Impacts per second: the event search of this package beside four ways of doing without it.
+"""Impacts per second: the event search of this package beside three ways of doing without it.
 
 All on one core, in one run, at the period-1 orbit of 45 degrees, 3 N and d = 0.4604. The error is the
 distance of the last bottom impact from that orbit, which attracts, so that it shows the error of a flight and
 not a sum of them.
 
 The closest peer knows the flight in closed form, too: it looks for the next impact in equal steps of time, and
-solves for it by Newton's method. It and RK4 take the step that is fastest on this very orbit. A scan with such a
-step passes over short hops and over peaks beyond a membrane between two of its times; the event search of this
-package takes no step, and passes over none.
+solves for it by Newton's method. It takes the step that is fastest on this very orbit. A scan with such a step passes
+over short hops and over peaks beyond a membrane between two of its times; the event search of this package takes no
+step, and passes over none.
 
     python benchmarks/impacts.py
 """
@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from math import cos, inf, pi, radians, sin
+from math import cos, pi, radians, sin
 
 import numpy as np
 from numba import njit
@@ -28,12 +28,10 @@ from record import record
 from scipy.integrate import solve_ivp
 
 from vireport.physics.groups import Groups
-from vireport.simulation.attractors import attractors, diagram
 from vireport.simulation.events import (
     BOTTOM,
     TOP,
     Impact,
-    InFlight,
     check_model,
     check_start,
     follow_impacts,
@@ -45,17 +43,7 @@ D, R = 0.4604, 0.5
 GBAR = 0.1245 * 9.8 * sin(radians(45)) / 3
 SPEED, PHI = 1.00400474, 0.56672469
 MODEL = check_model(Groups(D, GBAR, R))
-GOALS = {"heyoka taylor_adaptive": 15, "solve_ivp DOP853": 3000}
 SCAN_STEPS = [1 / n for n in (1, 2, 3, 4, 6, 8, 12, 16, 32)]
-RK4_STEPS = [1 / n for n in range(64, 337, 16)]
-MOST_ERROR = 5e-11
-"""Of a method whose step is chosen: what DOP853 leaves at its tolerances, rounded up."""
-FIGURE_2 = [
-    Impact(BOTTOM, 0.7, 0.2),
-    Impact(BOTTOM, 0.3, 2.0),
-    Impact(TOP, -0.5, 4.0),
-    InFlight(0.0, 0.4, 1.0),
-]
 
 Measured = tuple[int, float, str, float]
 
@@ -179,84 +167,20 @@ def _closed_form(d, gbar, r, speed, phi, h, impacts):  # type: ignore[no-untyped
     return evaluations, last_v, last_phase
 
 
-@njit(error_model="numpy")
-def _rk4_step(phase, z, v, h, a, gbar):  # type: ignore[no-untyped-def]
-    """Position, velocity and acceleration after a step; `a` is the acceleration at its start."""
-    middle, end = gbar + cos(phase + pi * h / 2), gbar + cos(phase + pi * h)
-    return z + h * v + h * h / 6 * (a + 2 * middle), v + h / 6 * (a + 4 * middle + end), end
-
-
-@njit(error_model="numpy")
-def _rk4(d, gbar, r, speed, phi, h, impacts):  # type: ignore[no-untyped-def]
-    z, v, phase, evaluations, last_v, last_phase = d / 2, -r * speed, phi, 0, 0.0, 0.0
-    a = gbar + cos(phase)
-    for _ in range(impacts):
-        while True:
-            nz, nv, na = _rk4_step(phase, z, v, h, a, gbar)
-            evaluations += 2
-            if abs(nz) > d / 2:
-                break
-            phase, z, v, a = phase + pi * h, nz, nv, na
-        low, high, part, wall = 0.0, h, h, d / 2 if nz > 0 else -d / 2
-        for _ in range(60):
-            step = (wall - nz) / nv
-            if abs(step) < 1e-8:
-                break
-            part += step
-            if not low < part < high:
-                part = (low + high) / 2
-            nz, nv, na = _rk4_step(phase, z, v, part, a, gbar)
-            evaluations += 2
-            if abs(nz) > d / 2:
-                high = part
-            else:
-                low = part
-        phase, nv = (phase + pi * (part + step)) % (2 * pi), nv + na * step
-        if wall > 0:
-            last_v, last_phase = nv, phase
-        z, v, a = wall, -r * nv, gbar + cos(phase)
-        evaluations += 1
-    return evaluations, last_v, last_phase
-
-
-def stepped(follow: Callable[..., tuple[int, float, float]], h: float, evaluation: str, impacts: int) -> Measured:
-    """A compiled method with steps of time."""
-    follow(D, GBAR, R, SPEED, PHI, h, 1)
+def scanned(h: float, impacts: int) -> Measured:
+    """The flight in closed form, looked at in steps of time."""
+    _closed_form(D, GBAR, R, SPEED, PHI, h, 1)
     began = time.perf_counter()
-    evaluations, velocity, phase = follow(D, GBAR, R, SPEED, PHI, h, impacts)
+    evaluations, velocity, phase = _closed_form(D, GBAR, R, SPEED, PHI, h, impacts)
     took = time.perf_counter() - began
-    work = f"{evaluations / impacts:.3g} {evaluation}, steps of 1/{1 / h:.0f}"
+    work = f"{evaluations / impacts:.3g} evaluations of the flight, steps of 1/{1 / h:.0f}"
     return impacts, took, work, distance(velocity, phase)
 
 
-def with_fastest_step(
-    follow: Callable[..., tuple[int, float, float]], steps: list[float], evaluation: str, impacts: int
-) -> Callable[[], Measured]:
-    """A method with the step that is fastest among those with an error of at most `MOST_ERROR`.
-
-    Raises
-    ------
-    ValueError
-        Where no step has so small an error.
-    """
-
-    def seconds(h: float) -> float:
-        tried = [stepped(follow, h, evaluation, max(impacts // 10, 500)) for _ in range(3)]
-        return min(took for _, took, *_ in tried) if tried[0][-1] <= MOST_ERROR else inf
-
-    times = {h: seconds(h) for h in steps}
-    fastest = min(times, key=lambda h: times[h])
-    if times[fastest] == inf:
-        raise ValueError(f"no step of {evaluation} has an error of at most {MOST_ERROR}")
-    return lambda: stepped(follow, fastest, evaluation, impacts)
-
-
 def closed_form(impacts: int = 400_000) -> Callable[[], Measured]:
-    return with_fastest_step(_closed_form, SCAN_STEPS, "evaluations of the flight", impacts)
-
-
-def rk4(impacts: int = 40_000) -> Callable[[], Measured]:
-    return with_fastest_step(_rk4, RK4_STEPS, "cosines", impacts)
+    """The same with the step that is fastest here; none has an error of its own."""
+    fastest = min(SCAN_STEPS, key=lambda h: min(scanned(h, impacts // 10)[1] for _ in range(3)))
+    return lambda: scanned(fastest, impacts)
 
 
 def best_of(method: Callable[[], Measured], times: int = 5) -> Measured:
@@ -304,28 +228,6 @@ def interpreted(impacts: int = 5000) -> float:
     return float(run.stdout)
 
 
-def on_all_cores() -> None:
-    d = np.linspace(0.05, 0.6, 200)
-    for gbar, name in ((0.0, "horizontal"), (GBAR, "45 deg, 3 N")):
-        model = check_model(Groups(np.repeat(d, len(FIGURE_2)), gbar, R))
-        starts = np.array([check_start(start, value) for value in d for start in FIGURE_2])
-        rates = []
-        for workers in (1, os.cpu_count() or 1):
-            took = []
-            for _ in range(3):
-                began = time.perf_counter()
-                summary = follow_impacts(model, starts, 10_000, 64, workers)[1]
-                took.append(time.perf_counter() - began)
-            rates.append(f"{summary[:, 0].sum() / min(took) / 1e6:.1f} million/s on {workers}")
-        took = []
-        for _ in range(3):
-            began = time.perf_counter()
-            diagram(attractors(Groups(d, gbar, R), FIGURE_2))
-            took.append(time.perf_counter() - began)
-        overlay = f"overlay of 200 x 4 x 1,000: {min(took):.2f} s"
-        print(f"figure 2, {name:12s}  impacts {', '.join(rates)}; {overlay}")
-
-
 def main() -> None:
     simulation = start_up()
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
@@ -336,7 +238,6 @@ def main() -> None:
         "closed form, scan and Newton": (closed_form(), "both"),
         "heyoka taylor_adaptive": (heyoka, "both"),
         "solve_ivp DOP853": (dop853, "ours"),
-        "RK4 and Newton": (rk4(), "both"),
     }
     head = f"{'one core':30s}{'impacts/s':>12s}{'slower by':>11s}   {'compiled':10s}{'per impact':46s}{'error':>8s}"
     print(f"\n{head}")
@@ -351,13 +252,10 @@ def main() -> None:
         slower = rows[0]["per_second"] / rate if rows else 1.0
         row = {"method": name, "compiled": compiled, "per_second": rate, "slower": slower, "work": work, "error": error}
         rows.append(row)
-        goal = f"  (goal: {GOALS[name]:,})" if name in GOALS else ""
-        print(f"{name:30s}{rate:12,.0f}{slower:11,.1f}   {compiled:10s}{work:46s}{error:8.0e}{goal}")
+        print(f"{name:30s}{rate:12,.0f}{slower:11,.1f}   {compiled:10s}{work:46s}{error:8.0e}")
     if cores:
         os.sched_setaffinity(0, cores)
-    record("impacts", simulation=simulation, most_error=MOST_ERROR, methods=rows)
-    print()
-    on_all_cores()
+    record("impacts", simulation=simulation, methods=rows)
 
 
 if __name__ == "__main__":

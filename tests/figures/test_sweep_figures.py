@@ -148,22 +148,6 @@ def test_there_are_inadmissible_motions_to_leave_out() -> None:
     assert all(rows(study_of(name), False) for name in ("wide", "horizontal-wide", "lively"))
 
 
-@pytest.mark.parametrize("name", ["horizontal", "inclined", "wide", "lively"])
-def test_stable_motions_are_solid_and_unstable_ones_broken(name: str) -> None:
-    study = study_of(name)
-    velocity = figure_of(name, "figure-2").axes[0]
-    drawn = {
-        style: vertices([c for c in curves(velocity) if (c.get_linestyle() == "-") == style]) for style in (True, False)
-    }
-    for part in stretches(study.solution):
-        motions, row = part.branch.motions, (part.rows.start + part.rows.stop) // 2
-        if row in (part.rows.start, part.rows.stop - 1):
-            continue
-        point = (float(motions.d[row]), float(abs(motions.velocity_bottom[row])))
-        assert point in drawn[part.stable]
-        assert point not in drawn[not part.stable]
-
-
 @pytest.mark.parametrize("name", cases("horizontal", "inclined-forcing", "wide", "slow"))
 @pytest.mark.parametrize("figure", ["figure-2", "figure-4"])
 def test_every_critical_point_is_lettered_once(name: str, figure: str) -> None:
@@ -556,18 +540,6 @@ def test_the_bytes_are_the_same_in_every_process_whatever_the_user_has_set(tmp_p
         [sys.executable, "-c", SCRIPT, str(path)], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == here
-
-
-def test_eigenvalue_curves_are_the_eigenvalues() -> None:
-    drawn = vertices(curves(figure_of("horizontal", "figure-4").axes[1]))
-    for part in stretches(study_of("horizontal").solution):
-        motions, row = part.branch.motions, (part.rows.start + part.rows.stop) // 2
-        r, trace, d = motions.restitution, float(motions.trace[row]), float(motions.d[row])
-        if part.branch.mirror_of or abs(trace) > 100:  # not drawn; lost in rounding errors of the polynomial
-            continue
-        expected = [trace / 2] if part.focus else np.roots([1, -trace, r**4])
-        for value in expected:
-            assert any(x == d and y == pytest.approx(value, rel=1e-9, abs=1e-12) for x, y in drawn)
 
 
 @pytest.mark.slow
