@@ -9,20 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from mpmath import mp, mpf
 
 from vireport.checks import reference
-from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
-from vireport.motions.orbits import Orbits, orbits
-from vireport.motions.points import Point
+from vireport.motions.orbits import Orbits
 from vireport.motions.stability import flight_jacobians
 from vireport.motions.sweep import Sweep
-from vireport.motions.turning import touches
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import each
-from vireport.physics.motion import Symmetry
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 
@@ -141,31 +136,6 @@ def exact_at(sweep: Sweep, m: Motions, row: int, value: float, membrane: Membran
     scale = [_scale(start[0]), _scale(start[1]), 1]
     state = reference.newton(lambda x: residuals(sweep, [*x, mpf(value)]), start, scale)
     return all_quantities(sweep, [*state, mpf(value)], membrane)
-
-
-def critical_motion(sweep: Sweep, critical: Point) -> list[Any]:
-    """The motion of a critical point, solved from the printed conditions; a touch has its time as a fifth unknown."""
-    r, n, point = mpf(sweep.device.restitution), sweep.device.period_ratio, critical.closed
-    border = {Event.PERIOD_DOUBLING: -(1 + r**4), Event.NODE_FOCUS: 2 * r * r}.get(critical.event, 1 + r**4)
-    guess = [point.velocity_bottom, point.phi_bottom, point.u, critical.sweep_value]
-    orbit = orbits(np.array([point.u]), np.array([point.phi_bottom]), float(r), n)
-    near = touches(orbit, orbit.flights(float(r)))
-
-    def condition(state: reference.State, d: Any, gbar: Any, *time: Any) -> list[Any]:
-        if critical.rest is not None:
-            return [state[0] if critical.rest == 0 else reference.velocity_top(state, gbar, r, n)]
-        if critical.event is not Event.GRAZING:
-            trace = reference.trace(state, gbar, r, n)
-            return [(abs(trace) if critical.event is Event.NODE_FOCUS else trace) - border]
-        start, speed, phase, _ = list(reference.flights(state, d, gbar, r, n))[0 if near[0].upward else 1]
-        z, rate = reference.flight(time[0], start, speed, phase, gbar)
-        return [rate, z - (start if near[0].at_start else -start)]
-
-    if critical.event is Event.GRAZING and critical.rest is None:
-        guess.append(near[0].time)
-    # A pitchfork is a double point of the curve of motions, and a simple one among the symmetric motions.
-    symmetric = critical.symmetry is Symmetry.SYMMETRIC and critical.event is Event.PITCHFORK
-    return reference.special_motion(sweep.device, sweep.parameter, condition, guess, symmetric)
 
 
 def printed_maps(word: Word, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:

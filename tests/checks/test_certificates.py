@@ -10,7 +10,6 @@ from decimal import Decimal
 import numpy as np
 import pytest
 from conftest import first
-from exact import critical_motion
 from mpmath import mp, mpf
 from msgspec.structs import replace
 from pages import Page
@@ -20,6 +19,7 @@ from vireport import analyse, load, loads
 from vireport.base.errors import NumericalError
 from vireport.base.records import plain
 from vireport.checks import reference
+from vireport.extremes.compared import critical_motion
 from vireport.motions.diagram import solve
 from vireport.motions.events import CRITICAL, Event
 from vireport.motions.orbits import orbits
@@ -107,7 +107,7 @@ def test_enclosures_hold_the_values_of_40_digits(case, name: str) -> None:
     for certificate, critical in zip(certificates, study.solution.critical_points, strict=True):
         if critical.event == "node_focus" and study.solution.device.restitution < 1e-6:
             continue  # the reference does not tell the ends of so short a range of foci apart
-        value = critical_motion(study.solution.sweep, critical)[3]
+        value = critical_motion(critical, study.solution.sweep.device, study.solution.sweep.parameter)[3]
         assert contains(certificate.sweep_value, value), certificate
         d, gbar = reference.groups(study.solution.device, study.solution.sweep.parameter, value)
         # The reference's own rounding, and what Newton's method has left.
@@ -146,7 +146,10 @@ def test_random_sweeps_are_proved(count: int) -> None:
             if certificate.proved:
                 proved += 1
                 assert certificate.bound_holds
-                assert contains(certificate.sweep_value, critical_motion(sweep, critical)[3]), (sweep, critical)
+                assert contains(certificate.sweep_value, critical_motion(critical, sweep.device, sweep.parameter)[3]), (
+                    sweep,
+                    critical,
+                )
     assert proved > 5 * count / 4
 
 
@@ -375,7 +378,9 @@ def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_enclosures_hold_the_motion_of_40_digits(case) -> None:
     # Velocity, phase and q of the period doubling, from the printed maps alone.
     study, certificates = case("inclined")
-    velocity, phase, u, _ = critical_motion(study.solution.sweep, study.solution.critical_points[0])
+    velocity, phase, u, _ = critical_motion(
+        study.solution.critical_points[0], study.solution.sweep.device, study.solution.sweep.parameter
+    )
     assert contains(certificates[0].velocity_bottom, velocity)
     assert contains(certificates[0].phi_bottom_rad, phase)
     assert contains(certificates[0].q, u + mpf(1) / 2)

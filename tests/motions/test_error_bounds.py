@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import first
-from exact import critical_motion, error_of, exact_at, exact_row
+from exact import error_of, exact_at, exact_row
 from mpmath import mp, mpf
 from msgspec.structs import replace
 from strategies import random_sweeps, sweep_grid
@@ -17,6 +17,7 @@ from vireport.checks.crosscheck import orbits_at
 from vireport.design.bounds import bounds_of
 from vireport.design.point import around_length, design_point, stable_ranges
 from vireport.design.solution import Solution, solution_of
+from vireport.extremes.compared import critical_motion
 from vireport.motions.branches import Branch
 from vireport.motions.diagram import solve
 from vireport.motions.error_bounds import one_to_one_bounds, undecided
@@ -223,7 +224,7 @@ def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
         diagram = solve(Sweep(device, parameter, low, high))
         swept = (margin for margin in design_point(device, diagram).margins if margin.parameter.sweepable is parameter)
         for margin in swept:
-            value = critical_motion(diagram.sweep, margin.point)[3]
+            value = critical_motion(margin.point, diagram.sweep.device, diagram.sweep.parameter)[3]
             errors.append(float(abs(mpf(margin.distance) - (value - mpf(at)))))
             assert errors[-1] <= margin.error_bound
         for part in stable_ranges(diagram):
@@ -231,7 +232,11 @@ def test_bounds_of_margins_and_stable_ranges_hold(device: Device) -> None:
                 if point is None:
                     assert value in (low, high)
                 else:
-                    errors.append(float(abs(mpf(value) - critical_motion(diagram.sweep, point)[3])))
+                    errors.append(
+                        float(
+                            abs(mpf(value) - critical_motion(point, diagram.sweep.device, diagram.sweep.parameter)[3])
+                        )
+                    )
                     assert errors[-1] <= point.error_bound
     assert np.count_nonzero(errors) > 10
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import first
-from exact import critical_motion, motion_near, quantities, unknowns
+from exact import motion_near, quantities, unknowns
 from mpmath import mpf
 from strategies import random_sweeps
 
+from vireport.extremes.compared import critical_motion
 from vireport.motions.diagram import solve
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
@@ -45,7 +46,7 @@ def test_critical_points_within_their_bounds(batch: int) -> None:
     checked = 0
     for sweep in SWEEPS[batch::BATCHES]:
         for critical in solve(sweep).critical_points:
-            value, point = critical_motion(sweep, critical)[3], critical
+            value, point = critical_motion(critical, sweep.device, sweep.parameter)[3], critical
             checked += 1
             assert abs(mpf(point.sweep_value) - value) <= point.error_bound, (sweep, critical)
             assert point.error_bound <= TOLERANCE * abs(point.sweep_value)

@@ -9,10 +9,11 @@ import math
 
 import numpy as np
 import pytest
-from exact import critical_motion, error_of, exact_row
+from exact import error_of, exact_row
 from mpmath import mpf
 
 from vireport.checks import reference
+from vireport.extremes.compared import critical_motion
 from vireport.study.provenance import provenance_of
 from vireport.study.results import branches_csv
 from vireport.study.study import results_json
@@ -97,7 +98,10 @@ def test_numbers_are_within_the_bounds_written_beside_them(study) -> None:
 def test_stable_ranges_and_margins_are_within_the_bounds_written_beside_them(study) -> None:
     results, sweep = parse(study), study.solution.sweep
     with reference.precise():
-        exact = {point.label: critical_motion(sweep, point)[3] for point in study.solution.critical_points}
+        exact = {
+            point.label: critical_motion(point, sweep.device, sweep.parameter)[3]
+            for point in study.solution.critical_points
+        }
         for part in results["stable_range"]:
             for end in ("from", "to"):
                 reason = part[f"{end}_reason"]

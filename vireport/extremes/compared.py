@@ -150,7 +150,7 @@ def point_errors(points: Iterable[Point], device: Device, parameter: Parameter) 
     """Largest relative error of the swept values of critical points, of which none may be beyond what is stated."""
     errors = [0.0]
     for point in points:
-        value = float(exact_value(point, device, parameter))
+        value = float(critical_motion(point, device, parameter)[3])
         error, stated = (x / (abs(value) or 1.0) for x in (abs(point.sweep_value - value), point.error_bound))
         if error > max(stated, SPACING):
             raise WrongAnswerError(f"{point.label} is off by {error:.1e}, stated {stated:.1e}")
@@ -158,8 +158,11 @@ def point_errors(points: Iterable[Point], device: Device, parameter: Parameter) 
     return max(errors)
 
 
-def exact_value(point: Point, device: Device, parameter: Parameter, gap: float = 0.0) -> Any:
-    """The swept value of a critical point, solved from the printed conditions; of a near graze, with its gap."""
+def critical_motion(point: Point, device: Device, parameter: Parameter, gap: float = 0.0) -> list[Any]:
+    """The motion of a critical point, solved from the printed conditions; of a near graze, with its gap.
+
+    Velocity and phase at the bottom, u = q - 1/2 and the swept value; of a touch its time as well.
+    """
     n, p = device.period_ratio, point.closed
     symmetric = device.alike and point.symmetry is Symmetry.SYMMETRIC
     with exact.precise():
@@ -171,10 +174,10 @@ def exact_value(point: Point, device: Device, parameter: Parameter, gap: float =
             return exact.special_motion(device, parameter, condition, x, symmetric)
 
         if point.event is not Event.GRAZING:
-            return exact.with_trace(device, parameter, point.event, x, symmetric)[3]
+            return exact.with_trace(device, parameter, point.event, x, symmetric)
         if point.rest is not None:
             at_top = point.rest == 1
-            return solved(lambda state, d, g: [exact.velocity_top(state, g, r, n) if at_top else state[0]], x)[3]
+            return solved(lambda state, d, g: [exact.velocity_top(state, g, r, n) if at_top else state[0]], x)
         d, gbar = exact.groups(device, parameter, point.sweep_value)
         turns = exact.turning_points(start, d, gbar, r, n)
         distance, which, time = min(turns, key=lambda turn: abs(turn[0]), default=(exact.mpf(1), 0, exact.mpf(0)))
@@ -186,11 +189,11 @@ def exact_value(point: Point, device: Device, parameter: Parameter, gap: float =
             sign = -1 if which else 1
             x = solved(lambda state, d, g: [sign * exact.pressing(state, g, n, bool(which)) - press], x)
             if by_wall(r)[which] == 0:
-                return x[3]
+                return x
 
         def touch(state: Any, d: Any, gbar: Any, time: Any) -> list[Any]:
             left, speed, phase, _ = list(exact.flights(state, d, gbar, r, n))[which]
             z, rate = exact.flight(time, left, speed, phase, gbar)
             return [rate, d / 2 - abs(z) - gap]
 
-        return solved(touch, [*x, time])[3]
+        return solved(touch, [*x, time])

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from vireport.checks import reference as exact
-from vireport.extremes.compared import SPACING, exact_value, examine, motion_errors, point_errors
+from vireport.extremes.compared import SPACING, critical_motion, examine, motion_errors, point_errors
 from vireport.extremes.harvester import Harvester
 from vireport.extremes.rows import Case, CaseFinding, NotThereError, WrongAnswerError
 from vireport.motions.events import Event
@@ -134,7 +134,7 @@ def _grazing(harvester: Harvester, gap: float) -> CaseFinding:
         raise NotThereError("the ball of this device touches no membrane but the one that it is leaving")
     texts, errors = [], []
     for point in points[:MOST_POINTS]:
-        length = float(exact_value(point, harvester.device, Parameter.LENGTH, gap))
+        length = float(critical_motion(point, harvester.device, Parameter.LENGTH, gap)[3])
         design = harvester.with_device(length_m=length).study().solution.design
         assert design is not None
         m, near = design.motions, int(np.argmin(_nearest(design.motions, point)))
