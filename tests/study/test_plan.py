@@ -239,7 +239,7 @@ def test_no_block_is_proposed_that_would_be_refused(path: str, value: object):
 
 COMPUTED = {
     Task.DISTORTION: ("vireport.design.point", "distortions"),
-    Task.CIRCLES: ("vireport.disturbances.met", "met_along"),
+    Task.CIRCLES: ("vireport.disturbances.attractors_from_rest", "attractors_from_rest"),
     Task.REPRODUCTION: ("vireport.checks.reproduction", "reproduce"),
     Task.EFFECTS: ("vireport.study.study", "shifts"),
     Task.FROM_REST: ("vireport.disturbances.behaviour", "disturbances_of"),

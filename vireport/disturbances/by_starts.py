@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vireport.physics.groups import Groups
-from vireport.simulation.cycles import SimulatedMotion, approached
-from vireport.simulation.events import check_model, follow_one
-from vireport.simulation.kernel import RUNNING
+from vireport.simulation.cycles import SimulatedMotion, attracting
+from vireport.simulation.events import check_model
+from vireport.simulation.follower import Trajectory
 from vireport.simulation.starts import even_starts, start_speed
 
 FEW = 6, 48
@@ -34,7 +34,6 @@ def cycles_by_starts(groups: Groups[float], compiled: bool) -> Iterator[Simulate
     """
     model, (count, impacts) = check_model(groups)[0], MANY if compiled else FEW
     for start in even_starts(groups.d, start_speed(groups.restitution), count):
-        rows, status = follow_one(model, start.tolist(), impacts, compiled=compiled)
-        cycle = approached(model, rows, compiled) if status[2] == RUNNING else None
-        if cycle is not None and cycle.growth < 1:
+        ball = Trajectory.begun(model, start.tolist(), impacts, compiled=compiled)
+        if ball.moving and (cycle := attracting(ball)) is not None:
             yield cycle

@@ -26,9 +26,10 @@ from vireport.physics.groups import Groups
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import word_name
 from vireport.simulation.attractors import Outcome, find_attractor
-from vireport.simulation.cycles import SimulatedMotion, approached, chain_growth, rest_cycle
-from vireport.simulation.events import BOTTOM, check_model, follow_one, start_of
-from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, RUNNING, SETTLING, TURN, VELOCITY, WALL
+from vireport.simulation.cycles import SimulatedMotion, attracting, chain_growth, rest_cycle, separation
+from vireport.simulation.events import BOTTOM, check_model, start_of
+from vireport.simulation.follower import ROUNDINGS, TWINS, Trajectory, twins
+from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.release import Press, presses
 
 Floats = NDArray[np.float64]
@@ -82,10 +83,6 @@ LOST = 1e-3
 """What rounding may have become on the way [rad, y_c], up to which the outcome is that of the true motion. Beyond it
 the way is gone again, a few roundings off, and must end alike."""
 
-ROUNDINGS = 64 * 2.2e-16
-TWINS = ROUNDINGS, -ROUNDINGS, 3 * ROUNDINGS
-"""By how much the other ways start off, over the velocity of the first impact: one would end alike by chance."""
-
 PHASES = 32
 """Moments at which the force sets in, evenly over its period, where the outcome depends on that moment."""
 
@@ -117,6 +114,10 @@ class Target(NamedTuple):
     phase: float
     velocity: float
     radius: float
+
+    def distance(self, bottom: Floats) -> float:
+        """Largest distance of impacts on the bottom membrane, rows of the simulation, from that of the motion."""
+        return float(separation(bottom[:, PHASE] - self.phase, bottom[:, VELOCITY] - self.velocity).max())
 
     @staticmethod
     def of(motions: Motions) -> tuple[Target, ...]:
@@ -160,6 +161,14 @@ class FromRest(Struct, frozen=True):
     settles_after: int | None = None
     cycle: SimulatedMotion | None = None
     creeping: bool = False
+
+    @classmethod
+    def on(cls, cycle: SimulatedMotion, ratio: int, settles_after: int | None = None) -> FromRest:
+        """Of a ball that comes to a simulated motion; `ratio` are the forcing periods of a 1:1 motion."""
+        one_to_one = (cycle.word, cycle.period) == ("BT", ratio)
+        moving = Destination.ONE_TO_ONE if one_to_one else Destination.OTHER_MOTION
+        kind = Destination.REST_CYCLE if cycle.sticks else moving
+        return cls(kind, cycle.word, cycle.period, settles_after, cycle)
 
     @property
     def reached(self) -> bool:
@@ -298,34 +307,29 @@ def started(
         Whether it starts as the bottom membrane releases it: a ball that lies there again has then come back. One that
         is not pressed down when the force sets in leaves at another phase.
     """
-    model = check_model(groups)[0]
     most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
-    rows, status = follow_one(model, start, BLOCK, compiled=compiled)
+    ball = Trajectory.begun(check_model(groups)[0], start, BLOCK, compiled=compiled)
     while True:
-        found = rested(model, rows, released, compiled) or _arrived(rows, targets, ratio)
+        found = rested(ball, ratio, released) or _arrived(ball.rows, targets, ratio)
         if found is None and not targets:
-            found = _recurred(model, rows, ratio, compiled)
-        if found is not None or status[2] != RUNNING or len(rows) > most:
+            found = _recurred(ball, ratio)
+        if found is not None or not ball.moving or len(ball.rows) > most:
             break
-        more, status = follow_one(model, _last(rows), max(BLOCK, len(rows) // 4), compiled=compiled)
-        rows = np.concatenate([rows, more[1:]])
-    if found is None and status[2] != RUNNING:
-        rests = Destination.AT_REST if status[2] == REST else Destination.UNDECIDED
-        return FromRest(rests, creeping=bool(status[2] == CREEPING))
-    end, way = found or _elsewhere(groups, rows, targets, ratio, compiled)
-    if again and end.destination is not Destination.CHAOTIC and _lost(model, way, compiled):
-        for off in TWINS:
-            other = rows[1].copy()
-            other[VELOCITY] *= 1 + off
-            twin = started(_last(other[None]), groups, targets, ratio, compiled, again=False)
-            if twin.kind != end.kind:
+        ball.go_on(max(BLOCK, len(ball.rows) // 4), whole=True)
+    if found is None and not ball.moving:
+        return stopped(ball)
+    end, way = found or _elsewhere(groups, ball, targets, ratio)
+    if again and end.destination is not Destination.CHAOTIC and _lost(ball.model, way, compiled):
+        for twin in twins(ball.rows[1], len(TWINS)):
+            if started(twin, groups, targets, ratio, compiled, again=False).kind != end.kind:
                 return FromRest(Destination.UNDECIDED)
     return end
 
 
-def _last(rows: Floats) -> State:
-    """The last impact as a start."""
-    return float(rows[-1, WALL]), 0.0, float(rows[-1, VELOCITY]), float(rows[-1, PHASE])
+def stopped(ball: Trajectory) -> FromRest:
+    """What a ball has come to that strikes a membrane no more."""
+    rests = Destination.AT_REST if ball.status == REST else Destination.UNDECIDED
+    return FromRest(rests, creeping=ball.status == CREEPING)
 
 
 def _lost(model: Floats, rows: Floats, compiled: bool) -> bool:
@@ -349,21 +353,23 @@ def _times(rows: Floats) -> Floats:
     return times
 
 
-def rested(model: Floats, rows: Floats, released: bool, compiled: bool) -> tuple[FromRest, Floats] | None:
+def rested(ball: Trajectory, ratio: int, released: bool) -> tuple[FromRest, Floats] | None:
     """The rest cycle, and the impacts to its end, once the ball has come to rest twice on one membrane; else None.
 
     The first row counts where it is the start of a ball that a membrane has `released`.
     """
+    rows = ball.rows
     resting = (_held(rows) > 0) & np.isfinite(_held(rows))
     resting[0] |= released
     for wall in (BOTTOM, -BOTTOM):
         own = np.flatnonzero(resting & (rows[:, WALL] == wall))
         if len(own) > 1:
             way = rows[: own[1] + 1]
-            cycle, before = rest_cycle(model, way[own[0] + 1 :], compiled), ceil(float(_times(rows)[own[0]]))
+            cycle = rest_cycle(ball.model, way[own[0] + 1 :], ball.compiled)
+            before = ceil(float(_times(rows)[own[0]]))
             if cycle is None:
                 return FromRest(Destination.REST_CYCLE, settles_after=before), way
-            return FromRest(Destination.REST_CYCLE, cycle.word, cycle.period, before, cycle), way
+            return FromRest.on(cycle, ratio, before), way
     return None
 
 
@@ -374,10 +380,7 @@ def _arrived(rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromR
     recent = rows[-2 * PASSES :]
     bottom = recent[recent[:, WALL] == BOTTOM]
     for target in targets if len(bottom) == PASSES else ():
-        apart = np.maximum(
-            np.abs(wrapped(bottom[:, PHASE] - target.phase)), np.abs(bottom[:, VELOCITY] - target.velocity)
-        )
-        if apart.max() < target.radius:
+        if target.distance(bottom) < target.radius:
             near = np.abs(wrapped(rows[:, PHASE] - target.phase)) < SETTLED
             near &= np.abs(rows[:, VELOCITY] - target.velocity) < SETTLED * target.velocity
             first = _settled_at(near | (rows[:, WALL] != BOTTOM))
@@ -393,40 +396,39 @@ def _settled_at(near: NDArray[np.bool_]) -> int:
 
 
 def _elsewhere(
-    groups: Groups[float], rows: Floats, targets: Sequence[Target], ratio: int, compiled: bool
+    groups: Groups[float], ball: Trajectory, targets: Sequence[Target], ratio: int
 ) -> tuple[FromRest, Floats]:
     """The motion that is neither the 1:1 motion known nor a rest cycle, and the impacts until it was settled."""
-    budget = BUDGET * (COMPILED if compiled else 1)
-    end = find_attractor(groups, start_of(np.array(_last(rows))), budget, compiled)
+    budget = BUDGET * (COMPILED if ball.compiled else 1)
+    end = find_attractor(groups, start_of(np.array(ball.last)), budget, ball.compiled)
     cycle = end.cycle
     if cycle is None:
         chaotic = end.outcome is Outcome.APERIODIC and end.lyapunov > LEAST_EXPONENT
         creeping = end.outcome is Outcome.CREEPING
-        return FromRest(Destination.CHAOTIC if chaotic else Destination.UNDECIDED, creeping=creeping), rows
-    more, _ = follow_one(check_model(groups)[0], _last(rows), end.impacts, compiled=compiled)
-    rows = np.concatenate([rows, more[1:]])
-    return _on(cycle, rows, targets, ratio)
+        return FromRest(Destination.CHAOTIC if chaotic else Destination.UNDECIDED, creeping=creeping), ball.rows
+    ball.go_on(end.impacts, whole=True)
+    return _on(cycle, ball.rows, targets, ratio)
 
 
-def _recurred(model: Floats, rows: Floats, ratio: int, compiled: bool) -> tuple[FromRest, Floats] | None:
+def _recurred(ball: Trajectory, ratio: int) -> tuple[FromRest, Floats] | None:
     """The motion that the last impacts repeat as far as rounding tells, and the impacts until it was settled; or None.
 
     Where no 1:1 motion is stable: next to one that is, a slow approach looks like motions of twice its period.
     """
-    cycle = approached(model, rows, compiled)
-    if cycle is None or cycle.growth >= 1 or cycle.distance(rows[-1]) > REPEATED:
+    cycle = attracting(ball)
+    if cycle is None or cycle.distance(ball.rows[-1]) > REPEATED:
         return None
-    return _on(cycle, rows, (), ratio)
+    return _on(cycle, ball.rows, (), ratio)
 
 
 def _on(cycle: SimulatedMotion, rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromRest, Floats]:
     """A motion that the last impacts are on, and the impacts until it was settled."""
     first = _settled_at(_near(cycle, rows))
     settles = ceil(float(_times(rows)[first])) if first < len(rows) else None
-    destination = Destination.REST_CYCLE if cycle.sticks else Destination.OTHER_MOTION
-    if (cycle.word, cycle.period) == ("BT", ratio) or _flips_slowly(cycle, targets, ratio):
-        return FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles, cycle), rows[: first + 1]
-    return FromRest(destination, cycle.word, cycle.period, settles, cycle), rows[: first + 1]
+    end = FromRest.on(cycle, ratio, settles)
+    if _flips_slowly(cycle, targets, ratio):
+        end = FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles, cycle)
+    return end, rows[: first + 1]
 
 
 def _flips_slowly(cycle: SimulatedMotion, targets: Sequence[Target], ratio: int) -> bool:
@@ -434,15 +436,8 @@ def _flips_slowly(cycle: SimulatedMotion, targets: Sequence[Target], ratio: int)
     count = cycle.period // ratio
     if cycle.word != "BT" * count or cycle.period != count * ratio:
         return False
-    bottom = cycle.wall == BOTTOM
-    return any(
-        max(
-            np.abs(wrapped(cycle.phase[bottom] - target.phase)).max(),
-            np.abs(cycle.velocity[bottom] - target.velocity).max(),
-        )
-        < SLOW_FLIP
-        for target in targets
-    )
+    bottom = cycle.impacts[cycle.wall == BOTTOM]
+    return any(target.distance(bottom) < SLOW_FLIP for target in targets)
 
 
 def _near(cycle: SimulatedMotion, rows: Floats) -> NDArray[np.bool_]:

@@ -24,20 +24,19 @@ from vireport.simulation import cycles
 from vireport.simulation.cycles import SimulatedMotion
 from vireport.simulation.events import (
     Start,
-    as_start,
     check_model,
     check_start,
     follow_impacts,
-    follow_one,
     start_rows,
 )
+from vireport.simulation.follower import Trajectory
 from vireport.simulation.kernel import (
     CREEPING,
     FLIGHT,
+    FREE,
     HELD,
     PHASE,
     REST,
-    RUNNING,
     VELOCITY,
     WALL,
 )
@@ -78,6 +77,18 @@ class Outcome(StrEnum):
     CREEPING = "creeping under friction: it stops so often on its way that it is not followed to its end"
     FREE = "in flight between the membranes for ever, reaching neither"
     UNRESOLVED = "not resolved: flights so long that rounding loses the forcing phase"
+
+
+STOPPED: dict[float, tuple[Outcome, None, float, float]] = {
+    REST: (Outcome.REST, None, -inf, 0.0),
+    HELD: (Outcome.HELD, None, -inf, 0.0),
+    CREEPING: (Outcome.CREEPING, None, nan, inf),
+    FREE: (Outcome.FREE, None, nan, 0.0),
+}
+"""Of a ball that strikes a membrane no more, by the search's status: what it comes to, and an attractor's numbers."""
+
+STOPS = Outcome.REST, Outcome.HELD, Outcome.FREE
+"""Outcomes that are told without any impacts."""
 
 
 def motion_name(outcome: Outcome, word: str, period: int) -> str:
@@ -174,8 +185,8 @@ def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET, co
         Whether to compile the search, where numba is there.
     """
     model = check_model(groups)[0]
-    rows, summary = follow_one(model, check_start(start, groups.d), min(BLOCK, budget), KEPT, compiled)
-    return search(model, rows, summary, (budget, budget), [], compiled)[0]
+    ball = Trajectory.begun(model, check_start(start, groups.d), min(BLOCK, budget), KEPT, compiled)
+    return search(ball, budget, budget, [])
 
 
 def attractors(
@@ -212,7 +223,7 @@ def attractors(
         ends = []
         for k in range(i * m, (i + 1) * m):
             happened = rows[k, max(0, rows.shape[1] - int(summary[k, 0]) - 1) :]
-            ends.append(search(model[i], happened, summary[k], (budget, budget), known)[0])
+            ends.append(search(Trajectory(model[i], happened, summary[k], KEPT), budget, budget, known))
         reached.append(tuple(ends))
     return reached
 
@@ -250,65 +261,56 @@ def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
     )
 
 
-def search(
-    model: Array,
-    rows: Array,
-    summary: Array,
-    limits: tuple[int, int],
-    known: list[SimulatedMotion],
-    compiled: bool = True,
-) -> tuple[Attractor, Array]:
-    """Continue a trajectory until it is known what it leads to, and return that with the last impacts.
+def search(ball: Trajectory, patience: int, budget: int, known: list[SimulatedMotion]) -> Attractor:
+    """Follow a ball until it is known what it leads to.
 
-    `limits` are the impacts to spend while nothing periodic is in sight, and while a cycle is being
-    approached; `known` collects the cycles of one parameter.
+    Parameters
+    ----------
+    ball : Trajectory
+        Has its last impacts afterwards.
+    patience, budget : int
+        Impacts to spend while nothing periodic is in sight, and while a periodic motion is being approached.
+    known : list of SimulatedMotion
+        Collects those of one parameter.
     """
-    used, block = int(summary[0]), BLOCK
-    patience, budget = limits
+    model, compiled, block = ball.model, ball.compiled, BLOCK
     before_this: set[float] = set()
-    while summary[2] == RUNNING:
+
+    def end(outcome: Outcome, cycle: SimulatedMotion | None, lyapunov: float, distance: float) -> Attractor:
+        told = cycle is not None or outcome in STOPS
+        return Attractor(outcome, cycle, lyapunov, distance, ball.impacts, *(() if told else (_last(ball.rows),)))
+
+    while ball.moving:
+        rows = ball.rows
         if unresolved(rows):
-            return Attractor(Outcome.UNRESOLVED, None, nan, inf, used, _last(rows)), rows
+            return end(Outcome.UNRESOLVED, None, nan, inf)
         near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
         laps = cycles.laps(rows)
         if not near and (laps or before_this & cycles.released(rows[1:])):
-            told = (cycles.rest_cycle(model, lap, compiled) for lap in laps)
-            cycle = next((cycle for cycle in told if cycle is not None), None)
-            if cycle is None:
-                return Attractor(Outcome.STICKING, None, -inf, 0.0, used, _last(rows)), rows
-            return Attractor(Outcome.STICKING, _remembered(cycle, known), -inf, 0.0, used), rows
+            rests = (cycles.rest_cycle(model, lap, compiled) for lap in laps)
+            cycle = next((cycle for cycle in rests if cycle is not None), None)
+            return end(Outcome.STICKING, cycle and _remembered(cycle, known), -inf, 0.0)
         cycle = near[0] if near else cycles.approached(model, rows, compiled)
         if cycle is not None and cycle.sticks:
-            return Attractor(Outcome.STICKING, cycle, -inf, 0.0, used), rows
+            return end(Outcome.STICKING, cycle, -inf, 0.0)
         if cycle is not None and cycle.growth >= 1:
-            rows = rows.copy()
-            rows[-1, VELOCITY] *= 1 + NUDGE  # on an orbit that repels: rounding alone might keep it there
+            ball.rows = rows.copy()
+            ball.rows[-1, VELOCITY] *= 1 + NUDGE  # on an orbit that repels: rounding alone might keep it there
         elif cycle is not None:
             before = distance = cycle.distance(rows[-1])
-            if distance > SETTLED and used < budget:
+            if distance > SETTLED and ball.impacts < budget:
                 # The multiplier of the cycle tells how many impacts the rest of the approach takes.
-                wait = min(_transient(cycle, distance), budget - used)
-                rows, summary = follow_one(model, as_start(rows[-1]), wait, KEPT, compiled)
-                used += int(summary[0])
-                distance = cycle.distance(rows[-1])
-            if distance <= SETTLED or (used >= budget and distance < max(SLOWER * before, BESIDE)):
+                ball.go_on(min(_transient(cycle, distance), budget - ball.impacts))
+                distance = cycle.distance(ball.rows[-1])
+            if distance <= SETTLED or (ball.impacts >= budget and distance < max(SLOWER * before, BESIDE)):
                 cycle = _remembered(cycle, known)
-                return Attractor(Outcome.PERIODIC, cycle, cycle.lyapunov, distance, used), rows
-        if used >= min(patience, budget):
-            return Attractor(
-                Outcome.APERIODIC, None, cycles.exponent(model, rows, compiled), inf, used, _last(rows)
-            ), rows
-        before_this |= cycles.released(rows)
-        rows, summary = follow_one(model, as_start(rows[-1]), min(block, budget - used), KEPT, compiled)
-        used += int(summary[0])
+                return end(Outcome.PERIODIC, cycle, cycle.lyapunov, distance)
+        if ball.impacts >= min(patience, budget):
+            return end(Outcome.APERIODIC, None, cycles.exponent(model, ball.rows, compiled), inf)
+        before_this |= cycles.released(ball.rows)
+        ball.go_on(min(block, budget - ball.impacts))
         block *= 2
-    if summary[2] == REST:
-        return Attractor(Outcome.REST, None, -inf, 0.0, used), rows
-    if summary[2] == HELD:
-        return Attractor(Outcome.HELD, None, -inf, 0.0, used), rows
-    if summary[2] == CREEPING:
-        return Attractor(Outcome.CREEPING, None, nan, inf, used, _last(rows)), rows
-    return Attractor(Outcome.FREE, None, nan, 0.0, used), rows
+    return end(*STOPPED[ball.status])
 
 
 def _last(rows: Array) -> Array:

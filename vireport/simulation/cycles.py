@@ -19,6 +19,7 @@ from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import Word
 from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds, rubs
+from vireport.simulation.follower import Trajectory, twins
 from vireport.simulation.kernel import (
     FLIGHT,
     PHASE,
@@ -46,8 +47,6 @@ RESIDUAL_TOL = 1e-12
 STICK_TOL = 1e-6
 # The same where the lap was gone again, a few roundings off, and ended alike.
 LAP_TOL = 1e-2
-# Of the first impact's velocity, by which a lap is begun anew where rounding has grown to more than that.
-OFF = 64 * EPS
 # Newton leaves less than this between equal impacts; different impacts of one cycle are further apart.
 SAME = 1e-9
 # A cycle this far from the impact that suggested it, in phase [rad] and velocity [y_c], is another one.
@@ -355,10 +354,8 @@ def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> SimulatedMoti
     if growth > log(LAP_TOL / EPS):
         return None
     if growth > log(STICK_TOL / EPS):
-        for off in (OFF, -OFF):
-            first = lap[0].copy()
-            first[VELOCITY] *= 1 + off
-            again, _ = follow_one(model, as_start(first), len(lap) - 1, compiled=compiled)
+        for start in twins(lap[0], 2):
+            again, _ = follow_one(model, start, len(lap) - 1, compiled=compiled)
             # Not the number of the last hops, which rounding decides: that the ball rides, and after the same way.
             alike = len(again) == len(lap) and np.array_equal(again[:, WALL], lap[:, WALL])
             if not alike or not again[-1, RIDING] > 0:
@@ -379,6 +376,12 @@ def approached(model: Array, rows: Array, compiled: bool = True) -> SimulatedMot
         if distance <= ON_IT:
             resting = resting or cycle
     return resting
+
+
+def attracting(ball: Trajectory) -> SimulatedMotion | None:
+    """The motion that a ball surely comes to: its last impacts nearly repeat, next to a cycle that attracts."""
+    cycle = approached(ball.model, ball.rows, ball.compiled)
+    return cycle if cycle is not None and cycle.growth < 1 else None
 
 
 def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:

@@ -29,11 +29,10 @@ from vireport.simulation.cycles import separation
 from vireport.simulation.events import (
     BOTTOM,
     Impact,
-    as_start,
     check_model,
     check_start,
-    follow_one,
 )
+from vireport.simulation.follower import Trajectory
 from vireport.simulation.kernel import PHASE, VELOCITY, WALL
 
 Array = NDArray[np.float64]
@@ -169,13 +168,12 @@ class _Track(Struct, frozen=True, eq=False):
             # Velocities are dimensionless, and their unit changes with the parameter: the ball keeps its velocity in
             # m/s.
             start = replace(start, velocity=start.velocity * self.at(before.value).velocity_unit / unit)
-        model = check_model(groups)[0]
-        rows, summary = follow_one(model, check_start(start, groups.d), BLOCK, KEPT)
-        attractor, rows = search(model, rows, summary, (patience or self.patience, BUDGET), [])
+        ball = Trajectory.begun(check_model(groups)[0], check_start(start, groups.d), BLOCK, KEPT)
+        attractor = search(ball, patience or self.patience, BUDGET, [])
         cycle, impacts = attractor.cycle, attractor.last
         if cycle is not None:
             impacts = cycle.impacts[:, [WALL, PHASE, VELOCITY]]
-        wall, _, velocity, phase = as_start(rows[-1])
+        wall, _, velocity, phase = ball.last
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 
     def apart(self, stage: Stage, other: Stage) -> bool:
@@ -189,12 +187,11 @@ class _Track(Struct, frozen=True, eq=False):
         # leaves sooner; if it does, the two are different motions.
         away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)
         groups = self.at(float(np.clip(away, *self.ends))).groups
-        model, start = check_model(groups)[0], check_start(aperiodic.last, groups.d)
+        ball = Trajectory.begun(check_model(groups)[0], check_start(aperiodic.last, groups.d), KEPT, KEPT)
         for _ in range(BUDGET // KEPT):
-            rows, _ = follow_one(model, start, KEPT, KEPT)
-            if _aside(rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:
+            if _aside(ball.rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:
                 return True
-            start = as_start(rows[-1])
+            ball.go_on(KEPT)
         return False
 
     def followed(self, stage: Stage, target: float) -> tuple[Stage, list[Jump]]:

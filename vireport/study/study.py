@@ -62,8 +62,8 @@ if TYPE_CHECKING:
     from vireport.checks.workprecision import WorkPrecision
     from vireport.compliant.own_stiffness import OwnStiffness
     from vireport.design.tolerances import Tolerances
+    from vireport.disturbances.attractors_from_rest import AttractorFromRest
     from vireport.disturbances.behaviour import Disturbances
-    from vireport.disturbances.met import Met
     from vireport.driven.driven import Driven
     from vireport.gate.opening import Opening
     from vireport.gate.verdict import Verdict
@@ -94,7 +94,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         What the analytic theory says.
     crosscheck : CrossCheck or None
         What the simulation found.
-    met : tuple of Met
+    attractors_from_rest : tuple of AttractorFromRest
         What a ball from rest comes to at values along the sweep, where it is drawn or families are followed.
     atlas : Atlas or None
         The families of motions of other impact sequences.
@@ -132,7 +132,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     plan: Plan
     solution: Solution
     crosscheck: CrossCheck | None = None
-    met: tuple[Met, ...] = ()
+    attractors_from_rest: tuple[AttractorFromRest, ...] = ()
     atlas: Atlas | None = None
     work: WorkPrecision | None = None
     compliance: Compliance | None = None
@@ -400,9 +400,9 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
 
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, say))
     if solution.sweep is not None and steps.runs(Task.CIRCLES):
-        from vireport.disturbances.met import met_along
+        from vireport.disturbances.attractors_from_rest import attractors_from_rest
 
-        study = replace(study, met=met_along(solution.sweep))
+        study = replace(study, attractors_from_rest=attractors_from_rest(solution.sweep))
     nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
     if nowhere_stable or steps.runs(Task.FROM_REST, Task.WINDOWS):
         say("following the ball from rest")
@@ -524,7 +524,7 @@ def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
     if check is not None:
         ends = [(value, end.cycle) for value, end in check.attractors()]
     else:
-        ends = [(met.value, met.motion) for met in study.met]
+        ends = [(found.value, found.motion) for found in study.attractors_from_rest]
     if told is not None and told.from_rest is not None and design is not None:
         ends.append((design.value, told.from_rest.cycle))
     for value, cycle in ends:

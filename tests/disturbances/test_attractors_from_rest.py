@@ -9,8 +9,8 @@ import pytest
 
 from vireport import analyse, load
 from vireport.design.point import motions_at
+from vireport.disturbances.attractors_from_rest import VALUES, attractors_from_rest
 from vireport.disturbances.from_rest import Destination
-from vireport.disturbances.met import VALUES, met_along
 from vireport.disturbances.windows import outcomes_at
 from vireport.figures.captions import shown_along
 from vireport.figures.curves import simulated_points
@@ -30,7 +30,7 @@ def sweep(name: str, *changes: str):
 @pytest.mark.parametrize(("name", "found"), [("inclined", 16), ("horizontal", 19), ("inclined-forcing", 14)])
 def test_what_a_ball_from_rest_comes_to_is_the_stable_motion(name: str, found: int) -> None:
     along, checked = sweep(name), 0
-    for met in met_along(along):
+    for met in attractors_from_rest(along):
         if not met.end.reached:
             continue
         cycle = met.motion
@@ -50,15 +50,17 @@ def test_what_a_ball_from_rest_comes_to_is_the_stable_motion(name: str, found: i
 
 
 def test_beyond_the_period_doubling_it_comes_to_the_doubled_motion() -> None:
-    words = {met.motion and met.motion.word for met in met_along(sweep("inclined")) if met.value < 0.628}
+    words = {met.motion and met.motion.word for met in attractors_from_rest(sweep("inclined")) if met.value < 0.628}
     assert words == {"BTBT", None}  # of which one is not settled after some 500 impacts
 
 
 def test_no_motion_is_met_where_the_ball_stays_at_rest_or_goes_on_irregularly() -> None:
-    resting = met_along(sweep("inclined-forcing", "sweep.from=0.5", "sweep.to=0.8", "excitation.amplitude_n=0.6"))
+    resting = attractors_from_rest(
+        sweep("inclined-forcing", "sweep.from=0.5", "sweep.to=0.8", "excitation.amplitude_n=0.6")
+    )
     assert {met.end.destination for met in resting} == {Destination.AT_REST}
     chaotic = sweep("inclined-forcing", "excitation.amplitude_n=6.9375", "sweep.from=6.937", "sweep.to=6.938")
-    ends = [met.end for met in met_along(chaotic)]
+    ends = [met.end for met in attractors_from_rest(chaotic)]
     assert sum(end.decided for end in ends) < VALUES / 2
     assert not [met for met in resting if met.motion is not None]
 
@@ -66,25 +68,25 @@ def test_no_motion_is_met_where_the_ball_stays_at_rest_or_goes_on_irregularly() 
 @pytest.mark.parametrize("name", ["inclined", "horizontal", "inclined-forcing"])
 def test_a_short_look_tells_what_following_to_the_end_tells(name: str) -> None:
     along, device = sweep(name), Device.of(load(EXAMPLES / f"{name}.yaml").scenario)
-    values = np.array([met.value for met in met_along(along)])
+    values = np.array([met.value for met in attractors_from_rest(along)])
     ends = outcomes_at(device, DesignInput(along.parameter), values, compiled=False)
-    for met, end in zip(met_along(along), ends, strict=True):
+    for met, end in zip(attractors_from_rest(along), ends, strict=True):
         if met.end.decided:
             assert met.end.kind == end.kind
-    assert sum(met.end.decided for met in met_along(along)) > VALUES - 2
+    assert sum(met.end.decided for met in attractors_from_rest(along)) > VALUES - 2
 
 
 def test_circles_are_said_to_be_of_a_ball_from_rest_where_no_simulation_is_asked_for() -> None:
     study = analyse(load(EXAMPLES / "inclined.yaml"), ("png",))
     shown = shown_along(study, Task.FIGURE_2, simulated_points(study))
     caption = Words("figures/sweep")("figure_2_caption", shown)
-    values = sum(met.motion is not None and met.motion.word == "BT" for met in study.met)
+    values = sum(met.motion is not None and met.motion.word == "BT" for met in study.attractors_from_rest)
     assert f"impacts of periodic motions that a ball from rest comes to at {values} values" in caption
     asked = analyse(load(EXAMPLES / "inclined.yaml", ("simulation.samples=3", "simulation.starts=1")), ("png",))
-    assert asked.met == ()
+    assert asked.attractors_from_rest == ()
     caption = Words("figures/sweep")("figure_2_caption", shown_along(asked, Task.FIGURE_2, simulated_points(asked)))
     assert "impacts of periodic motions at 2 values" in caption
 
 
 def test_without_figures_nothing_is_simulated_for_them() -> None:
-    assert analyse(load(EXAMPLES / "inclined.yaml"), ("json",)).met == ()
+    assert analyse(load(EXAMPLES / "inclined.yaml"), ("json",)).attractors_from_rest == ()

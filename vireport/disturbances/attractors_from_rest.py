@@ -1,0 +1,78 @@
+"""What a ball from rest comes to at values over a sweep, if a few impacts tell it.
+
+Without the compiler, which takes longer to start than all of it. What has not settled after some 500 impacts is not
+decided here; `from_rest` goes on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base.records import brief
+from vireport.disturbances.from_rest import Destination, FromRest, rested, stopped
+from vireport.motions.sweep import Sweep
+from vireport.physics.groups import Groups
+from vireport.simulation.cycles import SimulatedMotion, attracting
+from vireport.simulation.events import BOTTOM, check_model
+from vireport.simulation.follower import Trajectory
+from vireport.simulation.release import presses
+
+VALUES = 21
+"""Values over a sweep, its ends among them: 30 to 60 ms for the paper's sweeps, and 150 ms where all is chaotic."""
+
+BLOCKS = 96, 160, 256
+"""Impacts, block by block, after each of which it is looked whether the last ones nearly repeat."""
+
+
+class AttractorFromRest(Struct, frozen=True, eq=False):
+    """What a ball from rest comes to at a value of an input.
+
+    Attributes
+    ----------
+    value : float
+        Of the input.
+    d : float
+        The group d there.
+    end : FromRest
+        Not decided where it has not settled.
+    """
+
+    value: float
+    d: float
+    end: FromRest
+
+    __repr__ = brief
+
+    @property
+    def motion(self) -> SimulatedMotion | None:
+        """The periodic motion without rests that it comes to."""
+        return self.end.cycle if self.end.is_motion else None
+
+
+def attractors_from_rest(sweep: Sweep) -> tuple[AttractorFromRest, ...]:
+    """Where a ball ends that lies on the bottom membrane when the force sets in, at ascending values over a sweep."""
+    ratio, found = sweep.device.period_ratio, []
+    low, high = sorted((sweep.start, sweep.end))
+    for value in np.linspace(low, high, VALUES).tolist():
+        groups = sweep.device.groups(sweep.parameter, value).as_floats()
+        found.append(AttractorFromRest(value, groups.d, _end(groups, ratio)))
+    return tuple(found)
+
+
+def _end(groups: Groups[float], ratio: int) -> FromRest:
+    """What the ball comes to from its first release, by what attracts it: no stable motion is known before."""
+    release = next((press.release for press in presses(groups)), None)
+    if release is None:
+        return FromRest(Destination.AT_REST)
+    start, released = (float(BOTTOM), 0.0, 0.0, release), True
+    for impacts in BLOCKS:
+        ball = Trajectory.begun(check_model(groups)[0], start, impacts, compiled=False)
+        if not ball.moving:
+            return stopped(ball)
+        if (rest := rested(ball, ratio, released)) is not None:
+            return rest[0]
+        if (cycle := attracting(ball)) is not None:
+            return FromRest.on(cycle, ratio)
+        start, released = ball.last, False
+    return FromRest(Destination.UNDECIDED)
