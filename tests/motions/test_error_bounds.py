@@ -251,7 +251,7 @@ def test_admissible_is_undecided_where_rounding_decides() -> None:
     for k in (*range(-12, 13), -1e9, 1e9):
         point = replace(device, length_m=length * (1 + k * 2.2e-16))
         design, sweep = design_point(point, diagram), around_length(point)
-        bounds = one_to_one_bounds(sweep, design.motions, given=design.errors)
+        bounds = one_to_one_bounds(sweep, design.motions, solved=design.errors)
         is_open = undecided(design.motions, bounds)
         for row in range(len(design.motions)):
             if abs(design.motions.wall_gap[row]) > 1e-3:

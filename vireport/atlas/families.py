@@ -225,8 +225,8 @@ class _Search(Struct):
         if not self._wanted(curve, first.x):
             return
         if self.progress is not None:
-            found = f"{len(self.families)} families found"
-            self.progress(f"following motions of other impact sequences, {found}: {curve.word.letters}")
+            progress = f"{len(self.families)} families found"
+            self.progress(f"following motions of other impact sequences, {progress}: {curve.word.letters}")
         trail = follow(curve, first)
         if begins is None:
             self._add(curve, completed(curve, first, trail))
@@ -361,8 +361,8 @@ class _Search(Struct):
             vertices[id(meeting)] = replace(point, label=label, families=families)
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
         followed = self.queue[0][0] - 1 if self.queue else self.limits.impacts
-        found = tuple(marked), tuple(vertices.values()), tuple(self._completeness())
-        return Atlas(self.sweep, self.limits, *found, followed)
+        parts = tuple(marked), tuple(vertices.values()), tuple(self._completeness())
+        return Atlas(self.sweep, self.limits, *parts, followed)
 
     def _completeness(self) -> Iterator[Completeness]:
         """What is claimed of the words that are looked for."""
@@ -413,12 +413,12 @@ class _Search(Struct):
 
 def _images(family: Family, word: Word, mirror: bool) -> Iterator[Floats]:
     """All flight times but the last of a family's motions, counted so that they have a sequence; with their mirror."""
-    own, count = family.word, len(word) // len(family.word)
-    whole = Word(count * own.walls, count * own.periods)
+    base, count = family.word, len(word) // len(family.word)
+    whole = Word(count * base.walls, count * base.periods)
     if whole.periods != word.periods or len(whole) != len(word):
         return
-    time = family.x[:, len(own) : -1]
-    flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * own.periods).T, (count, 1))
+    time = family.x[:, len(base) : -1]
+    flights = np.tile(np.diff(time, axis=1, append=time[:, :1] + 2 * base.periods).T, (count, 1))
     for image in (whole, whole.mirrored()) if mirror else (whole,):
         for i in image.firsts(word):
             yield np.roll(flights, -i, axis=0)[:-1]

@@ -72,16 +72,16 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
     """
     # Of membranes that are alike the solutions of a sequence are those of its mirror image, too.
     alike = not isinstance(model.r, Restitutions)
-    side, own, starts = side_of(word), word.canonical(mirror=alike), [np.empty((3, 0))]
+    side, canonical, starts = side_of(word), word.canonical(mirror=alike), [np.empty((3, 0))]
     # Each image that is the sequence, and the impact from which it is.
-    both = (own, own.mirrored()) if alike else (own,)
+    both = (canonical, canonical.mirrored()) if alike else (canonical,)
     images = [(image, i) for image in both for i in range(4) if image.rotated(i) == word]
-    if model.level.horizontal or own.rotated(2) == own:
+    if model.level.horizontal or canonical.rotated(2) == canonical:
         del images[1:]  # whose motions are the same
-    for i, x, velocity in _layers(own, model.r):
+    for i, x, velocity in _layers(canonical, model.r):
         for image, first in images:
             # Half a period later and in the mirror, all unknowns have the other sign but d.
-            seen = x if image == own else x._replace(d=-x.d)
+            seen = x if image == canonical else x._replace(d=-x.d)
             crossed = np.logical_and.reduce([_crossed(condition) for condition in sweep_conditions(seen, model)])
             layer, row, column = cells = np.stack(np.nonzero(crossed))
             cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
@@ -157,17 +157,17 @@ def _starts(
         off = (d if level.held is Held.D else sign * x.gbar.take(index)) - np.float32(level.value) * norm
     (a, b), (f, g) = _fitted(np.stack([off, x.excess[0].take(index)]))
     with np.errstate(all="ignore"):
-        along = _cross(a, b)
-        size = (along * along).sum(axis=0)
-        step, along = _cross(g * a - f * b, along) / size, along / np.sqrt(size)
+        direction = _cross(a, b)
+        size = (direction * direction).sum(axis=0)
+        step, direction = _cross(g * a - f * b, direction) / size, direction / np.sqrt(size)
     centred = FIT[-1] @ d > 0
     near = np.flatnonzero(np.abs(step).max(axis=0) <= np.where(centred, FARTHEST, INSIDE))
-    rows, index, sign, step, along = rows[near], index[:, near], sign[near], step[:, near], along[:, near]
+    rows, index, sign, step, direction = rows[near], index[:, near], sign[near], step[:, near], direction[:, near]
     d, norm = d[:, near], np.hypot(x.sine.take(index), x.cosine.take(index))
     coordinate = sign * x.gbar.take(index) if level.held is Held.D else d
     outward = [sign * wall * v.take(index) for v, wall in zip(velocity, word.walls, strict=True)]
     slopes, mean = _fitted(np.stack([coordinate - limits[0] * norm, limits[1] * norm - coordinate, d, *outward]))
-    nearest, change = ((slopes * way).sum(axis=1) for way in (step, along))
+    nearest, change = ((slopes * way).sum(axis=1) for way in (step, direction))
     largest = mean + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)
     passed = np.flatnonzero((largest >= 0).all(axis=0))
     return np.asarray(cells[:, rows[passed]] + 0.5 + np.where(centred[near], 0.0, step)[:, passed])

@@ -41,7 +41,7 @@ def motions_of(word: Word, model: Model, low: float, high: float, coordinate: fl
     """
     from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
-    curve, count, found = Curve.along_sweep(word, model, low, high), len(word), list[Motion]()
+    curve, count, motions = Curve.along_sweep(word, model, low, high), len(word), list[Motion]()
 
     def conditions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, matrix = linearised(word, np.append(x, coordinate), model)
@@ -66,7 +66,7 @@ def motions_of(word: Word, model: Model, low: float, high: float, coordinate: fl
         if x is None or not curve.admits(x):
             continue
         motion = curve.motion(x)
-        known = any(motion.distance(other, mirror=model.horizontal) < SAME for other in found)
-        if not known and motion.primitive() is motion:
-            found.append(motion)
-    return found
+        repeated = any(motion.distance(other, mirror=model.horizontal) < SAME for other in motions)
+        if not repeated and motion.primitive() is motion:
+            motions.append(motion)
+    return motions

@@ -117,8 +117,8 @@ def solution(
     """
     count, walls = len(word), word.walls
     if word.one_sided:
-        own = by_wall(r)[0 if walls[0] > 0 else 1]
-        return _on_one_membrane(flights, 2.0 * word.periods if period is None else period, own, ops)
+        restitution = by_wall(r)[0 if walls[0] > 0 else 1]
+        return _on_one_membrane(flights, 2.0 * word.periods if period is None else period, restitution, ops)
     if time is None:
         time = list(accumulate(flights, initial=flights[0] * 0.0))
     durations = [*flights, (2.0 * word.periods if period is None else period) - time[-1]]
@@ -132,16 +132,16 @@ def solution(
     bottom, top = by_wall(r)
     of_impact = [bottom if wall > 0 else top for wall in walls]
     if isinstance(r, Restitutions):
-        kept = [prod(-own for own in of_impact[i:]) for i in range(count + 1)]
+        kept = [prod(-restitution for restitution in of_impact[i:]) for i in range(count + 1)]
         decays = [after / (1 - kept[0]) for after in kept[1:]]
     else:
         decays = [(-r) ** (count - 1 - i) / (1 - (-r) ** count) for i in range(count)]
     velocities = [[sum(gain[part] * decay for gain, decay in zip(gains, decays, strict=True)) for part in range(3)]]
-    for gain, own in zip(gains[:-1], of_impact[:-1], strict=True):
-        velocities.append([g - v * own for g, v in zip(gain, velocities[-1], strict=True)])
+    for gain, restitution in zip(gains[:-1], of_impact[:-1], strict=True):
+        velocities.append([g - v * restitution for g, v in zip(gain, velocities[-1], strict=True)])
     rows, across = [], []
-    for i, (t, v, swing, own) in enumerate(zip(durations, velocities, swings, of_impact, strict=True)):
-        drift = [v[0] * -own - swing[0], v[1] * -own - swing[1], t * 0.5 - v[2] * own]
+    for i, (t, v, swing, restitution) in enumerate(zip(durations, velocities, swings, of_impact, strict=True)):
+        drift = [v[0] * -restitution - swing[0], v[1] * -restitution - swing[1], t * 0.5 - v[2] * restitution]
         if walls[i] == walls[(i + 1) % count]:  # divided by the flight time, with which it vanishes
             middle, chord = ops.pi * (time[i] + t * 0.5), ops.sinc(t * 0.5) * (1 / np.pi)
             rows.append([drift[0] + chord * ops.cos(middle), drift[1] + chord * ops.sin(middle), drift[2]])

@@ -83,8 +83,8 @@ class Halving:
 
 def joined_cells(parts: Sequence[Cells]) -> Cells:
     """Cells of several, one after the other."""
-    low, high = (np.concatenate([getattr(each, end) for each in parts], axis=1) for end in ("low", "high"))
-    return Cells(low, high, np.concatenate([each.impact for each in parts]))
+    low, high = (np.concatenate([getattr(part, end) for part in parts], axis=1) for end in ("low", "high"))
+    return Cells(low, high, np.concatenate([part.impact for part in parts]))
 
 
 def generations(first: Cells, codes: Ints) -> Iterator[tuple[Cells, Ints]]:

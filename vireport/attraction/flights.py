@@ -148,8 +148,8 @@ def merged(time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
     size = np.hypot(spread[0], spread[1])
     longest = spread[:, np.argmax(size, axis=0), np.arange(spread.shape[2])]
     largest = size.max(axis=0)
-    along = np.where(largest > 0, longest / np.where(largest > 0, largest, 1.0), [[1.0], [0.0]])
-    axes = np.stack([along, np.stack([-along[1], along[0]])])  # axis, coordinate, set: orthogonal to rounding
+    axis = np.where(largest > 0, longest / np.where(largest > 0, largest, 1.0), [[1.0], [0.0]])
+    axes = np.stack([axis, np.stack([-axis[1], axis[0]])])  # axis, coordinate, set: orthogonal to rounding
     reach = np.abs(np.einsum("ack,cek->aek", axes, spread)).sum(axis=1) + np.einsum("ack,ck->ak", np.abs(axes), rest)
     reach += AFFINE_ROUNDING * (np.abs(spread).sum(axis=(0, 1)) + rest.sum(axis=0)) + 1e-300
     linear = [time.linear.copy(), velocity.linear.copy()]
@@ -239,15 +239,15 @@ def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tu
     rows = np.flatnonzero(past.proved)
     if not rows.size:
         return rows, past[rows], past[rows]
-    met = _met(way[rows], past.wall[rows] != sets.wall[rows], past.duration[rows])
-    once = (met.near != met.far) & (met.first > 0) & (met.last < 1) & ~met.beyond
-    rows, met = rows[once], _Met(*(column[once] for column in met))
-    own, since = way[rows], sets.since[rows]
-    passed = since + (past.duration[rows] - since) * between(met.first, met.last, TIME, SYMBOLS)
-    speed = own.speed(passed, own.waves(passed)[0])
+    touch = _met(way[rows], past.wall[rows] != sets.wall[rows], past.duration[rows])
+    once = (touch.near != touch.far) & (touch.first > 0) & (touch.last < 1) & ~touch.beyond
+    rows, touch = rows[once], _Met(*(column[once] for column in touch))
+    flights, since = way[rows], sets.since[rows]
+    passed = since + (past.duration[rows] - since) * between(touch.first, touch.last, TIME, SYMBOLS)
+    speed = flights.speed(passed, flights.waves(passed)[0])
     # Not slower than at rest, and not faster than anything in that time.
-    fastest = np.maximum(np.where(met.far, speed.upper, -speed.lower), 0.0)
-    wall = np.where(met.far, -sets.wall[rows], sets.wall[rows])
+    fastest = np.maximum(np.where(touch.far, speed.upper, -speed.lower), 0.0)
+    wall = np.where(touch.far, -sets.wall[rows], sets.wall[rows])
     linear, size = np.zeros((SYMBOLS, len(rows))), fastest / 2
     struck = Affine(wall * size, linear, size * (1 + AFFINE_ROUNDING))
     proved = np.ones(len(rows), dtype=bool)
@@ -282,10 +282,10 @@ def _duration(way: _Flights, far: Mask, guess: Floats) -> tuple[Affine, Mask]:
     linear[TIME] += width
     tube = Affine(middle.centre, linear, middle.radius)
     speeds = way.speed(tube, way.waves(tube)[0])
-    met = size < width * np.where(far, speeds.lower, -speeds.upper)
+    proved = size < width * np.where(far, speeds.lower, -speeds.upper)
     # Where the flight is followed from within the tube on, the end is not before: the ball is between the membranes.
-    met &= (middle - way.sets.since).lower + width > 0
-    return _forgotten(middle - missed / speeds), met
+    proved &= (middle - way.sets.since).lower + width > 0
+    return _forgotten(middle - missed / speeds), proved
 
 
 def _forgotten(x: Affine) -> Affine:
@@ -329,7 +329,7 @@ def _met(way: _Flights, far: Mask, duration: Affine) -> _Met:
     """
     count, parts, since = len(far), 1, way.sets.since
     near, far_one, beyond = np.zeros((3, count), dtype=bool)
-    found = _Met(near, far_one, beyond, np.full(count, np.inf), np.full(count, -np.inf))
+    touch = _Met(near, far_one, beyond, np.full(count, np.inf), np.full(count, -np.inf))
     # From a membrane the ball leaves with no velocity at least; a shock may have any.
     leaves = (since.reach == 0) | (way.speed(since, way.waves(since)[0]).lower > 0)
     row, place = np.arange(count), np.zeros(count, dtype=np.intp)
@@ -345,16 +345,16 @@ def _met(way: _Flights, far: Mask, duration: Affine) -> _Met:
         clear = (covered.lower > 0) | (first & (rising | (leaves[row] & (bend.lower > 0))))
         clear |= last & ~across & (falling | (bend.lower > 0))
         short = (left.lower > 0) | (first & falling) | (last & across & (rising | (bend.upper < 0)))
-        found.beyond[row[(covered.upper < 0) | (left.upper < 0)]] = True
-        still = ~(clear & short) & ~found.beyond[row]
+        touch.beyond[row[(covered.upper < 0) | (left.upper < 0)]] = True
+        still = ~(clear & short) & ~touch.beyond[row]
         if not into or not still.any():
             break
         row, place = np.repeat(row[still], into), (into * place[still, None] + np.arange(into)).ravel()
         parts *= into
-    found.near[row[still & ~clear]] = found.far[row[still & ~short]] = True
-    np.minimum.at(found.first, row[still], place[still] / parts)
-    np.maximum.at(found.last, row[still], (place[still] + 1) / parts)
-    return found
+    touch.near[row[still & ~clear]] = touch.far[row[still & ~short]] = True
+    np.minimum.at(touch.first, row[still], place[still] / parts)
+    np.maximum.at(touch.last, row[still], (place[still] + 1) / parts)
+    return touch
 
 
 def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
@@ -368,8 +368,8 @@ def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
     compiled : bool
         Whether to compile the search, where numba is there.
     """
-    found, summary = follow_impacts(np.repeat(check_model(groups), len(rows), axis=0), rows, 1, 1, compiled=compiled)
-    last = found[:, -1]
+    impacts, summary = follow_impacts(np.repeat(check_model(groups), len(rows), axis=0), rows, 1, 1, compiled=compiled)
+    last = impacts[:, -1]
     return np.stack([np.where(summary[:, 0] == 1, last[:, WALL], 0.0), last[:, FLIGHT], last[:, VELOCITY]], axis=1)
 
 

@@ -117,13 +117,13 @@ class Proved(Struct, frozen=True, eq=False):
     @property
     def jump_m_s(self) -> float | None:
         """A jump of the relative velocity up to which every one dies out [m/s], rounded down; None where none is."""
-        least = min((each.jump for each in self.shocks), default=0.0)
+        least = min((shocks.jump for shocks in self.shocks), default=0.0)
         return rounded_down(least * self.velocity_unit) if least > 0 else None
 
     @property
     def cells(self) -> int:
         """Cells of shocks that are proved."""
-        return sum(each.cells for each in self.shocks)
+        return sum(shocks.cells for shocks in self.shocks)
 
 
 def rounded_down(value: float) -> float:
@@ -133,7 +133,7 @@ def rounded_down(value: float) -> float:
 
 def proved_of(
     solution: Solution,
-    found: Disturbances,
+    disturbances: Disturbances,
     withstood: Withstood | None,
     compiled: bool,
     progress: Progress | None = None,
@@ -143,7 +143,7 @@ def proved_of(
     Parameters
     ----------
     solution : Solution
-    found : Disturbances
+    disturbances : Disturbances
         With what the ball from rest comes to.
     withstood : Withstood or None
         With the least shock that leads out: no bound can exceed it.
@@ -160,15 +160,15 @@ def proved_of(
     refused = _refused(device, groups)
     if refused is not None:
         return Proved(unit, Arrival(reason=refused), unproved=refused)
-    here = design.motions
+    at_design = design.motions
     motions, companions = (
-        [motion_at(here, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
-        for rows in (here.stable_mask, here.admissible_mask & ~here.stable_mask)
+        [motion_at(at_design, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
+        for rows in (at_design.stable_mask, at_design.admissible_mask & ~at_design.stable_mask)
     )
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)
     say("proving that the motion is reached from rest")
-    arrival = _arrival(device, groups, found, [trap for trap in traps if trap is not None], compiled)
+    arrival = _arrival(device, groups, disturbances, [trap for trap in traps if trap is not None], compiled)
     say("proving which share of all impacts comes to the motion")
     sections = _sections(device, groups, [*traps, arrival.trap], compiled)
     if not motions or None in traps:
@@ -236,10 +236,12 @@ def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
     return None
 
 
-def _arrival(device: Device, groups: Groups[float], found: Disturbances, traps: list[Trap], compiled: bool) -> Arrival:
+def _arrival(
+    device: Device, groups: Groups[float], disturbances: Disturbances, traps: list[Trap], compiled: bool
+) -> Arrival:
     """Prove what the simulation says that the ball from rest comes to."""
-    end = found.from_rest
-    refused = Unproved.RAMP if found.ramp_periods else None if end is None else REFUSED.get(end.destination)
+    end = disturbances.from_rest
+    refused = Unproved.RAMP if disturbances.ramp_periods else None if end is None else REFUSED.get(end.destination)
     if end is None or refused is not None:
         return Arrival(reason=refused or Unproved.NOT_PERIODIC)
     if end.destination is Destination.OTHER_MOTION:

@@ -111,5 +111,5 @@ def _holds(trap: Trap, time: Ball, velocity: Ball) -> bool:
     whole = 2 * round((float(time.mid()) - float(trap.motion.time[0])) / 2)
     late, fast = time - whole - ball(float(trap.motion.time[0])), velocity - ball(float(trap.motion.velocity[0]))
     (a, b), (_, c) = ([ball(entry) for entry in row] for row in trap.metric.tolist())
-    along, across = a * late + b * fast, c * fast
-    return bool(along * along + across * across <= ball(trap.radius) ** 2)
+    first, second = a * late + b * fast, c * fast
+    return bool(first * first + second * second <= ball(trap.radius) ** 2)

@@ -109,6 +109,9 @@ class Section(Struct, frozen=True, eq=False):
 class _Ways(Struct, frozen=True, eq=False):
     """Ways that the impacts of cells take, two of a cell some of whose impacts lead to a touch and others do not.
 
+    Every impact of a cell takes one of the cell's ways: unless that is good, it passes the boxes of the way in their
+    order, as far as they are not NaN. So a cell is proved once each of its ways is good or has a box that is.
+
     Attributes
     ----------
     cell : ndarray of int (n,)
@@ -127,7 +130,7 @@ class _Ways(Struct, frozen=True, eq=False):
 
 
 def _joined(ways: Sequence[_Ways]) -> _Ways:
-    return _Ways(*(np.concatenate([getattr(each, name) for each in ways]) for name in ("cell", "good", "box")))
+    return _Ways(*(np.concatenate([getattr(part, name) for part in ways]) for name in ("cell", "good", "box")))
 
 
 def _first_moments() -> Cells:
@@ -147,12 +150,15 @@ def _first_cells(fastest: float) -> Cells:
 def _ways(
     groups: Groups[float], trap: Trap, cells: Cells, rests: Collection[int], compiled: bool
 ) -> tuple[_Ways, Ints, int]:
-    """Where cells go, along which coordinate to halve them, and how many flights that took."""
+    """Where cells go, along which coordinate to halve them, and how many flights that took.
+
+    The k-th set that is followed holds what is left of the way `way[k]`, with `struck[k]` of its boxes filled. A way
+    whose set is given up stays as it is, and is not good: nothing is proved by what is not followed.
+    """
     exactly, count, flights = enclosed(groups), len(cells), 0
     time, velocity = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
     at = ImpactSets(np.ones(count, dtype=bool), np.full(count, BOTTOM), time, velocity, time)
     ways = _Ways(np.arange(count), np.zeros(count, dtype=bool), np.full((count, RETURNS, 4), np.nan))
-    # Of each set that is followed: its way, and how often it has struck the bottom.
     way, struck, halved = np.arange(count), np.zeros(count, np.intp), longer(time, velocity)
     for _ in range(patience(trap)):
         inside = trap.holds(at.wall, at.time, at.velocity)
@@ -193,10 +199,10 @@ class _Known:
         steps = np.zeros((FINEST + 1, FINEST + 1), dtype=np.int32)
         for a, b, sign in ((low[0], low[1], 1), (high[0], low[1], -1), (low[0], high[1], -1), (high[0], high[1], 1)):
             np.add.at(steps, (a, b), sign)
-        known = steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
+        covered = steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
         # Two periods, so that what lasts over the end of one is in one piece.
         self.sums = np.zeros((2 * FINEST + 1, FINEST + 1), dtype=np.int32)
-        self.sums[1:, 1:] = np.concatenate([known, known]).cumsum(axis=0, dtype=np.int32).cumsum(axis=1)
+        self.sums[1:, 1:] = np.concatenate([covered, covered]).cumsum(axis=0, dtype=np.int32).cumsum(axis=1)
 
     def holds(self, box: Floats) -> Mask:
         """Which boxes (n, 4) are surely in it as a whole."""
@@ -210,8 +216,8 @@ class _Known:
         c = np.maximum(c, 0)
         inside = defined & (a >= 0) & (b <= 2 * FINEST) & (c < d) & (d <= FINEST)
         a, b, c, d = (np.where(inside, index, 0) for index in (a, b, c, d))
-        known = self.sums[b, d] - self.sums[a, d] - self.sums[b, c] + self.sums[a, c]
-        return np.asarray(inside & (known == (b - a) * (d - c)))
+        covered = self.sums[b, d] - self.sums[a, d] - self.sums[b, c] + self.sums[a, c]
+        return np.asarray(inside & (covered == (b - a) * (d - c)))
 
 
 def _spread(cells: Cells, rows: Mask, ways: _Ways, fastest: float, rounds: int | None = None) -> Mask:
@@ -225,8 +231,8 @@ def _spread(cells: Cells, rows: Mask, ways: _Ways, fastest: float, rounds: int |
         count = np.count_nonzero(proved)
         if count == before:
             break
-        before, known = int(count), _Known(cells[proved], fastest)
-        good[~good] = np.any([known.holds(ways.box[~good, k]) for k in range(RETURNS)], axis=0)
+        before, region = int(count), _Known(cells[proved], fastest)
+        good[~good] = np.any([region.holds(ways.box[~good, k]) for k in range(RETURNS)], axis=0)
     return proved
 
 
@@ -241,15 +247,15 @@ class _Task(Struct, frozen=True, eq=False):
 
     def ways(self, cells: Cells) -> tuple[_Ways, Ints, int]:
         """Where cells go, along which coordinate to halve them, and how many flights that took."""
-        ways, along, used = list[_Ways](), [np.zeros(0, np.intp)], 0
+        ways, longer_sides, used = list[_Ways](), [np.zeros(0, np.intp)], 0
         for begin in range(0, len(cells), AT_ONCE):
             more, longest, flights = _ways(
                 self.groups, self.trap, cells[begin : begin + AT_ONCE], self.rests, self.compiled
             )
             ways.append(_Ways(more.cell + begin, more.good, more.box))
-            along.append(longest)
+            longer_sides.append(longest)
             used += flights
-        return _joined(ways), np.concatenate(along), used
+        return _joined(ways), np.concatenate(longer_sides), used
 
 
 def proved_section(
@@ -271,17 +277,19 @@ def proved_section(
     """
     task = _Task(groups, trap, fastest, rests, compiled)
     halving, used, first = Halving(_first_cells(fastest)), 0, 0
-    ways, along = list[_Ways](), np.zeros(0, np.intp)
+    ways, longer_sides = list[_Ways](), np.zeros(0, np.intp)
     while True:
         more, longest, flights = task.ways(halving.cells[first:])
         ways.append(_Ways(more.cell + first, more.good, more.box))
-        along, used = np.concatenate([along, longest]), used + flights
+        longer_sides, used = np.concatenate([longer_sides, longest]), used + flights
         first, last = len(halving.cells), used >= MOST_FLIGHTS
         proved = _spread(halving.cells, halving.code < 0, _joined(ways), fastest, None if last else ROUNDS)
         halving.code[proved] = PROVED
         left = np.flatnonzero(halving.code == OPEN)
         sides = (halving.cells.high - halving.cells.low)[:, left] * FINEST / [[PERIOD], [fastest]]
-        widest = np.where(sides[along[left], np.arange(len(left))] > 1.5, along[left], 1 - along[left])
+        widest = np.where(
+            sides[longer_sides[left], np.arange(len(left))] > 1.5, longer_sides[left], 1 - longer_sides[left]
+        )
         large = sides.max(axis=0) > 1.5
         if last or not large.any():
             break
@@ -293,24 +301,24 @@ def proved_section(
     return Section(trap, fastest, halving.codes, moments, _share(cells, fastest), switch_on)
 
 
-def _switched_on(task: _Task, known: _Known) -> tuple[Ints, float]:
+def _switched_on(task: _Task, region: _Known) -> tuple[Ints, float]:
     """The cells of moments of switching on, and the share of all moments that is proved."""
     halving, first = Halving(_first_moments()), 0
     for turn in range(HALVINGS + 1):
         new = np.arange(first, len(halving.cells))
-        proved = _arrives(task, halving.cells[new], known)
+        proved = _arrives(task, halving.cells[new], region)
         first, halving.code[new[proved]] = len(halving.cells), PROVED
         if turn < HALVINGS:
             halving.halve(new[~proved], np.zeros(np.count_nonzero(~proved), np.intp))
     return halving.codes, _share_of_moments(halving.cells[halving.code == PROVED])
 
 
-def _arrives(task: _Task, cells: Cells, known: _Known) -> Mask:
+def _arrives(task: _Task, cells: Cells, region: _Known) -> Mask:
     """Which cells come to the region, as they are or by way of what is known."""
     proved = np.ones(len(cells), dtype=bool)
     if len(cells):
         ways, _, _ = task.ways(cells)
-        good = ways.good | np.any([known.holds(ways.box[:, k]) for k in range(RETURNS)], axis=0)
+        good = ways.good | np.any([region.holds(ways.box[:, k]) for k in range(RETURNS)], axis=0)
         proved[ways.cell[~good]] = False
     return proved
 
@@ -342,10 +350,10 @@ def section_again(
     if len(cells):
         ways, _, _ = task.ways(cells)
         cells = cells[_spread(cells, np.ones(len(cells), dtype=bool), ways, fastest)]
-    known, switched_on = _Known(cells, fastest), list[Cells]()
+    region, switched_on = _Known(cells, fastest), list[Cells]()
     for parts, code in generations(_first_moments(), moments):
         if (code > 0).any():
             raise ValueError("moments of switching on have one coordinate")
         claimed = parts[code == PROVED]
-        switched_on.append(claimed[_arrives(task, claimed, known)])
+        switched_on.append(claimed[_arrives(task, claimed, region)])
     return _share(cells, fastest), _share_of_moments(joined_cells(switched_on))

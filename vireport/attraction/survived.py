@@ -114,12 +114,12 @@ class MotionFlights:
         proved, halved, flights = np.zeros(len(cells.impact), dtype=bool), np.zeros(len(cells.impact), dtype=np.intp), 0
         for impact in np.unique(cells.impact).tolist():
             rows = np.flatnonzero(cells.impact == impact)
-            own = cells[rows]
-            middle = (own.low + own.high) / 2
+            after_it = cells[rows]
+            middle = (after_it.low + after_it.high) / 2
             delay = middle[0] * self.durations[impact].centre[0]
             start = shocked(self.groups, self.trap.motion, impact, delay, middle[1])
             guesses = simulated(self.groups, start, self.compiled)
-            came = come_in(self.groups, self.trap, self._sets(own, impact), guesses, impacts, self.compiled)
+            came = come_in(self.groups, self.trap, self._sets(after_it, impact), guesses, impacts, self.compiled)
             proved[rows], halved[rows], flights = came[0], came[1], flights + came[2]
         return proved, halved, flights
 

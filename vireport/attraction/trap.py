@@ -83,8 +83,8 @@ class Trap(Struct, frozen=True, eq=False):
     def size(self, late: Affine, fast: Affine) -> Floats:
         """A bound of ``|M x|`` over each set of deviations."""
         (a, b), (_, c) = self.metric.tolist()
-        along, across = a * late + b * fast, c * fast
-        return np.hypot(_largest(along), _largest(across)) * (1 + AFFINE_ROUNDING)
+        first, second = a * late + b * fast, c * fast
+        return np.hypot(_largest(first), _largest(second)) * (1 + AFFINE_ROUNDING)
 
 
 def _largest(x: Affine) -> Floats:
@@ -122,7 +122,7 @@ def proved_trap(groups: Groups[float], motion: Motion, metric: Floats, radius: f
     middle, half = (edge[1:] + edge[:-1]) / 2, radius / TILES
     first, second = (grid.ravel() * radius for grid in np.meshgrid(middle, middle))
     nearest = np.hypot(np.maximum(np.abs(first) - half, 0), np.maximum(np.abs(second) - half, 0))
-    first, second = (each[nearest <= radius] for each in (first, second))
+    first, second = (coordinate[nearest <= radius] for coordinate in (first, second))
     # Slightly larger, so that roundings leave no gap between tiles.
     half *= 1 + 1e-6
     time, velocity = _tiles(motion, inverse, first, second, half)
@@ -178,7 +178,7 @@ def lap_derivative(groups: Groups[float], motion: Motion, time: Affine, velocity
     for before, at in around(groups, motion, time, velocity, compiled):
         if not at.proved.all():
             return None
-        start, end = (exactly.pull(AFFINE.cos(AFFINE.pi * each.time)) for each in (before, at))
+        start, end = (exactly.pull(AFFINE.cos(AFFINE.pi * impacts.time)) for impacts in (before, at))
         r = restitutions(groups, before.wall)
         a, b, c, d = flight_jacobian(at.duration, before.velocity, at.velocity, start, end, r)
         lap = (a, b, c, d) if lap is None else _product((a, b, c, d), lap)

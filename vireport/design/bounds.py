@@ -61,18 +61,18 @@ def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str,
     """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
     bounds = _of(membrane, sweep, branch.motions, None)
     for row, critical in branch.family.critical_points.items():
-        own = {**critical.closed.bounds, "sweep_value": critical.error_bound}
+        labelled = {**critical.closed.bounds, "sweep_value": critical.error_bound}
         for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
-            bounds[name][row] = max(bounds[name][row], own[name])
-        bounds["q"][row] = max(bounds["q"][row], own["u"])
-        bounds["phi_bottom"][row] = max(bounds["phi_bottom"][row], own["phi_bottom"])
+            bounds[name][row] = max(bounds[name][row], labelled[name])
+        bounds["q"][row] = max(bounds["q"][row], labelled["u"])
+        bounds["phi_bottom"][row] = max(bounds["phi_bottom"][row], labelled["phi_bottom"])
     return bounds
 
 
 def _of(
-    membrane: Membrane | None, sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None
+    membrane: Membrane | None, sweep: Sweep, motions: Motions, solved: tuple[Floats, Floats] | None
 ) -> dict[str, Floats]:
-    bounds = one_to_one_bounds(sweep, motions, given)
+    bounds = one_to_one_bounds(sweep, motions, solved)
     if membrane is None:
         return bounds
     return {**bounds, **voltage_bounds(*_speeds(sweep, motions, bounds), membrane)}

@@ -188,9 +188,9 @@ def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Regio
 def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     """All stable admissible motions of devices (arrays), and those that lack up to `slack`: of which, and which."""
     groups = devices.groups(Parameter.LENGTH, devices.length_m)
-    found = find_motions(groups, devices.period_ratio)
-    stable = found.stable(each(groups.restitution, np.asarray), slack)
-    return found.cell[stable], found.orbit.select(stable)
+    motions = find_motions(groups, devices.period_ratio)
+    stable = motions.stable(each(groups.restitution, np.asarray), slack)
+    return motions.cell[stable], motions.orbit.select(stable)
 
 
 def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: Floats) -> Device:
@@ -198,8 +198,8 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
 
     The inputs of the device, and the tolerances, may be arrays (k,).
     """
-    own = (varied for varied in DesignInput if varied not in RESTITUTIONS)
-    changed = {varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in own}
+    tolerated = (varied for varied in DesignInput if varied not in RESTITUTIONS)
+    changed = {varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in tolerated}
     restitution = each(device.restitution, lambda r: np.broadcast_to(r, steps.shape[1]))
     for (varied, width), step in zip(half_widths.items(), steps, strict=True):
         if varied in changed:

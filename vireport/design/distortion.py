@@ -174,7 +174,7 @@ def distortions(device: Device, motions: Motions, nearest: Margin | None = None)
         To an end of stable motion: the harmonic that brings this end to the design point is tried first.
     """
     flat = mirrored(device)
-    followed = [own for own in stable_ones(device, motions) if not flat or own.u >= 0]
+    followed = [candidate for candidate in stable_ones(device, motions) if not flat or candidate.u >= 0]
     return tuple(
         _least(order, [_Border(device, motion, flat and u == 0, order) for motion, u in followed], nearest)
         for order in ORDERS
@@ -239,12 +239,12 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
         Of the device.
     friction : float
     """
-    own, more = (
-        given.groups(Parameter.LENGTH, given.length_m).as_floats()
-        for given in (device, replace(device, friction=friction))
+    plain, rubbing = (
+        case.groups(Parameter.LENGTH, case.length_m).as_floats()
+        for case in (device, replace(device, friction=friction))
     )
-    origin = own if own.friction is not None else own._replace(friction=0.0)
-    change = more.friction - origin.friction
+    origin = plain if plain.friction is not None else plain._replace(friction=0.0)
+    change = rubbing.friction - origin.friction
     model = Rubbed(origin, copysign(1.0, change))
 
     def moves_on(motion: Motion) -> bool:
@@ -252,7 +252,7 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
         curve = Curve(motion.word, model, -1.0, 1.0, 1.0)
         return min(curve.margins(curve.vector(replace(motion, coordinate=0.0)))) > 0
 
-    moving = [own for own in stable if moves_on(own.motion)]
+    moving = [stable_motion for stable_motion in stable if moves_on(stable_motion.motion)]
     return carried(model, -1.0, abs(change), moving, device.period_ratio, mirrored(device))
 
 

@@ -82,8 +82,8 @@ class Effect(Struct, frozen=True):
         """Those that a scenario asks for; the usual ones where it asks for none."""
         if blocks is None:
             return USUAL
-        sizes = ((own.percent or 0.0) / 100 + (own.exponent or 0.0) for own in blocks)  # it has one of the two
-        return tuple(Effect(own.effect, size, own.speed_m_s) for own, size in zip(blocks, sizes, strict=True))
+        sizes = ((block.percent or 0.0) / 100 + (block.exponent or 0.0) for block in blocks)  # it has one of the two
+        return tuple(Effect(block.effect, size, block.speed_m_s) for block, size in zip(blocks, sizes, strict=True))
 
 
 class Unmoved(StrEnum):
@@ -170,8 +170,8 @@ class Shifts(Struct, frozen=True, eq=False):
     @property
     def worst(self) -> Shift | None:
         """The one that leaves the least margin."""
-        known = (shift for shift in self.rows if shift.known)
-        return min(known, key=lambda shift: shift.room, default=None)
+        computed = (shift for shift in self.rows if shift.known)
+        return min(computed, key=lambda shift: shift.room, default=None)
 
 
 def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Sequence[Device]]:
@@ -202,7 +202,7 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
         towards = -copysign(1.0, end.distance) / steepest
         parts = [(towards * slopes[0], towards * slopes[1])]
     more = (Harmonic(SECOND, size * cosine, size * sine) for cosine, sine in parts)
-    return [replace(device, harmonics=with_harmonic(device.harmonics, each)) for each in more]
+    return [replace(device, harmonics=with_harmonic(device.harmonics, amplitude)) for amplitude in more]
 
 
 def _of_friction(device: Device, size: float, _: Margin) -> Sequence[Device]:
@@ -260,14 +260,14 @@ def shifts(
     for effect in effects:
         changed = _changed(device, design, effect, end)
         # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
-        found = [
+        listed = [
             _followed(other, origin, end, effect)
             if _groups(other) != _groups(device)
             else shift_to(effect, end, end.sweep_value, end.event, float(device.value_of(end.parameter)))
             for other in changed
         ]
-        if found:
-            shift = min(found, key=lambda shift: shift.room)
+        if listed:
+            shift = min(listed, key=lambda shift: shift.room)
             least = _least_with(origin, design, effect) if in_any_input else None
             # Up to where the ball stops motion is known to be stable; nothing is where it stops at the design point.
             rows.append(replace(shift, least=least if shift.known or least else None))
@@ -315,40 +315,40 @@ def _groups(device: Device) -> Groups[float]:
     return device.groups(Parameter.LENGTH, device.length_m).as_floats()
 
 
-def shift_to(effect: Effect, end: Margin, value: float, event: Event, own: float) -> Shift:
-    """The shift of an end to a value, the input being `own` at the design point."""
+def shift_to(effect: Effect, end: Margin, value: float, event: Event, design_value: float) -> Shift:
+    """The shift of an end to a value, the input being `design_value` at the design point."""
     if abs(value - end.sweep_value) <= LOCATED * abs(value):
         value = end.sweep_value
     moved, way = value - end.sweep_value, copysign(1.0, end.distance)
-    return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - own) / abs(own))
+    return Shift(effect, value, event, moved, moved / end.sweep_value, way * (value - design_value) / abs(design_value))
 
 
 def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> Shift:
     """Where the stable motions of a changed device end, those of the design itself at `end`."""
-    varied, own = end.parameter, float(device.value_of(end.parameter))
+    varied, design_value = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
-    here: Sequence[_End] | None = None
+    reached: Sequence[_End] | None = None
     for retreat in RETREATS:
-        value = own - way * retreat * abs(own)
+        value = design_value - way * retreat * abs(design_value)
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
         ends = _ends(at, origin, varied, way)
-        here = ends if not retreat else here
+        reached = ends if not retreat else reached
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
-            return shift_to(effect, end, same.value, same.event, own)
+            return shift_to(effect, end, same.value, same.event, design_value)
         if ends and ends[0].event is Event.STOP:
             # It may go on beyond, as it does without friction: where it ends then is not known.
             return Shift(effect, absence=Unmoved.STOPS)
     # The motion that ended there is gone, or ends otherwise: gravity and one membrane alone make a fold of a pitchfork.
-    if here is None:
+    if reached is None:
         stops = effect.left_out is LeftOut.FRICTION
         return Shift(effect, absence=Unmoved.STOPS if stops else Unmoved.NOT_STABLE)
-    if not here:
+    if not reached:
         return Shift(effect, absence=Unmoved.ENDLESS)
-    if here[0].event is Event.LOST:
+    if reached[0].event is Event.LOST:
         return Shift(effect, absence=Unmoved.NOT_FOLLOWED)
-    return shift_to(effect, end, here[0].value, here[0].event, own)
+    return shift_to(effect, end, reached[0].value, reached[0].event, design_value)
 
 
 class _End(Struct, frozen=True):
@@ -382,12 +382,12 @@ def _ends(device: Device, origin: _Origin, varied: DesignInput, way: float) -> S
     followed = _followed_to(device, origin)
     if not followed:
         return None
-    line, found = line_of(varied, device), []
+    line, ends = line_of(varied, device), []
     for end in endings(device, followed, [line], (Line.sense(varied) * way,)):
         if varied in end.inputs and end.event is not Event.SWEEP_END and not end.taken_over:
             event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
-            found.append(_End(_value(device, varied, end), event, float(np.abs(end.x[:2]).max())))
-    return sorted(found, key=lambda end: way * end.value)
+            ends.append(_End(_value(device, varied, end), event, float(np.abs(end.x[:2]).max())))
+    return sorted(ends, key=lambda end: way * end.value)
 
 
 def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
@@ -395,14 +395,14 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
     # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found, and those of a
     # ball without friction, and of restitutions that do not fall with speed, to one with it and to those that do.
     design, falls = origin.device, device.law is not None
-    own, force = constant(device) if falls else device, device.harmonics if design.harmonics else ()
-    plain = replace(own, harmonics=force, friction=design.friction)
+    base, force = constant(device) if falls else device, device.harmonics if design.harmonics else ()
+    plain = replace(base, harmonics=force, friction=design.friction)
     same = plain == design
     followed = origin.stable if same else stable_ones(plain, motions_at(plain, Parameter.LENGTH)[0])
-    if own.friction != plain.friction:
-        followed = with_friction(plain, followed, own.friction)
-    for harmonic in own.harmonics if not force else ():
-        followed = followed_with(replace(plain, friction=own.friction), followed, harmonic)
+    if base.friction != plain.friction:
+        followed = with_friction(plain, followed, base.friction)
+    for harmonic in base.harmonics if not force else ():
+        followed = followed_with(replace(plain, friction=base.friction), followed, harmonic)
     return with_law(device, followed) if falls else followed
 
 

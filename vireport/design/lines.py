@@ -123,7 +123,7 @@ class AlongLine(Struct, frozen=True, eq=False):
             moved = r.moved(*(position if moves else 0 for moves in self._moves))
             return Groups(d, gbar, moved, harmonics, friction)
         if self.line is Line.RESTITUTION:
-            return Groups(d, gbar, each(r, lambda own: own + position), harmonics, friction)
+            return Groups(d, gbar, each(r, lambda restitution: restitution + position), harmonics, friction)
         bottom, top = by_wall(r)
         if self.line is Line.RESTITUTION_BOTTOM:
             return Groups(d, gbar, Restitutions(bottom + position, top), harmonics, friction)
@@ -131,30 +131,30 @@ class AlongLine(Struct, frozen=True, eq=False):
 
     def _friction(self, position: Any) -> Any:
         """Friction at a position: with the force and the mass it goes as gbar does, with the inclination as cosine."""
-        own = self.origin.friction
-        if own is None:
+        friction = self.origin.friction
+        if friction is None:
             return None
         match self.line:
             case Line.FORCES:
-                return own * self.ops.exp(position)
+                return friction * self.ops.exp(position)
             case Line.MASSES:
-                return own * (1 + self.capsule_share * (self.ops.exp(position) - 1))
+                return friction * (1 + self.capsule_share * (self.ops.exp(position) - 1))
             case Line.GRAVITY:
                 gbar = self.origin.gbar + position
                 return self.rubbed[0] * self.ops.sqrt(self.rubbed[1] * self.rubbed[1] - gbar * gbar)
-        return own
+        return friction
 
     def _friction_slope(self, position: Any) -> Any:
         """The derivative of that by the position."""
-        own = self._friction(position)
+        friction = self._friction(position)
         match self.line:
             case Line.FORCES:
-                return own
+                return friction
             case Line.MASSES:
                 return self.capsule_share * self.origin.friction * self.ops.exp(position)
             case Line.GRAVITY:
                 # Upright friction is none, and falls there with an infinite slope: which Newton's steps are spared.
-                return -(self.rubbed[0] ** 2) * (self.origin.gbar + position) / own if own else 0.0
+                return -(self.rubbed[0] ** 2) * (self.origin.gbar + position) / friction if friction else 0.0
         return 0.0
 
     @property
@@ -302,7 +302,7 @@ class Ending(Struct, frozen=True, eq=False):
 def mirrored(device: Device) -> bool:
     """Whether the motions have mirror images."""
     level = device.inclination_deg == 0 and device.period_ratio % 2 == 1
-    return bool(level and device.alike and all(own.order % 2 for own in device.harmonics))
+    return bool(level and device.alike and all(harmonic.order % 2 for harmonic in device.harmonics))
 
 
 class Followed(NamedTuple):
@@ -454,7 +454,7 @@ def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:
         # One of two mirror images begins to either side, and of the symmetric motions those that grow and those that
         # fall: which of them is first, rounding says.
         either = (first, *(start for _, start in off(curve, x, -vertex.tangent)))
-        beyond = [beside for beside in either if (beside.x[-1] - x[-1]) * sign > 0]
-        if stable := [beside for beside in beyond if curve.stability(beside.x).attracts]:
-            return min(stable, key=lambda beside: float(beside.x[3] - beside.x[2]))
+        beyond = [asymmetric for asymmetric in either if (asymmetric.x[-1] - x[-1]) * sign > 0]
+        if stable := [asymmetric for asymmetric in beyond if curve.stability(asymmetric.x).attracts]:
+            return min(stable, key=lambda asymmetric: float(asymmetric.x[3] - asymmetric.x[2]))
     return None

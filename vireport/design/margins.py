@@ -293,7 +293,7 @@ HARMONICS = tuple(Harmonic(order, 0.0, 0.0) for order in (2, 3))
 
 def differentiated(harmonics: Sequence[Harmonic], more: Sequence[Harmonic] = HARMONICS) -> tuple[Harmonic, ...]:
     """The harmonics of a force, and those of others that it has nothing of."""
-    return *harmonics, *(own for own in more if own.order not in {other.order for other in harmonics})
+    return *harmonics, *(harmonic for harmonic in more if harmonic.order not in {other.order for other in harmonics})
 
 
 class OwnGroups:
@@ -353,14 +353,14 @@ def normal_of(
     gradients = np.vstack([linearised(motion.word, x, OwnGroups(groups))[1], gradient])
     if not np.isfinite(gradients).all():
         return np.full(len(groups.numbers), np.nan)
-    own = 2 * len(motion.word)
+    unknowns = 2 * len(motion.word)
     # Rows are scaled before the null vector is taken: conditions in times and in velocities differ by orders of
     # magnitude, and the smallest singular value would be that of the units.
     scale = np.max(np.abs(gradients), axis=1, keepdims=True)
     rows = gradients / np.where(scale == 0, 1.0, scale)
     # One more condition than unknowns: the last left singular vector is the w of above.
-    weight = np.linalg.svd(rows[:, :own])[0][:, -1]
-    return np.asarray(weight @ rows[:, own:])
+    weight = np.linalg.svd(rows[:, :unknowns])[0][:, -1]
+    return np.asarray(weight @ rows[:, unknowns:])
 
 
 def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
@@ -384,15 +384,15 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
     r, slope = map(float, groups.rebound(1, velocity))
     n = motion.word.periods
     sine, cosine = sin(phase), cos(phase)
-    here, rate = wave(sine, cosine, groups.harmonics), force_rate(sine, cosine, groups.harmonics)
-    rows = np.array([[pi * (1 - slope), 1 + slope], [-2 * here.force, -n * rate]])
-    impulse, force = np.linalg.solve(rows, [n * (1 + slope) / 2, 2 * here.impulse / pi**2])
+    force_wave, rate = wave(sine, cosine, groups.harmonics), force_rate(sine, cosine, groups.harmonics)
+    rows = np.array([[pi * (1 - slope), 1 + slope], [-2 * force_wave.force, -n * rate]])
+    impulse, force = np.linalg.solve(rows, [n * (1 + slope) / 2, 2 * force_wave.impulse / pi**2])
     normal = [1.0, 0.0, float(velocity * (force - pi * impulse - n / 2)), 0.0]
-    for own in groups.harmonics:
-        s, c = sin(own.order * phase), cos(own.order * phase)
-        of_cosine = -2 * impulse * s / own.order - n * force * c + 2 * c / (pi * own.order) ** 2
-        of_sine = 2 * impulse * c / own.order - n * force * s + 2 * s / (pi * own.order) ** 2
-        normal += [float(of_cosine), float(of_sine)] if own.order % 2 else [nan, nan]
+    for harmonic in groups.harmonics:
+        s, c = sin(harmonic.order * phase), cos(harmonic.order * phase)
+        of_cosine = -2 * impulse * s / harmonic.order - n * force * c + 2 * c / (pi * harmonic.order) ** 2
+        of_sine = 2 * impulse * c / harmonic.order - n * force * s + 2 * s / (pi * harmonic.order) ** 2
+        normal += [float(of_cosine), float(of_sine)] if harmonic.order % 2 else [nan, nan]
     if groups.law is not None:
         law = groups.law.each(float)
         stated, exponent, speed = law.bottom, law.exponent, law.speed
@@ -421,11 +421,13 @@ def _derivatives(
         slopes = {name: slope + float(more[1]) * at.law_slope(name) for name, slope in slopes.items()}
     if at.rubs:
         slopes = {name: slope + float(more[-1]) * at.friction_slope(name) for name, slope in slopes.items()}
-    own = slopes.pop(varied)
+    by_varied = slopes.pop(varied)
     # Where inputs overlap, the other moves the value itself as well.
-    derivatives = {name: (-slope / own if own else inf) + carried(varied, name) for name, slope in slopes.items()}
+    derivatives = {
+        name: (-slope / by_varied if by_varied else inf) + carried(varied, name) for name, slope in slopes.items()
+    }
     by_harmonics = {}
     for harmonic, parts in zip(orders, harmonics.reshape(-1, 2), strict=True):
-        cosine, sine = (float(-part / own) if own else inf for part in parts)
+        cosine, sine = (float(-part / by_varied) if by_varied else inf for part in parts)
         by_harmonics[harmonic.order] = (cosine, sine) if np.isfinite([cosine, sine]).all() else None
     return {name: slope if np.isfinite(slope) else None for name, slope in derivatives.items()}, by_harmonics

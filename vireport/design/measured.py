@@ -94,9 +94,9 @@ def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Fl
     """
     count = _stable(device, inputs, covariance, SAMPLES)
     _, low, high = share_interval(count, SAMPLES)
-    found = MeasuredShare(count, SAMPLES, low, high)
-    if found.said:
-        return found
+    share = MeasuredShare(count, SAMPLES, low, high)
+    if share.said:
+        return share
     # What remains where an input were known exactly.
     gains = [
         abs(_stable(device, inputs, _measured(covariance, k, 0.0), FEWER) / FEWER - 0.5) for k in range(len(inputs))

@@ -190,8 +190,8 @@ class DesignPoint(Struct, frozen=True, eq=False):
 
         A motion that takes over has other voltages than the one that was designed: requirements are of these.
         """
-        own = (margin for margin in self.margins if margin.ends_stability or margin.taken_over)
-        return [margin for margin in own if not kinds or margin.event in kinds]
+        ends = (margin for margin in self.margins if margin.ends_stability or margin.taken_over)
+        return [margin for margin in ends if not kinds or margin.event in kinds]
 
 
 def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bool = True) -> DesignPoint:
@@ -209,9 +209,9 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
     chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
     value = float(device.value_of(chosen))
     (motions, families, errors), lost = _found_at(device, chosen)
-    found = chosen, value, motions, families, errors
+    solved = chosen, value, motions, families, errors
     if not margins:
-        return DesignPoint(*found, (), (), (), lost=lost)
+        return DesignPoint(*solved, (), (), (), lost=lost)
     ends = margins_of(device, motions)
     distances = list(ends.found) if diagram is not None else _labelled(ends.found)
     for point in diagram.critical_points if diagram is not None else ():
@@ -222,7 +222,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
             distances.append(margin_at(device, DesignInput(chosen), point, False, {}))
     distances = nearest_first(distances)
     stable = _stable_ranges(device, distances, ends.unresolved) if motions.stable_mask.any() else ()
-    return DesignPoint(*found, tuple(distances), ends.unresolved, stable, lost=lost)
+    return DesignPoint(*solved, tuple(distances), ends.unresolved, stable, lost=lost)
 
 
 def with_distortions(device: Device, point: DesignPoint) -> DesignPoint:
@@ -376,11 +376,11 @@ def _under_law(device: Device) -> tuple[list[_Place], Restitutions, int]:
 
 
 def ending_beyond(
-    device: Device, parameter: Parameter, value: float, sign: float, known: DesignPoint | None = None
+    device: Device, parameter: Parameter, value: float, sign: float, design: DesignPoint | None = None
 ) -> Point | None:
     """Where the stable motions at a value of a parameter have all ended, if it grows (sign 1) or falls (-1) from there.
 
-    None where no motion is stable, or where one of them does not end, or is not followed to its end. `known` is a
+    None where no motion is stable, or where one of them does not end, or is not followed to its end. `design` is a
     design point of the same device, whose motions need not be followed again where they are the ones.
     """
     device = device.with_values({parameter: value})
@@ -390,10 +390,10 @@ def ending_beyond(
     varied = DesignInput(parameter)
     line = line_of(varied, device)
     ends = []
-    own = motions.u >= 0 if mirrored(device) and parameter.keeps_symmetry else True
-    rows = np.flatnonzero(motions.stable_mask & own)
-    onward = [margin.point for margin in (known.endings() if known is not None else ()) if margin.parameter is varied]
-    onward = [point for point in onward if known is not None and sign * (point.sweep_value - known.value) > 0]
+    chosen = motions.u >= 0 if mirrored(device) and parameter.keeps_symmetry else True
+    rows = np.flatnonzero(motions.stable_mask & chosen)
+    onward = [margin.point for margin in (design.endings() if design is not None else ()) if margin.parameter is varied]
+    onward = [point for point in onward if design is not None and sign * (point.sweep_value - design.value) > 0]
     first = min(onward, key=lambda point: sign * point.sweep_value, default=None)
     if len(rows) == 1 and first is not None and sign * (first.sweep_value - value) > 0:
         return first  # the design point's stable motions are all stable here still, where only one is

@@ -113,21 +113,21 @@ def _tube(d: Affine, gbar: Affine, r: Any, n: int, guess: Floats) -> tuple[Mask,
     Its axis is linear in the shares, by the implicit function theorem.
     """
     factors = len(d.linear) - OTHER_SYMBOLS
-    width, along = np.full_like(guess, PROBE), np.zeros((len(guess), factors, guess.shape[1]))
+    width, slopes = np.full_like(guess, PROBE), np.zeros((len(guess), factors, guess.shape[1]))
     # The linear parts of the residuals in a narrow tube are their derivatives, by the motion and by the factors: no
     # formula for the Jacobian is needed, and a wrong one would only leave boxes open.
-    _, residual = _residual(guess, along, width, d, gbar, r, n)
+    _, residual = _residual(guess, slopes, width, d, gbar, r, n)
     jacobian = np.stack([g.linear[factors:TIME] / PROBE for g in residual])
     singular = np.linalg.det(jacobian.T) == 0
     inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
     # dx/dp = -(df/dx)^-1 df/dp: the tube goes along with the motion, and need only hold what bends. About a fixed
     # point, and without the sizes by which the factor to halve is chosen, a box of 1.5 to 3 % of three inputs of an
     # inclined capsule stays wholly open, which is proved in two parts.
-    along = -_applied(inverse, [g.linear[:factors] for g in residual])
+    slopes = -_applied(inverse, [g.linear[:factors] for g in residual])
     guess = guess - _applied(inverse, [g.centre for g in residual])
     width = np.zeros_like(guess)
     for _ in range(TUBES):
-        orbit, residual = _residual(guess, along, width, d, gbar, r, n)
+        orbit, residual = _residual(guess, slopes, width, d, gbar, r, n)
         linear = _applied(inverse, [g.linear for g in residual])
         linear[:, factors:TIME] -= np.eye(3)[:, :, None] * width[:, None]  # the identity less Y times the Jacobian
         rest = _applied(np.abs(inverse), [g.radius + AFFINE_ROUNDING * (np.abs(g.centre) + g.reach) for g in residual])
@@ -136,7 +136,7 @@ def _tube(d: Affine, gbar: Affine, r: Any, n: int, guess: Floats) -> tuple[Mask,
         if mapped.all():
             break
         width = np.where(mapped, width, SLACK * image + THINNEST)
-    return mapped, orbit, 2 * np.pi * np.abs(along[0]) + np.abs(along[1])
+    return mapped, orbit, 2 * np.pi * np.abs(slopes[0]) + np.abs(slopes[1])
 
 
 def _applied(matrix: Floats, vectors: list[Floats]) -> Floats:
@@ -145,16 +145,16 @@ def _applied(matrix: Floats, vectors: list[Floats]) -> Floats:
 
 
 def _residual(
-    guess: Floats, along: Floats, width: Floats, d: Affine, gbar: Affine, r: Any, n: int
+    guess: Floats, slopes: Floats, width: Floats, d: Affine, gbar: Affine, r: Any, n: int
 ) -> tuple[Orbits, tuple[Affine, Affine, Affine]]:
     """The motions in a tube of (q - 1/2, phase, velocity), and by how much they miss Eqs. (3.9), (3.10) and (3.11).
 
     The equations as they are, not solved for the velocity, gbar and d as in `vireport.motions.orbits`: the division
     by K(q) would widen the enclosures where r is not small. gbar/2 stands in (3.10), where g/2 is printed.
     """
-    factors, count = along.shape[1:]
+    factors, count = slopes.shape[1:]
     symbols = np.zeros((len(guess), factors + OTHER_SYMBOLS, count))
-    symbols[:, :factors] = along
+    symbols[:, :factors] = slopes
     symbols[range(3), range(factors, factors + 3)] = width
     u, phi, velocity = (Affine(*parts, np.zeros_like(parts[0])) for parts in zip(guess, symbols, strict=True))
     ops, period = AFFINE, 2 * n
@@ -260,13 +260,13 @@ def prove_region(region: Region) -> Proof:
         # region.
         lacking = np.setdiff1d(np.arange(low.shape[1]), cell)
         failing = middle[:, lacking[0]] if lacking.size else None
-        halved, found = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
+        halved, centres = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
         generations.append(halved)
         ahead = 2 * np.count_nonzero(halved >= 0)
         ends = failing is not None or len(generations) == DEEPEST
         if ends or sum(map(len, generations)) + ahead > MOST_BOXES:
             halved[halved != Leaf.PROVED] = Leaf.OPEN
-        motions.append(found)
+        motions.append(centres)
         left += float(share[halved == Leaf.OPEN].sum())
         low, high, share = halves(low, high, share, halved)
     return Proof(np.concatenate(generations), np.concatenate(motions, axis=1), left + float(share.sum()), failing)
@@ -305,15 +305,15 @@ def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
 
 def _halved(region: Region, low: Floats, high: Floats, cell: Ints, motions: Floats) -> tuple[Ints, Floats]:
     """What becomes of each box: a factor to halve it along or `Leaf.PROVED`, and the motions of those proved."""
-    halved, found = np.zeros(low.shape[1], dtype=np.intp), np.empty((3, low.shape[1]))
+    halved, centres = np.zeros(low.shape[1], dtype=np.intp), np.empty((3, low.shape[1]))
     for first in range(0, len(cell), BLOCK):
         which, motion = cell[first : first + BLOCK], motions[:, first : first + BLOCK]
         holds, moved = prove(region, low[:, which], high[:, which], motion)
         unproved = halved[which] != Leaf.PROVED  # by another of its motions
         halved[which[unproved]] = np.nan_to_num(moved).argmax(axis=0)[unproved]
         halved[which[holds]] = Leaf.PROVED
-        found[:, which[holds]] = motion[:, holds]
-    return halved, found[:, halved == Leaf.PROVED]
+        centres[:, which[holds]] = motion[:, holds]
+    return halved, centres[:, halved == Leaf.PROVED]
 
 
 def halves(low: Floats, high: Floats, share: Floats, halved: Ints) -> tuple[Floats, Floats, Floats]:

@@ -88,18 +88,20 @@ def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
     """Velocities at the bottom impact of the stable motions with other restitutions, of both membranes together."""
     if device.law is not None:
         others = (device.with_values({DesignInput.RESTITUTION: float(r)}) for r in restitutions)
-        found = (motions_at(other, Parameter.LENGTH)[0] for other in others)
-        return [motions.velocity_bottom[motions.stable_mask] for motions in found]
+        motions_by_device = (motions_at(other, Parameter.LENGTH)[0] for other in others)
+        return [motions.velocity_bottom[motions.stable_mask] for motions in motions_by_device]
     moved = device.with_values({DesignInput.RESTITUTION: restitutions}).restitution
-    own = device.groups(Parameter.LENGTH, device.length_m)
-    known = own._replace(d=np.full(2, own.d), gbar=np.full(2, own.gbar), restitution=moved, harmonics=device.harmonics)
-    motions = find_motions(known, device.period_ratio)
+    groups = device.groups(Parameter.LENGTH, device.length_m)
+    moved_groups = groups._replace(
+        d=np.full(2, groups.d), gbar=np.full(2, groups.gbar), restitution=moved, harmonics=device.harmonics
+    )
+    motions = find_motions(moved_groups, device.period_ratio)
     velocities = []
     for k in range(len(restitutions)):
-        here = motions.cell == k
+        of_device = motions.cell == k
         decay = lap_decay(each(moved, itemgetter(k)))
-        stable = classify(motions.trace[here], float(decay)) != UNSTABLE
-        velocities.append(motions.orbit.velocity_bottom[here][stable & motions.admissible[here]])
+        stable = classify(motions.trace[of_device], float(decay)) != UNSTABLE
+        velocities.append(motions.orbit.velocity_bottom[of_device][stable & motions.admissible[of_device]])
     return velocities
 
 
@@ -139,9 +141,11 @@ def _input_error_of_law(device: Device, motions: Motions) -> Floats:
         motion = motion_at(motions, row, n)
         x = np.concatenate([motion.velocity, motion.time, groups.numbers])
         _, matrix = linearised(motion.word, x, OwnGroups(groups))
-        own = 2 * len(motion.word)
+        unknowns = 2 * len(motion.word)
         try:
-            moved = np.linalg.solve(matrix[:, :own], matrix[:, own : own + 2] * ROUNDING * np.array(groups[:2]))
+            moved = np.linalg.solve(
+                matrix[:, :unknowns], matrix[:, unknowns : unknowns + 2] * ROUNDING * np.array(groups[:2])
+            )
         except np.linalg.LinAlgError:
             errors.append(1.0)
             continue

@@ -162,8 +162,10 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
     def stable_voltages(self) -> tuple[Floats, Floats]:
         """U_ave and deflection of the stable motions, at the design point or, without one, over the sweep."""
         if self.design is not None:
-            stable, found = self.design.motions.stable_mask, self.design.voltages_by_motion
-            return (np.empty(0),) * 2 if found is None else (found.average_v[stable], found.deflection_m[stable])
+            stable, voltages = self.design.motions.stable_mask, self.design.voltages_by_motion
+            return (
+                (np.empty(0),) * 2 if voltages is None else (voltages.average_v[stable], voltages.deflection_m[stable])
+            )
         volts, depths = [np.empty(0)], [np.empty(0)]
         for branch in self.branches:
             for part in branch.family.segments:

@@ -153,18 +153,18 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
         x = curve.vector(motion_at(constant_ones, row, device.period_ratio))
         x[-1] = 0.0
         starts.append((_towards(curve, x, 1.0), flat and bool(constant_ones.u[row] == 0)))
-    found, lost = _followed(device, curve, starts)
+    ends, lost = _followed(device, curve, starts)
     for x in _from_rest(curve, flat):
         motion = curve.motion(x)
-        if _new(motion, found) and not _at_limit(device, curve, x):
+        if _new(motion, ends) and not _at_limit(device, curve, x):
             symmetric = flat and motion.distance(motion.mirrored()) < SAME
             joined, _ = _followed(device, curve, [(_towards(curve, x, -1.0), symmetric)])
-            found.append((motion, symmetric))
-            found += [end for end in joined if _new(end[0], found)]
+            ends.append((motion, symmetric))
+            ends += [end for end in joined if _new(end[0], ends)]
     with in_decimals():
-        solved = tuple(_solved(device, motion, symmetric) for motion, symmetric in found)
+        solved = tuple(_solved(device, motion, symmetric) for motion, symmetric in ends)
         bottom, top = (
-            np.array([float(own.groups.rebound(wall, own.x[i])[0]) for own in solved])
+            np.array([float(solution.groups.rebound(wall, solution.x[i])[0]) for solution in solved])
             for i, wall in enumerate(word.walls)
         )
     return UnderLaw(solved, Restitutions(bottom, top, 1 - most), lost)
@@ -180,28 +180,28 @@ def _towards(curve: Curve, x: Floats, sign: float) -> PathPoint:
     return PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
 
 
-def _new(motion: Motion, known: Sequence[_End]) -> bool:
-    return all(motion.distance(other) > SAME for other, _ in known)
+def _new(motion: Motion, ends: Sequence[_End]) -> bool:
+    return all(motion.distance(other) > SAME for other, _ in ends)
 
 
 def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bool]]) -> tuple[list[_End], int]:
     """The solutions with the law that curves from some starts come to, and how many are lost on the way."""
-    found: list[_End] = []
+    ends: list[_End] = []
     lost = 0
     while starts:
         start, symmetric = starts.pop(0)
         trail = follow(curve, start)
         for at, event in trail.events:
             if event is Event.PITCHFORK and symmetric:
-                starts += [(beside, False) for beside in _parted(curve, trail.points[at].x)]
+                starts += [(neighbour, False) for neighbour in _parted(curve, trail.points[at].x)]
         x, event = trail.points[-1].x, trail.events[-1][1]
         if event is Event.SWEEP_END and x[-1] < curve.high / 2:
             continue  # it has met another at a fold
         limited = _at_limit(device, curve, x)
         lost += event is Event.LOST or (limited and curve.is_motion(x))
-        if event is Event.SWEEP_END and not limited and _new(curve.motion(x), found):
-            found.append((curve.motion(x), symmetric))
-    return found, lost
+        if event is Event.SWEEP_END and not limited and _new(curve.motion(x), ends):
+            ends.append((curve.motion(x), symmetric))
+    return ends, lost
 
 
 def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
@@ -227,7 +227,7 @@ def _parted(curve: Curve, x: Floats) -> Iterator[PathPoint]:
     for begins, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, Limits(2, curve.word.periods)):
         if begins is Event.PITCHFORK:
             yield first
-            yield from (beside for _, beside in off(curve, x, -vertex.tangent))
+            yield from (neighbour for _, neighbour in off(curve, x, -vertex.tangent))
 
 
 def _at_limit(device: Device, curve: Solutions, x: Floats) -> bool:

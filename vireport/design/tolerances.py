@@ -110,7 +110,7 @@ class Tolerances(Struct, frozen=True, eq=False):
         if self.worst is None:
             return None
         values = self.worst.values
-        bottom, top = (values.get(own, 0.0) for own in RESTITUTIONS[1:])
+        bottom, top = (values.get(restitution, 0.0) for restitution in RESTITUTIONS[1:])
         return values.get(varied, (bottom + top) / 2)
 
     @property
@@ -233,7 +233,7 @@ def _sampled(
             membrane = replace(membrane, free_capsule_kg=of_cell[cell])
         values["u_ave_v"] = voltages(bottom, top, membrane).average_v
     ranges = {
-        name: {key: float(np.percentile(each, percent)) for key, percent in PERCENTILES.items()}
-        for name, each in values.items()
+        name: {key: float(np.percentile(column, percent)) for key, percent in PERCENTILES.items()}
+        for name, column in values.items()
     }
     return sampled, ranges, failing

@@ -52,12 +52,12 @@ class AttractorFromRest(Struct, frozen=True, eq=False):
 
 def attractors_from_rest(sweep: Sweep) -> tuple[AttractorFromRest, ...]:
     """Where a ball ends that lies on the bottom membrane when the force sets in, at ascending values over a sweep."""
-    ratio, found = sweep.device.period_ratio, []
+    ratio, attractors = sweep.device.period_ratio, []
     low, high = sorted((sweep.start, sweep.end))
     for value in np.linspace(low, high, VALUES).tolist():
         groups = sweep.device.groups(sweep.parameter, value).as_floats()
-        found.append(AttractorFromRest(value, groups.d, _end(groups, ratio)))
-    return tuple(found)
+        attractors.append(AttractorFromRest(value, groups.d, _end(groups, ratio)))
+    return tuple(attractors)
 
 
 def _end(groups: Groups[float], ratio: int) -> FromRest:

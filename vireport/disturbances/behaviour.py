@@ -112,11 +112,11 @@ class Disturbances(Struct, frozen=True, eq=False):
     @property
     def outcomes_along(self) -> tuple[FromRest, ...]:
         """The outcomes at these values, each once, in the order of the sweep."""
-        known: list[FromRest] = []
-        for each in (*self.along, *self.sampled):
-            if all(each.outcome.kind != other.kind for other in known):
-                known.append(each.outcome)
-        return tuple(known)
+        outcomes: list[FromRest] = []
+        for stretch in (*self.along, *self.sampled):
+            if all(stretch.outcome.kind != other.kind for other in outcomes):
+                outcomes.append(stretch.outcome)
+        return tuple(outcomes)
 
     @property
     def narrow(self) -> bool:
@@ -128,7 +128,7 @@ class Disturbances(Struct, frozen=True, eq=False):
 
 def disturbances_of(
     solution: Solution,
-    asked: DisturbancesBlock | None,
+    block: DisturbancesBlock | None,
     compiled: bool = False,
     windows: bool = False,
 ) -> Disturbances:
@@ -137,7 +137,7 @@ def disturbances_of(
     Parameters
     ----------
     solution : Solution
-    asked : DisturbancesBlock or None
+    block : DisturbancesBlock or None
         Without one, only what takes some milliseconds: the outcome from rest at once, and the recovery.
     compiled : bool
         Whether to compile the simulation.
@@ -151,22 +151,22 @@ def disturbances_of(
     groups, targets = device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(design.motions)
     recovered, ratio = recovery_of(solution), device.period_ratio
     recovery, no_recovery = (recovered, None) if isinstance(recovered, Recovery) else (None, recovered)
-    if asked is None:
-        found = from_rest(groups, targets, ratio, compiled)
-        reached = None if targets else _reached(solution, found)
+    if block is None:
+        end = from_rest(groups, targets, ratio, compiled)
+        reached = None if targets else _reached(solution, end)
         others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
-        return Disturbances(found, recovery=recovery, no_recovery=no_recovery, reached=reached, by_starts=others)
+        return Disturbances(end, recovery=recovery, no_recovery=no_recovery, reached=reached, by_starts=others)
     device.constant_restitution("what it does when the force sets in at any moment")
-    outcomes = switched_on(groups, targets, ratio, asked.ramp_periods, compiled)
-    found = outcome_of(outcomes)
+    outcomes = switched_on(groups, targets, ratio, block.ramp_periods, compiled)
+    end = outcome_of(outcomes)
     ramp = None
-    if targets and not found.reached:
+    if targets and not end.reached:
         ramp = Ramp(ramp_that_helps(groups, targets, ratio, compiled), RAMPS[-1])
     around = _window(solution, compiled) if windows else None
     share = min(fsum(part for part, outcome in outcomes if outcome.reached), 1.0)
-    reached = _reached(solution, found)
+    reached = _reached(solution, end)
     others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
-    return Disturbances(found, asked.ramp_periods, share, ramp, around, strip, recovery, no_recovery, reached, others)
+    return Disturbances(end, block.ramp_periods, share, ramp, around, strip, recovery, no_recovery, reached, others)
 
 
 def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:
@@ -183,16 +183,16 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
         return ()
     from vireport.disturbances.by_starts import cycles_by_starts
 
-    found: list[FollowedMotion] = []
+    motions: list[FollowedMotion] = []
     for cycle in cycles_by_starts(groups, compiled):
         motion = cycle.motion(0.0)
-        if cycle.sticks or any(motion.distance(known.motion, solution.horizontal) < SAME for known in found):
+        if cycle.sticks or any(motion.distance(other.motion, solution.horizontal) < SAME for other in motions):
             continue
         followed = _followed(solution, cycle)
-        found += [followed] if followed is not None else []
-        if found and not compiled:
+        motions += [followed] if followed is not None else []
+        if motions and not compiled:
             break
-    return tuple(found)
+    return tuple(motions)
 
 
 def _followed(solution: Solution, cycle: SimulatedMotion) -> FollowedMotion | None:
@@ -234,8 +234,8 @@ def _window(solution: Solution, compiled: bool) -> Window | None:
     from vireport.disturbances.windows import outcomes_at, window
 
     found = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
-    own = [value + end.distance for end in ends if end.parameter == varied]
-    return replace(found, low=_at_end(found.low, own), high=_at_end(found.high, own))
+    stability_ends = [value + end.distance for end in ends if end.parameter == varied]
+    return replace(found, low=_at_end(found.low, stability_ends), high=_at_end(found.high, stability_ends))
 
 
 def _at_end(edge: Edge, ends: list[float]) -> Edge:

@@ -122,8 +122,8 @@ class Target(NamedTuple):
     @staticmethod
     def of(motions: Motions) -> tuple[Target, ...]:
         """The stable ones of some motions."""
-        own = motions.select(motions.stable_mask)
-        return targets_of(own.phi_bottom, own.velocity_bottom, own.trace, own.wall_gap, own.decay)
+        stable = motions.select(motions.stable_mask)
+        return targets_of(stable.phi_bottom, stable.velocity_bottom, stable.trace, stable.wall_gap, stable.decay)
 
 
 def targets_of(
@@ -264,25 +264,25 @@ def switched_on(
     """
     if not ramp_periods:
         pressed = presses(groups)
-        one = _pressed(groups, targets, ratio, compiled)
+        outcomes = _pressed(groups, targets, ratio, compiled)
         if not pressed:
             return ((1.0, FromRest(Destination.AT_REST)),)
         starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, phase) for phase in unpressed(pressed, PHASES))
-        each = (1 - sum(share for share, _ in one)) / PHASES
+        share_of_one = (1 - sum(share for share, _ in outcomes)) / PHASES
     else:
-        one, each = [], 1 / PHASES
+        outcomes, share_of_one = [], 1 / PHASES
         phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
         starts = (ramped(groups, float(phase), ramp_periods, compiled) for phase in phases)
-    return (*one, *((each, started(start, groups, targets, ratio, compiled)) for start in starts))
+    return (*outcomes, *((share_of_one, started(start, groups, targets, ratio, compiled)) for start in starts))
 
 
 def unpressed(pressed: Sequence[Press], count: int) -> list[float]:
     """So many forcing phases evenly spaced over the times in which a ball at rest is not pressed down [rad]."""
-    ends = np.cumsum([each.free for each in pressed])
-    begins = ends - [each.free for each in pressed]
+    ends = np.cumsum([press.free for press in pressed])
+    begins = ends - [press.free for press in pressed]
     places = ends[-1] * (np.arange(count) + 0.5) / count
     which = np.minimum(np.searchsorted(ends, places), len(pressed) - 1)
-    phases: list[float] = (np.array([each.release for each in pressed])[which] + (places - begins[which])).tolist()
+    phases: list[float] = (np.array([press.release for press in pressed])[which] + (places - begins[which])).tolist()
     return phases
 
 
@@ -310,15 +310,15 @@ def started(
     most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
     ball = Trajectory.begun(check_model(groups)[0], start, BLOCK, compiled=compiled)
     while True:
-        found = rested(ball, ratio, released) or _arrived(ball.rows, targets, ratio)
-        if found is None and not targets:
-            found = _recurred(ball, ratio)
-        if found is not None or not ball.moving or len(ball.rows) > most:
+        recognised = rested(ball, ratio, released) or _arrived(ball.rows, targets, ratio)
+        if recognised is None and not targets:
+            recognised = _recurred(ball, ratio)
+        if recognised is not None or not ball.moving or len(ball.rows) > most:
             break
         ball.go_on(max(BLOCK, len(ball.rows) // 4), whole=True)
-    if found is None and not ball.moving:
+    if recognised is None and not ball.moving:
         return stopped(ball)
-    end, way = found or _elsewhere(groups, ball, targets, ratio)
+    end, way = recognised or _elsewhere(groups, ball, targets, ratio)
     if again and end.destination is not Destination.CHAOTIC and _lost(ball.model, way, compiled):
         for twin in twins(ball.rows[1], len(TWINS)):
             if started(twin, groups, targets, ratio, compiled, again=False).kind != end.kind:
@@ -362,11 +362,11 @@ def rested(ball: Trajectory, ratio: int, released: bool) -> tuple[FromRest, Floa
     resting = (_held(rows) > 0) & np.isfinite(_held(rows))
     resting[0] |= released
     for wall in (BOTTOM, -BOTTOM):
-        own = np.flatnonzero(resting & (rows[:, WALL] == wall))
-        if len(own) > 1:
-            way = rows[: own[1] + 1]
-            cycle = rest_cycle(ball.model, way[own[0] + 1 :], ball.compiled)
-            before = ceil(float(_times(rows)[own[0]]))
+        on_wall = np.flatnonzero(resting & (rows[:, WALL] == wall))
+        if len(on_wall) > 1:
+            way = rows[: on_wall[1] + 1]
+            cycle = rest_cycle(ball.model, way[on_wall[0] + 1 :], ball.compiled)
+            before = ceil(float(_times(rows)[on_wall[0]]))
             if cycle is None:
                 return FromRest(Destination.REST_CYCLE, settles_after=before), way
             return FromRest.on(cycle, ratio, before), way
@@ -469,5 +469,5 @@ def outcome_of(outcomes: Sequence[tuple[float, FromRest]]) -> FromRest:
     """
     if len({part for part, _ in outcomes}) > 1:
         return outcomes[0][1]
-    missed = (found for _, found in outcomes if not found.reached)
-    return next(missed, max((found for _, found in outcomes), key=lambda found: found.settles_after or 0))
+    missed = (outcome for _, outcome in outcomes if not outcome.reached)
+    return next(missed, max((outcome for _, outcome in outcomes), key=lambda outcome: outcome.settles_after or 0))

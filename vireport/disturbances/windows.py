@@ -126,8 +126,8 @@ class OutcomeRange(Struct, frozen=True):
 def groups_at(device: Device, varied: ScalarInput, values: Floats) -> Groups[Floats]:
     """The groups of a device at each of some values of an input."""
     several = device.with_values({varied: values})
-    known = several.groups(Parameter.LENGTH, several.length_m)
-    return known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
+    groups = several.groups(Parameter.LENGTH, several.length_m)
+    return groups.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
 
 
 def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
@@ -181,13 +181,13 @@ def window(parameter: ScalarInput, value: float, low: float, high: float, outcom
     outcomes : callable
         The outcomes at some values.
     """
-    (here,) = outcomes(np.array([value]))
-    return Window(parameter, value, *(_edge(here, value, end, outcomes) for end in (low, high)))
+    (outcome,) = outcomes(np.array([value]))
+    return Window(parameter, value, *(_edge(outcome, value, end, outcomes) for end in (low, high)))
 
 
-def _edge(here: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
+def _edge(around: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
     """The edge nearest to a value on the way to an end, as far as samples tell."""
-    edge, clean = _first_edge(here, value, end, COARSE, value, outcomes), 0
+    edge, clean = _first_edge(around, value, end, COARSE, value, outcomes), 0
     limit = edge.value  # the narrower edges are, the nearer they are to it
     for turn in range(ROUNDS):
         if edge.value == value:
@@ -199,7 +199,7 @@ def _edge(here: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
             shares = np.append(shares, (shares + 0.5 / INSIDE) % 1)
             values = np.append(values, limit + (value - limit) * nearest**shares)
         values = np.sort(values)[:: 1 if value < end else -1]
-        changed = [outcome.kind != here.kind for outcome in outcomes(values)]
+        changed = [outcome.kind != around.kind for outcome in outcomes(values)]
         if True not in changed:
             clean += 1
             if not edge.accumulates or clean == CLEAN:
@@ -207,19 +207,19 @@ def _edge(here: FromRest, value: float, end: float, outcomes: Outcomes) -> Edge:
             continue
         first, clean = changed.index(True), 0
         near = float(values[first - 1]) if first else value
-        edge = replace(_first_edge(here, near, float(values[first]), FINER, value, outcomes), accumulates=True)
+        edge = replace(_first_edge(around, near, float(values[first]), FINER, value, outcomes), accumulates=True)
     return edge
 
 
-def _first_edge(here: FromRest, near: float, end: float, parts: int, value: float, outcomes: Outcomes) -> Edge:
+def _first_edge(around: FromRest, near: float, end: float, parts: int, value: float, outcomes: Outcomes) -> Edge:
     """The first edge between samples on the way to an end, refined."""
     far = end
     beyond: FromRest | None = None
     accumulates = False
     while near != far:
         values = np.linspace(near, far, parts + 1)[1:]
-        found = outcomes(values)
-        changed = [outcome.kind != here.kind for outcome in found]
+        ahead = outcomes(values)
+        changed = [outcome.kind != around.kind for outcome in ahead]
         if True not in changed:
             if beyond is None:
                 return Edge(end, None, False)
@@ -227,7 +227,7 @@ def _first_edge(here: FromRest, near: float, end: float, parts: int, value: floa
         first = changed.index(True)
         # Coming back to the outcome beyond the first edge, within so little, there are further edges nearer still.
         accumulates |= abs(far - near) < DEEP * abs(value) and False in changed[first:]
-        near, far, beyond = float(values[first - 1]) if first else near, float(values[first]), found[first]
+        near, far, beyond = float(values[first - 1]) if first else near, float(values[first]), ahead[first]
         if abs(far - near) <= EDGE * max(abs(value), abs(end - value)):
             break
         parts = FINER
@@ -237,8 +237,8 @@ def _first_edge(here: FromRest, near: float, end: float, parts: int, value: floa
 def along(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, ...]:
     """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
     values = np.linspace(min(start, end), max(start, end), ALONG)
-    found = outcomes(values)
-    pairs = zip(pairwise(values.tolist()), pairwise(found), strict=True)
+    reached = outcomes(values)
+    pairs = zip(pairwise(values.tolist()), pairwise(reached), strict=True)
     brackets = [(*ends, before) for ends, (before, after) in pairs if before.kind != after.kind]
     edges = np.array([bracket[:2] for bracket in brackets], dtype=float).reshape(-1, 2)
     kinds = [before.kind for *_, before in brackets]
@@ -247,5 +247,5 @@ def along(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, .
         same = np.array([outcome.kind == kind for outcome, kind in zip(outcomes(middle), kinds, strict=True)])
         edges = np.where(same[:, None], np.stack([middle, edges[:, 1]], 1), np.stack([edges[:, 0], middle], 1))
     places = [float(values[0]), *edges.mean(axis=1).tolist(), float(values[-1])]
-    firsts = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(found)) if a.kind != b.kind)]
-    return tuple(OutcomeRange(*ends, found[first]) for ends, first in zip(pairwise(places), firsts, strict=True))
+    firsts = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(reached)) if a.kind != b.kind)]
+    return tuple(OutcomeRange(*ends, reached[first]) for ends, first in zip(pairwise(places), firsts, strict=True))

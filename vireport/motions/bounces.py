@@ -77,8 +77,8 @@ def _passed(u: Any, phi: Any, n: int, harmonics: Sequence[Harmonic], ops: Any, d
     all digits where u is small.
     """
     impulses = difference = path = per_u = 0
-    for own in (SINE, *harmonics):
-        order, turns = own.order, own.order * n
+    for harmonic in (SINE, *harmonics):
+        order, turns = harmonic.order, harmonic.order * n
         half = ops.pi * turns * u
         sin_half, cos_half = ops.sin(half), ops.cos(half)
         small, large, sin_a = 2 * sin_half * sin_half, 2 * cos_half * cos_half, 2 * sin_half * cos_half
@@ -86,14 +86,14 @@ def _passed(u: Any, phi: Any, n: int, harmonics: Sequence[Harmonic], ops: Any, d
         sine, cosine = ops.sin(order * phi), ops.cos(order * phi)
         sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a  # of both ends, added
         onward, less = cosine * sin_a - sine * minus, cosine * minus + sine * sin_a  # sine gained, cosine lost
-        impulses = impulses + (own.cosine * sines - own.sine * cosines) / order
-        difference = difference + (own.cosine * onward + own.sine * less) / order
-        path = path + (own.cosine * less - own.sine * onward) / (order * order)
+        impulses = impulses + (harmonic.cosine * sines - harmonic.sine * cosines) / order
+        difference = difference + (harmonic.cosine * onward + harmonic.sine * less) / order
+        path = path + (harmonic.cosine * less - harmonic.sine * onward) / (order * order)
         if divided:
             wave = 2 * ops.pi * turns
             plus, sin_a = wave * ops.sinc(turns * u) * sin_half, -wave * ops.sinc(2 * turns * u)
             sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a
-            per_u = per_u + (own.cosine * sines - own.sine * cosines) / order
+            per_u = per_u + (harmonic.cosine * sines - harmonic.sine * cosines) / order
     return Passed(impulses / ops.pi, difference / ops.pi, path / (ops.pi * ops.pi), per_u / ops.pi if divided else None)
 
 
@@ -119,7 +119,7 @@ class Bounces(Struct, frozen=True, eq=False):
     @property
     def order(self) -> int:
         """Highest order of the phase in the level."""
-        highest = max((own.order for own in self.harmonics), default=1)
+        highest = max((harmonic.order for harmonic in self.harmonics), default=1)
         return 2 * highest if self.level.varied is Parameter.RESTITUTION else highest
 
     @property
@@ -155,6 +155,13 @@ class Bounces(Struct, frozen=True, eq=False):
 
         Of a horizontal capsule with mirror images u, whose zeros are the symmetric motions, is divided out, and of one
         without friction the velocity whose zeros are those with r = -1.
+
+        Notes
+        -----
+        A place fixes both flights but for the restitutions: with the velocities w before and a after an impact, and
+        the flight times Tu and Td, the motion has r_b = -a_b/w_b and r_t = -a_t/w_t. On the level these are those of
+        the device: of a sweep over one membrane's restitution r of the other, a + r w = 0 there; of one over both,
+        their difference. The height is that condition times Tu Td or its square, in which nothing is divided by.
         """
         varied, (bottom, top) = self.level.varied, by_wall(self.r)
         divided = mirrors(self.level, self.r, self.n, self.harmonics)

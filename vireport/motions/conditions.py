@@ -108,14 +108,14 @@ class Condition(Struct, frozen=True):
         gradients : ndarray, shape (numbers, varied)
             Of `Groups.numbers` by what varies.
         """
-        own = 2 * len(word)
+        unknowns = 2 * len(word)
         if self.event is Event.GRAZING and self.held is None:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
-        at = np.append(x[:own], groups.numbers)
+        at = np.append(x[:unknowns], groups.numbers)
         steps = list(at[:, None] + 1j * IMAGINARY_STEP * np.eye(len(at)))
-        values = self.value(word, steps[:own], groups.with_numbers(steps[own:]), ARRAYS)
+        values = self.value(word, steps[:unknowns], groups.with_numbers(steps[unknowns:]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY_STEP
-        gradient = np.append(slopes[:own], slopes[own:] @ gradients)
+        gradient = np.append(slopes[:unknowns], slopes[unknowns:] @ gradients)
         length = float(np.linalg.norm(gradient)) or 1.0
         return float(np.real(values[0])) / length, gradient / length
 
@@ -141,8 +141,8 @@ def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, af
     """
     count, wall = len(word), word.walls[after]
     near = [_double(number) for number in x[: 2 * count]]
-    known = groups.each(_double)
-    places = slow_places(word, near[:count], near[count:], known)
+    doubles = groups.each(_double)
+    places = slow_places(word, near[:count], near[count:], doubles)
     t = ops.exact(min((place for place in places if place.after == after), key=lambda place: place.speed).time)
     way = (word.walls[(after + 1) % count] - wall) // 2
     for _ in range(TIME_STEPS):
@@ -150,8 +150,8 @@ def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, af
         pull = groups.pull(groups.wave(phase, ops).force, way)
         t = t - pull / (ops.pi * force_rate(ops.sin(phase), ops.cos(phase), groups.harmonics))
     start, velocity = x[count + after], groups.after(wall, x[after])
-    begun, here = groups.wave(ops.pi * start, ops), groups.wave(ops.pi * t, ops)
-    return way * flight.velocity(t - start, velocity, begun.impulse, here.impulse, groups.gravity(way), ops.pi)
+    begun, slowest = groups.wave(ops.pi * start, ops), groups.wave(ops.pi * t, ops)
+    return way * flight.velocity(t - start, velocity, begun.impulse, slowest.impulse, groups.gravity(way), ops.pi)
 
 
 def _double(number: Any) -> float:

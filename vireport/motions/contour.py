@@ -116,7 +116,7 @@ class Surface(Struct, frozen=True, eq=False):
     @property
     def order(self) -> int:
         """Highest order of the phase in the level."""
-        return max(own.order for own in self.harmonics)
+        return max(harmonic.order for harmonic in self.harmonics)
 
     @property
     def sharp(self) -> bool:
@@ -193,9 +193,9 @@ def contours(surface: LevelHeight) -> list[Contour]:
     """Every piece of the level curve over 0 < q < 1."""
     u, phi = _grid(surface)
     values = surface.on_grid(u, phi)
-    found = [_thinned(chain) for chain in _chains(surface, u, phi, values)]
-    found += _hidden(surface, u, phi, values)
-    return [_refined(surface, part) for own in found for part in _within(surface, own)]
+    chains = [_thinned(chain) for chain in _chains(surface, u, phi, values)]
+    chains += _hidden(surface, u, phi, values)
+    return [_refined(surface, part) for whole in chains for part in _within(surface, whole)]
 
 
 def _within(surface: LevelHeight, strand: Contour) -> Iterator[Contour]:
@@ -225,19 +225,19 @@ def places(strands: Sequence[Any], which: Ints, w: Floats, surface: LevelHeight)
     u, phi = np.zeros(len(w)), np.array(w, dtype=float)
     for k in np.unique(which):
         if isinstance(strand := strands[k], Contour):
-            own = which == k
-            u[own], phi[own] = _on(strand, w[own], surface)
+            of_branch = which == k
+            u[of_branch], phi[of_branch] = _on(strand, w[of_branch], surface)
     return u, phi
 
 
 def _on(strand: Contour, w: Floats, surface: LevelHeight) -> tuple[Floats, Floats]:
     last = len(strand.u) - 1
-    turns, along = np.zeros_like(w), w
+    turns, shifted = np.zeros_like(w), w
     if strand.closed:
         turns = np.floor(w / last)
-        along = w - turns * last
-    i = np.clip(np.floor(along).astype(np.intp), 0, last - 1)
-    share = along - i
+        shifted = w - turns * last
+    i = np.clip(np.floor(shifted).astype(np.intp), 0, last - 1)
+    share = shifted - i
     u = strand.u[i] + share * (strand.u[i + 1] - strand.u[i])
     phi = strand.phi[i] + share * (strand.phi[i + 1] - strand.phi[i])
     # A point of the strand itself stays as it was located.
@@ -255,10 +255,10 @@ def _corrected(surface: LevelHeight, u: Floats, phi: Floats, normal: tuple[Float
     for count in range(CORRECTIONS):
         if not active.size:
             break
-        here, by_u, by_phi = surface.gradient(u[active], phi[active])
+        value, by_u, by_phi = surface.gradient(u[active], phi[active])
         slope = by_u * across[0][active] + by_phi * across[1][active]
         # Never farther than the chord is long: a step that is, is one to another piece.
-        step = np.clip(-here / np.where(slope == 0, np.inf, slope), -size[active], size[active])
+        step = np.clip(-value / np.where(slope == 0, np.inf, slope), -size[active], size[active])
         moved = step * across[0][active], step * across[1][active]
         # Rounding leaves of a step what it leaves of either coordinate, or of the height.
         rounded = SETTLED * (np.abs(across[0][active] * u[active]) + np.abs(across[1][active] * phi[active]))
@@ -298,8 +298,8 @@ def _chains(surface: LevelHeight, u: Floats, phi: Floats, values: Floats) -> Ite
     at: dict[int, tuple[float, float]] = {}
     at |= dict(zip(along_u.tolist(), zip(place_u.tolist(), phi[own_u[1]].tolist(), strict=True), strict=True))
     shift = rows * columns
-    there = zip(u[own_phi[0]].tolist(), place_phi.tolist(), strict=True)
-    at |= dict(zip((along_phi + shift).tolist(), there, strict=True))
+    crossings = zip(u[own_phi[0]].tolist(), place_phi.tolist(), strict=True)
+    at |= dict(zip((along_phi + shift).tolist(), crossings, strict=True))
     links: dict[int, list[int]] = {edge: [] for edge in at}
     for first, second in _joints(surface, u, phi, above):
         links[first].append(second)
@@ -331,15 +331,15 @@ def _joints(surface: LevelHeight, u: Floats, phi: Floats, above: NDArray[np.bool
     corners = above[:-1].astype(int) + above[1:] + right[:-1] + right[1:]
     for cell in np.flatnonzero((corners > 0) & (corners < 4)).tolist():
         i, k = divmod(cell, columns)
-        beside = (k + 1) % columns
-        left, onward, low, high = i * columns + k, i * columns + beside, shift + cell, shift + cell + columns
+        next_column = (k + 1) % columns
+        left, onward, low, high = i * columns + k, i * columns + next_column, shift + cell, shift + cell + columns
         crossed = [
             edge
             for edge, differ in (
                 (left, above[i, k] != above[i + 1, k]),
-                (onward, above[i, beside] != above[i + 1, beside]),
-                (low, above[i, k] != above[i, beside]),
-                (high, above[i + 1, k] != above[i + 1, beside]),
+                (onward, above[i, next_column] != above[i + 1, next_column]),
+                (low, above[i, k] != above[i, next_column]),
+                (high, above[i + 1, k] != above[i + 1, next_column]),
             )
             if differ
         ]
@@ -398,16 +398,16 @@ def _hidden(surface: LevelHeight, u: Floats, phi: Floats, values: Floats) -> lis
     step = phi[1] - phi[0]
     within = (at_u > u[rows - 1]) & (at_u < u[rows + 1]) & (np.abs(at_phi - phi[columns]) < step)
     across = within & (surface.value(at_u, at_phi) * values[rows, columns] < 0)
-    found = []
+    loops = []
     for k in np.flatnonzero(across).tolist():
-        ends, beside = (at_u[[k]], u[[rows[k] + 1]]), at_phi[[k]]
+        ends, place_phi = (at_u[[k]], u[[rows[k] + 1]]), at_phi[[k]]
 
-        def above(x: Floats, beside: Floats = beside) -> Floats:
-            return np.asarray(surface.value(x, beside))
+        def above(x: Floats, place_phi: Floats = place_phi) -> Floats:
+            return np.asarray(surface.value(x, place_phi))
 
         begin = bracketed_root(above, *ends)
-        found.append(_around(surface, float(begin[0]), float(at_phi[k]), float(abs(begin[0] - at_u[k]))))
-    return found
+        loops.append(_around(surface, float(begin[0]), float(at_phi[k]), float(abs(begin[0] - at_u[k]))))
+    return loops
 
 
 def _around(surface: LevelHeight, u: float, phi: float, reach: float) -> Contour:
@@ -449,9 +449,9 @@ def _next_to(
     """
     normal = np.array([-way[1], way[0]])
     for _ in range(CORRECTIONS):
-        here, by_u, by_phi = (float(x[0]) for x in surface.gradient(guess[:1], guess[1:]))
+        value, by_u, by_phi = (float(x[0]) for x in surface.gradient(guess[:1], guess[1:]))
         slope = by_u * wide[0] * normal[0] + by_phi * wide[1] * normal[1]
-        step = np.clip(-here / slope, -0.2, 0.2) if slope else 0.0
+        step = np.clip(-value / slope, -0.2, 0.2) if slope else 0.0
         guess = guess + step * wide * normal
         if abs(step) < 1e-15:
             break
@@ -480,24 +480,24 @@ def _refined(surface: LevelHeight, strand: Contour) -> Contour:
     _, by_u, by_phi = surface.gradient(strand.u, strand.phi)
     du, dphi = np.diff(strand.u), np.diff(strand.phi)
     size = np.hypot(du, dphi)
-    known = size > 0
+    defined = size > 0
     # The height grows to one side of the curve all along: its direction has a sign, which at a sharp bend alone tells
     # that the curve goes on before it comes back.
     ways = np.column_stack([-by_phi, by_u])
     ways /= np.maximum(np.linalg.norm(ways, axis=1), np.finfo(float).tiny)[:, None]
-    along = np.column_stack([du, dphi])
-    if np.sum(ways[:-1] * along) + np.sum(ways[1:] * along) < 0:
+    tangent = np.column_stack([du, dphi])
+    if np.sum(ways[:-1] * tangent) + np.sum(ways[1:] * tangent) < 0:
         ways = -ways
     with np.errstate(all="ignore"):
-        turned = [np.sum(way * along, axis=1) / size for way in (ways[:-1], ways[1:])]
-    bent = known & ~(np.minimum(*turned) > np.cos(STEEP))
-    if not bent.any() and known.all():
+        turned = [np.sum(way * tangent, axis=1) / size for way in (ways[:-1], ways[1:])]
+    bent = defined & ~(np.minimum(*turned) > np.cos(STEEP))
+    if not bent.any() and defined.all():
         return strand
     points = [(float(strand.u[0]), float(strand.phi[0]))]
     for i, (first, second) in enumerate(pairwise(zip(strand.u.tolist(), strand.phi.tolist(), strict=True))):
-        if known[i] and bent[i]:
+        if defined[i] and bent[i]:
             points += _walk(surface, np.array(first), np.array(second), ways[i])
-        if known[i]:
+        if defined[i]:
             points.append(second)
     whole = np.array(points)
     return Contour(whole[:, 0], whole[:, 1], strand.closed)

@@ -61,34 +61,36 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
 
 
 def _numbered(
-    curve: LevelCurve, found: list[tuple[Branch, Branch | None]]
+    curve: LevelCurve, pairs: list[tuple[Branch, Branch | None]]
 ) -> tuple[tuple[Branch, ...], tuple[Point, ...]]:
     """Number branches and critical points: mirror images last."""
-    found = sorted(found, key=lambda pair: _order(pair[0]))
+    pairs = sorted(pairs, key=lambda pair: _order(pair[0]))
     critical = [
         replace(mark.point, families=(number,))
-        for number, (branch, _) in enumerate(found, 1)
+        for number, (branch, _) in enumerate(pairs, 1)
         for mark in branch.family.marks
         if mark.point is not None and _near_admissible(branch, mark.row)
     ]
     labels, order = _labels(curve, critical)
     points = [replace(critical[k], label=labels[k]) for k in order]
-    known = {point.motion: point for point in points}  # by what numbering leaves the same object
-    images = [(image, number) for number, (_, image) in enumerate(found, 1) if image is not None]
+    critical_points = {point.motion: point for point in points}  # by what numbering leaves the same object
+    images = [(image, number) for number, (_, image) in enumerate(pairs, 1) if image is not None]
     branches = []
-    for number, (branch, mirror_of) in enumerate([*((branch, None) for branch, _ in found), *images], 1):
-        marks = tuple(_labelled(mark, branch, known) for mark in branch.family.marks)
+    for number, (branch, mirror_of) in enumerate([*((branch, None) for branch, _ in pairs), *images], 1):
+        marks = tuple(_labelled(mark, branch, critical_points) for mark in branch.family.marks)
         family = replace(branch.family, number=number, marks=marks)
         branches.append(replace(branch, family=family, mirror_of=mirror_of))
     return tuple(branches), tuple(points)
 
 
-def _labelled(mark: Mark, branch: Branch, known: dict[Motion, Point]) -> Mark:
+def _labelled(mark: Mark, branch: Branch, critical_points: dict[Motion, Point]) -> Mark:
     """A mark with the critical point that its point is; an asymmetric branch begins at one of the symmetric one."""
     if mark.point is not None:
-        return replace(mark, point=known.get(mark.point.motion, mark.point))
+        return replace(mark, point=critical_points.get(mark.point.motion, mark.point))
     if mark.event is Event.PITCHFORK:
-        return replace(mark, point=next((point for point in known.values() if _meets(point, branch, mark.row)), None))
+        return replace(
+            mark, point=next((point for point in critical_points.values() if _meets(point, branch, mark.row)), None)
+        )
     return mark
 
 

@@ -61,7 +61,7 @@ NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity o
 """Why there is no bound."""
 
 
-def one_to_one_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
+def one_to_one_bounds(sweep: Sweep, motions: Motions, solved: tuple[Floats, Floats] | None) -> dict[str, Floats]:
     """Bound the errors of 1:1 motions, by the names of `Motions`.
 
     Parameters
@@ -69,7 +69,7 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Float
     sweep : Sweep
         That the motions lie on.
     motions : Motions
-    given : tuple of ndarray or None
+    solved : tuple of ndarray or None
         Errors of q - 1/2 and of the phase, where the motions are those at given values of both groups rather than
         somewhere on the sweep.
 
@@ -85,12 +85,12 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, given: tuple[Floats, Float
     vanishes to rounding, so that it is open whether the ball turns at all, the gap is that of the motion as computed.
     """
     with np.errstate(all="ignore"):
-        return infinite_where_undefined(_one_to_one_bounds(sweep, motions, given))
+        return infinite_where_undefined(_one_to_one_bounds(sweep, motions, solved))
 
 
-def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | None) -> dict[str, Floats]:
+def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] | None) -> dict[str, Floats]:
     r, n, held = _known_restitution(m.restitution), sweep.device.period_ratio, sweep.level.held
-    delta_u, delta_phi = _place_bounds(sweep, m) if given is None else given
+    delta_u, delta_phi = _place_bounds(sweep, m) if solved is None else solved
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), ROUNDED
@@ -107,8 +107,8 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     top = wrapped(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top)
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
     holds_gbar = held in (Held.GBAR, Held.BOTH)
-    d = GROUP_ERROR * m.d if given is not None or sweep.level.holds_d else _from(orbit.d, m.d)
-    gbar = GROUP_ERROR * m.gbar if given is not None or holds_gbar else _from(orbit.gbar, m.gbar)
+    d = GROUP_ERROR * m.d if solved is not None or sweep.level.holds_d else _from(orbit.d, m.d)
+    gbar = GROUP_ERROR * m.gbar if solved is not None or holds_gbar else _from(orbit.gbar, m.gbar)
     velocity_bottom = _from(orbit.velocity_bottom, m.velocity_bottom)
     velocity_top = _from(orbit.velocity_top, m.velocity_top)
     # A turning point moves with the start of its flight: with the velocity, the phase and the acceleration there.
@@ -124,7 +124,9 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, given: tuple[Floats, Floats] | 
     if orbit.friction is not None:
         turning = turning + period**2 / 2 * orbit.friction.error + 8 * UNIT * period**2 * orbit.friction.value
     at_rest = (m.velocity_bottom == 0) | (m.velocity_top == 0)
-    value = np.zeros(len(m)) if given is not None else sweep_value_bounds(sweep, m.sweep_value, sweep.coordinate(orbit))
+    value = (
+        np.zeros(len(m)) if solved is not None else sweep_value_bounds(sweep, m.sweep_value, sweep.coordinate(orbit))
+    )
     return {
         "sweep_value": value,
         "d": d,
@@ -174,14 +176,18 @@ def _known_restitution(restitution: Any) -> Any:
 def _known(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
     """Harmonics with the error to which their parts are known."""
     return tuple(
-        Harmonic(own.order, Rounded(own.cosine, PARTS * own.share), Rounded(own.sine, PARTS * own.share))
-        for own in harmonics
+        Harmonic(
+            harmonic.order,
+            Rounded(harmonic.cosine, PARTS * harmonic.share),
+            Rounded(harmonic.sine, PARTS * harmonic.share),
+        )
+        for harmonic in harmonics
     )
 
 
 def _strength(harmonics: Sequence[Harmonic]) -> float:
     """The largest rate of a force, over that of a sine, at most."""
-    return 1 + sum(own.order * own.share for own in harmonics)
+    return 1 + sum(harmonic.order * harmonic.share for harmonic in harmonics)
 
 
 def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
@@ -196,7 +202,7 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     if harmonics:
         from vireport.motions.contour import Surface
 
-        h, phi = h / max(own.order for own in harmonics), Rounded(m.phi_bottom)
+        h, phi = h / max(harmonic.order for harmonic in harmonics), Rounded(m.phi_bottom)
         residual = level_value(level_polynomial(_as_known(level), u, r, n, _known(harmonics), ops), phi, ops)
         height = Surface(level, m.restitution, n, harmonics)
         _, _, slope_phi = height.gradient(m.u, m.phi_bottom)
@@ -225,8 +231,8 @@ def _bouncing_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
 
     level, r, harmonics = sweep.level, sweep.device.restitution, sweep.device.harmonics
     plane = Bounces(level, r, sweep.device.period_ratio, harmonics)
-    known = replace(plane, level=_as_known(level), r=each(r, Rounded), harmonics=_known(harmonics))
-    residual = known.height(Rounded(m.u), Rounded(m.phi_bottom), ROUNDED)
+    enclosed = replace(plane, level=_as_known(level), r=each(r, Rounded), harmonics=_known(harmonics))
+    residual = enclosed.height(Rounded(m.u), Rounded(m.phi_bottom), ROUNDED)
     _, slope_u, slope_phi = plane.gradient(m.u, m.phi_bottom)
     reach = CURVATURE * _largest(residual) / (slope_u**2 + slope_phi**2)
     free = level.symmetric(r, harmonics) & (m.u == 0)
@@ -267,8 +273,8 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
         For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
     """
     word = curve.word
-    known = replace(model, level=_as_known(model.level), r=each(model.r, Rounded), harmonics=_known(model.harmonics))
-    conditions = residuals(word, [Rounded(column) for column in x.T], known, ROUNDED)
+    enclosed = replace(model, level=_as_known(model.level), r=each(model.r, Rounded), harmonics=_known(model.harmonics))
+    conditions = residuals(word, [Rounded(column) for column in x.T], enclosed, ROUNDED)
     _, gbar, *_ = model.groups(np.abs(x[:, -1]))
     bounds = _distances(
         word, np.stack([curve.linearised(row)[1] for row in x]), conditions, gbar, _strength(model.harmonics)
@@ -319,8 +325,8 @@ def point_bounds(curve: Curve, x: Floats) -> tuple[Floats, Floats]:
         Of the impacts [y_c, t_c]; infinite where motions meet.
     """
     groups = curve.model.at((float(x[-1]),))
-    known = _Fixed(groups.each(lambda number: Rounded(number, GROUP_ERROR * abs(number))))
-    conditions = residuals(curve.word, [Rounded(np.array([each])) for each in x[:-1]], known, ROUNDED)
+    enclosed = _Fixed(groups.each(lambda number: Rounded(number, GROUP_ERROR * abs(number))))
+    conditions = residuals(curve.word, [Rounded(np.array([entry])) for entry in x[:-1]], enclosed, ROUNDED)
     matrices, strength = curve.linearised(x)[1][None, :, :-1], _strength(groups.harmonics)
     (bounds,) = _distances(curve.word, matrices, conditions, groups.gbar, strength)
     count = len(curve.word)

@@ -99,8 +99,8 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         swept = self.sweep.parameter
         low, high = float(self.sweep_value.min()), float(self.sweep_value.max())
         stable = "; ".join(f"{significant(start)} to {significant(end)}" for start, end in self.stable_ranges)
-        told = f"stable for {swept.with_unit(stable)}" if stable else "nowhere stable"
-        return f"{self.name}: {len(self.x)} motions, {swept.symbol} = {swept.with_unit(span(low, high))}, {told}"
+        stability = f"stable for {swept.with_unit(stable)}" if stable else "nowhere stable"
+        return f"{self.name}: {len(self.x)} motions, {swept.symbol} = {swept.with_unit(span(low, high))}, {stability}"
 
     @property
     def word(self) -> Word:
@@ -348,8 +348,8 @@ class Atlas(Struct, frozen=True, eq=False):
         for parent in cascade:  # to which their own doubled ones are added on the way
             for vertex in self.vertices:
                 if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
-                    there = (self.families[number - 1] for number in vertex.families)
-                    twice = (family for family in there if len(family.word) == 2 * len(parent.word))
+                    families = (self.families[number - 1] for number in vertex.families)
+                    twice = (family for family in families if len(family.word) == 2 * len(parent.word))
                     cascade += [family for family in twice if family not in cascade]
         return cascade[count:]
 

@@ -223,8 +223,8 @@ def _existence(level: Level, r: Any, n: int) -> list[tuple[float, float]]:
 def largest_with_friction(largest: tuple[float, float], friction: float, r: Any, n: int) -> tuple[float, float]:
     """The largest d and gbar of any motion, by those without friction, of a ball with so much."""
     u = np.linspace(-EDGE, EDGE, 4096 * n + 1)
-    own = rubbing(coefficients(u, r, n), u, r, n)
-    d, gbar = (1.001 * friction * float(np.abs(part).max()) for part in (own.d, own.gbar))
+    rubbed = rubbing(coefficients(u, r, n), u, r, n)
+    d, gbar = (1.001 * friction * float(np.abs(part).max()) for part in (rubbed.d, rubbed.gbar))
     return largest[0] + d, largest[1] + gbar
 
 
@@ -232,7 +232,7 @@ def largest_with_friction(largest: tuple[float, float], friction: float, r: Any,
 def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> tuple[float, float]:
     """Largest d and gbar of any motion, with a little room; of a force with harmonics, no less than these."""
     if harmonics:
-        parts = [(own.share, *largest_groups(r, own.order * n, ()), own.order) for own in (SINE, *harmonics)]
+        parts = [(part.share, *largest_groups(r, part.order * n, ()), part.order) for part in (SINE, *harmonics)]
         return sum(p * d / j**2 for p, d, _, j in parts), sum(p * gbar for p, _, gbar, _ in parts)
     k = coefficients(np.linspace(-EDGE, EDGE, 4096 * n + 1), r, n)
     # Over all phases a sin(phi) + b cos(phi) is (a^2 + b^2)^(1/2) at most.
@@ -257,18 +257,18 @@ def evaluate(
     near_high = width * np.cos(half_angle) ** 2
     # Measured from the nearer end, so that u keeps its relative accuracy where the sheets meet.
     u = np.where(near_low <= near_high, low + near_low, low + width - near_high)
-    known = coefficients(u, r, n)
-    a, b, c = level_terms(level, known, u, r, n)
+    terms = coefficients(u, r, n)
+    a, b, c = level_terms(level, terms, u, r, n)
     norm = np.hypot(a, b)
     ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
     # An open strand ends on one sheet, at an edge where the two do not meet: there w must not be taken modulo 2 pi.
-    own = np.array([s.sheet for s in sheets])[which]
+    sheet_number = np.array([s.sheet for s in sheets])[which]
     turned = np.where(np.array([s.closed for s in sheets])[which], np.mod(w, 2 * np.pi), w)
-    sheet = np.where(own != 0, own, np.where((turned < 0) | (turned > np.pi), -1.0, 1.0))
+    sheet = np.where(sheet_number != 0, sheet_number, np.where((turned < 0) | (turned > np.pi), -1.0, 1.0))
     # a sin(phi) + b cos(phi) = (a^2 + b^2)^(1/2) cos(phi - arctan2(a, b)) = c: two phases, one on either sheet.
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
-    return orbits_above(known, u, np.mod(phi, 2 * np.pi), r, n, friction=level.friction)
+    return orbits_above(terms, u, np.mod(phi, 2 * np.pi), r, n, friction=level.friction)
 
 
 class LevelCurve(Struct, frozen=True, eq=False):

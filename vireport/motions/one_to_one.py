@@ -101,8 +101,8 @@ class Motions(Struct, frozen=True, eq=False):
     def select(self, index: Any) -> Motions:
         """The motions picked by an index or mask, or in another order."""
         names = (name for name in self.__struct_fields__ if name != "restitution")
-        own = each(self.restitution, lambda r: r[index] if np.ndim(r) else r)
-        return replace(self, **{name: getattr(self, name)[index] for name in names}, restitution=own)
+        restitution = each(self.restitution, lambda r: r[index] if np.ndim(r) else r)
+        return replace(self, **{name: getattr(self, name)[index] for name in names}, restitution=restitution)
 
     def mirrored(self) -> Motions:
         """The mirror images, which a horizontal capsule with membranes that are alike has."""
@@ -209,8 +209,8 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits, restitution: Any = Non
     restitution : float or Restitutions, optional
         Of these motions; their own, or that of the device, by default.
     """
-    own = sweep.device.restitution if orbit.restitution is None else orbit.restitution
-    r = own if restitution is None else restitution
+    restitutions = sweep.device.restitution if orbit.restitution is None else orbit.restitution
+    r = restitutions if restitution is None else restitution
     d, gbar = level.groups(orbit)
     trace = np.array(return_trace(orbit, r))
     gap = wall_gap(orbit, r)

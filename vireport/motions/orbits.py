@@ -238,9 +238,9 @@ class Orbits(Struct, frozen=True, eq=False):
     def select(self, index: Any) -> Orbits:
         """The motions picked by an index or mask."""
         friction = None if self.friction is None else self.friction[index]
-        own = None if self.restitution is None else each(self.restitution, lambda r: r[index])
+        restitution = None if self.restitution is None else each(self.restitution, lambda r: r[index])
         numbers = {name: getattr(self, name)[index] for name in ORBIT_NUMBERS}
-        return replace(self, **numbers, friction=friction, restitution=own)
+        return replace(self, **numbers, friction=friction, restitution=restitution)
 
     @property
     def waves(self) -> tuple[Wave, Wave]:
@@ -291,9 +291,9 @@ def added(
     u: Any, phi: Any, r: Any, n: int, ops: Any, harmonics: Sequence[Harmonic]
 ) -> Iterator[tuple[Coefficients, Harmonic, Any, Any]]:
     """The coefficients of each harmonic, and the sine and the cosine of its multiple of the phase."""
-    for own in harmonics:
-        k = of_order(coefficients(u, r, own.order * n, ops), own.order)
-        yield k, own, ops.sin(own.order * phi), ops.cos(own.order * phi)
+    for harmonic in harmonics:
+        k = of_order(coefficients(u, r, harmonic.order * n, ops), harmonic.order)
+        yield k, harmonic, ops.sin(harmonic.order * phi), ops.cos(harmonic.order * phi)
 
 
 def orbits_above(
@@ -311,9 +311,9 @@ def orbits_above(
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
     velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
     d = c.d_sine * sin_phi + c.d_cosine * cos_phi
-    for k, own, sine, cosine in added(u, phi, r, n, ops, harmonics):
+    for k, harmonic, sine, cosine in added(u, phi, r, n, ops, harmonics):
         pairs = (k.gbar_sine, k.gbar_cosine), (k.velocity_sine, k.velocity_cosine), (k.d_sine, k.d_cosine)
-        of_gbar, of_velocity, of_d = (a * sine + b * cosine for a, b in (turned(*pair, own) for pair in pairs))
+        of_gbar, of_velocity, of_d = (a * sine + b * cosine for a, b in (turned(*pair, harmonic) for pair in pairs))
         gbar, velocity, d = gbar + of_gbar, velocity + of_velocity, d + of_d
     rubbed, gained = None, gbar
     if friction is not None:

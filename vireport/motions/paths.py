@@ -277,7 +277,7 @@ class Path(Struct, frozen=True, eq=False):
             right[:-1, 0], bordered[:-1] = self.linearised(x)
             right[-1, 0] = across @ (x - guess)
             try:
-                step, along = solve(bordered, right).T
+                step, tangent = solve(bordered, right).T
             except np.linalg.LinAlgError:
                 return None
             largest = float(np.abs(step).max())
@@ -288,20 +288,20 @@ class Path(Struct, frozen=True, eq=False):
             # Where families cross the convergence is linear: the square of the correction says nothing about the next
             # one.
             if last < (CONVERGED if crossing else SQUARED):
-                return x, along
-        return (x, along) if last < ROUNDING else None
+                return x, tangent
+        return (x, tangent) if last < ROUNDING else None
 
     def nearest(self, guess: Floats) -> Floats | None:
         """The motion nearest to a guess."""
         # Without a normal the least solution is the shortest way to the path.
         return (self._newton(guess, np.zeros(len(guess)), True) or (None,))[0]
 
-    def point(self, x: Floats, along: Floats) -> PathPoint:
+    def point(self, x: Floats, tangent: Floats) -> PathPoint:
         """A motion with the direction of the path there, on the side of another direction."""
-        return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], along[None]]), np.eye(len(x))[-1]))
+        return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], tangent[None]]), np.eye(len(x))[-1]))
 
-    def _point(self, x: Floats, along: Floats) -> PathPoint:
-        return PathPoint(self, x, along / sqrt(along @ along))
+    def _point(self, x: Floats, tangent: Floats) -> PathPoint:
+        return PathPoint(self, x, tangent / sqrt(tangent @ tangent))
 
     def tangent(self, x: Floats) -> Floats:
         """The direction of the path, of either sign."""
@@ -330,14 +330,14 @@ class Path(Struct, frozen=True, eq=False):
         """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
         if value(arc.start) == value(arc.end):
             return 0.0, arc.start  # it begins there, to rounding, and what varies does not change the function
-        known, (guess, slope) = {}, arc.crossing(value)
+        evaluated, (guess, slope) = {}, arc.crossing(value)
 
         def on_path(size: float) -> float:
-            known[size] = self.beside(arc, size)
-            return value(known[size])
+            evaluated[size] = self.beside(arc, size)
+            return value(evaluated[size])
 
         size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, tolerance)
-        return abs(size), known[size]
+        return abs(size), evaluated[size]
 
     def reached(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:
         """Where, along an arc, one of the unknowns of the path has a value that lies between those at its ends.
@@ -467,8 +467,8 @@ def _closes(trail: Trail, new: PathPoint) -> bool:
     # The first steps are next to the beginning as well, on their way out.
     if len(trail.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
         return False
-    along = float(way @ back) / float(way @ way)
-    return 0 <= along <= 1 and float(np.abs(back - along * way).max()) < 0.1 * float(np.abs(way).max())
+    share = float(way @ back) / float(way @ way)
+    return 0 <= share <= 1 and float(np.abs(back - share * way).max()) < 0.1 * float(np.abs(way).max())
 
 
 class Curve(Path, frozen=True, eq=False, dict=True):

@@ -83,9 +83,9 @@ class Model(Struct, frozen=True):
         if self.level.held is Held.D:
             return Groups(self.level.value, coordinate, self.r, self.harmonics)
         if self.level.varied is not None:
-            d, gbar, own = self.level.d, self.level.value, self.level.restitution(self.r, coordinate)
+            d, gbar, restitution = self.level.d, self.level.value, self.level.restitution(self.r, coordinate)
             friction = None if self.level.friction is None else self.level.friction.constant
-            return Groups(d, gbar, own, self.harmonics, friction)
+            return Groups(d, gbar, restitution, self.harmonics, friction)
         gbar = self.level.value if self.level.held is Held.GBAR else coordinate / self.level.value
         friction = None if self.level.friction is None else self.level.friction.at(gbar, coordinate)
         return Groups(coordinate, gbar, self.r, self.harmonics, friction)
@@ -129,7 +129,7 @@ class Model(Struct, frozen=True):
             gbar = gbar + self.level.friction.constant
         farthest = (2 * periods) ** 2 * (1 + gbar) / (1 - r)
         # Harmonics add as much to a speed, or to gbar, as they are of the force.
-        pushed = BEYOND * (1 + sum(own.share for own in self.harmonics))
+        pushed = BEYOND * (1 + sum(harmonic.share for harmonic in self.harmonics))
         return pushed * float(farthest if self.level.held is Held.GBAR else min(farthest, self.level.value * most))
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
@@ -208,11 +208,11 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
         of_bottom, of_top, *of_law = _by_restitution(groups, wall, before)
         by_velocity, by_way = [0.0, t, of_bottom, of_top], [-way, t * t / 2, of_bottom * t, of_top * t]
         if groups.harmonics:
-            more = [_by_harmonic(own.order, row[count + i], row[count + j], t) for own in groups.harmonics]
-            by_velocity += [slope for own in more for slope in own[0]]
-            by_way += [slope for own in more for slope in own[1]]
+            more = [_by_harmonic(harmonic.order, row[count + i], row[count + j], t) for harmonic in groups.harmonics]
+            by_velocity += [slope for pair in more for slope in pair[0]]
+            by_way += [slope for slopes_of in more for slope in slopes_of[1]]
         if of_law:
-            by_velocity, by_way = by_velocity + of_law, by_way + [own * t for own in of_law]
+            by_velocity, by_way = by_velocity + of_law, by_way + [by_number * t for by_number in of_law]
         if groups.friction is not None:
             by_velocity.append(-way * t)
             by_way.append(-way * t * t / 2)
@@ -233,11 +233,11 @@ def _by_restitution(groups: Groups[float], wall: int, velocity: float) -> tuple[
     if r == slope and law.exponent:  # at the most that a restitution is
         return 0.0, 0.0, 0.0, 0.0
     stated = law.bottom if wall > 0 else law.top
-    own = -velocity * (r / stated) if stated else -velocity
+    by_stated = -velocity * (r / stated) if stated else -velocity
     share = wall * velocity / law.speed
     by_exponent = -velocity * r * log(share) if share > 0 else 0.0
     by_speed = velocity * r * law.exponent / law.speed
-    return (own, 0.0, by_exponent, by_speed) if wall > 0 else (0.0, own, by_exponent, by_speed)
+    return (by_stated, 0.0, by_exponent, by_speed) if wall > 0 else (0.0, by_stated, by_exponent, by_speed)
 
 
 def _by_harmonic(order: int, start: float, end: float, t: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -75,7 +75,7 @@ class Places(NamedTuple):
 
     def select(self, index: Any) -> Places:
         """Those picked by an index or mask."""
-        return Places(*(own[index] for own in self))
+        return Places(*(column[index] for column in self))
 
     @staticmethod
     def joined(parts: Iterable[Places]) -> Places:
@@ -96,8 +96,8 @@ class PhaseCells(NamedTuple):
 
     def quarters(self) -> PhaseCells:
         """The four parts of each, one after another."""
-        below, beside = np.divmod(np.arange(4), 2)
-        return PhaseCells((2 * self.row[:, None] + below).ravel(), (2 * self.column[:, None] + beside).ravel())
+        below, right = np.divmod(np.arange(4), 2)
+        return PhaseCells((2 * self.row[:, None] + below).ravel(), (2 * self.column[:, None] + right).ravel())
 
 
 class Rows(NamedTuple):
@@ -135,7 +135,7 @@ class Bends(NamedTuple):
 
     def of_pairs(self) -> Bends:
         """Those of rows of twice the width."""
-        return Bends(*(np.maximum(own[:, :, ::2], own[:, :, 1::2]) for own in self))
+        return Bends(*(np.maximum(bound[:, :, ::2], bound[:, :, 1::2]) for bound in self))
 
 
 class Tested(NamedTuple):
@@ -158,11 +158,11 @@ def motions_in_plane(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats,
         Forcing periods per motion.
     """
     plane = MotionPlane.of(groups, r, n)
-    found = plane.zeros(plane.cells())
-    u, phi = found.u, found.phi
+    places = plane.zeros(plane.cells())
+    u, phi = places.u, places.phi
     if groups.symmetric and n % 2:
-        u, phi = plane.symmetric(found)
-    return found.which, u, phi
+        u, phi = plane.symmetric(places)
+    return places.which, u, phi
 
 
 class MotionPlane(Struct, frozen=True, eq=False):
@@ -196,17 +196,17 @@ class MotionPlane(Struct, frozen=True, eq=False):
         d, gbar = groups.d, groups.gbar
         friction = None if groups.friction is None else np.broadcast_to(groups.friction, d.shape)
         bottom, top = by_wall(r)
-        middle = [float(own.min(initial=1.0) + own.max(initial=0.0)) / 2 for own in (bottom, top)]
+        middle = [float(wall_r.min(initial=1.0) + wall_r.max(initial=0.0)) / 2 for wall_r in (bottom, top)]
         x, y = bottom - middle[0], top - middle[1]
         four = np.stack([np.ones_like(x), x, y, x * y])
         rubbed = [] if friction is None else [friction * four]
-        weights = np.stack([np.concatenate([four, -own * four, *rubbed]) for own in (gbar, d)])
+        weights = np.stack([np.concatenate([four, -group * four, *rubbed]) for group in (gbar, d)])
         return MotionPlane(d, gbar, r, friction, n, groups.same_harmonics, (middle[0], middle[1]), weights)
 
     @property
     def orders(self) -> Floats:
         """Of the sine and the harmonics."""
-        return np.array([float(own.order) for own in (SINE, *self.harmonics)])
+        return np.array([float(harmonic.order) for harmonic in (SINE, *self.harmonics)])
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -228,8 +228,8 @@ class MotionPlane(Struct, frozen=True, eq=False):
         """The two functions above some u."""
         bottom, top = np.tile(NODES, 2)[:, None], np.repeat(NODES, 2)[:, None]
         r, at = Restitutions(bottom, top), u + 1j * IMAGINARY_STEP
-        own = coefficients(at, r, self.n)
-        cleared = -(1 + top) * own.determinant / (2 * self.n) ** 2
+        terms = coefficients(at, r, self.n)
+        cleared = -(1 + top) * terms.determinant / (2 * self.n) ** 2
         sine, cosine, flat = [], [], [[cleared, cleared]]
         for part in (SINE, *self.harmonics):
             k = of_order(coefficients(at, r, part.order * self.n), part.order)
@@ -237,7 +237,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
             sine.append([cleared * of_sine for of_sine, _ in both])
             cosine.append([cleared * of_cosine for _, of_cosine in both])
         if self.friction is not None:
-            unit = rubbing(own, at, r, self.n)
+            unit = rubbing(terms, at, r, self.n)
             flat.append([cleared * unit.gbar, cleared * unit.d])
         # From values at two nodes to that at the middle and the slope, of the top and of the bottom.
         of_bottom, of_top = (np.array([[1 - 2 * c, 2 * c], [-2.0, 2.0]]) for c in self.middle)
@@ -259,9 +259,9 @@ class MotionPlane(Struct, frozen=True, eq=False):
         by_u = np.maximum(np.maximum(wide[..., :-2], wide[..., 2:]), by_u)
         by_both = (orders * np.hypot(at.sine.imag, at.cosine.imag)).sum(axis=1) / IMAGINARY_STEP
         by_phi = (orders**2 * np.hypot(at.sine.real, at.cosine.real)).sum(axis=1)
-        waves = (np.maximum(own[..., 1:], own[..., :-1]) for own in (by_both, by_phi))
-        filled = (np.concatenate([own, np.zeros_like(by_u[:, 4:])], axis=1) for own in waves)
-        return Bends(*(ALLOWANCE * own for own in (by_u, *filled)))
+        waves = (np.maximum(bound[..., 1:], bound[..., :-1]) for bound in (by_both, by_phi))
+        filled = (np.concatenate([bound, np.zeros_like(by_u[:, 4:])], axis=1) for bound in waves)
+        return Bends(*(ALLOWANCE * bound for bound in (by_u, *filled)))
 
     def terms(self, rows: Rows, row: Ints, phi: Floats) -> Floats:
         """What is multiplied by `weights` to give the functions at places, and their derivatives by u and the phase.
@@ -282,14 +282,14 @@ class MotionPlane(Struct, frozen=True, eq=False):
         for _ in range(SHARED):
             bends.insert(0, bends[0].of_pairs())
         shared = []
-        for depth, own in enumerate(bends):
+        for depth, bends_at in enumerate(bends):
             count = self.shape[0] << depth
-            shared.append((self.rows((np.arange(count) + 0.5) / count - EDGE), own))
-        found: list[Places] = []
+            shared.append((self.rows((np.arange(count) + 0.5) / count - EDGE), bends_at))
+        places: list[Places] = []
         points, cells = np.empty(0, dtype=np.intp), PhaseCells(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
         for group in _neighbours(np.stack([self.d, self.gbar, *by_wall(self.r)]), np.arange(len(self.d))):
             single, which, rest = self._of_each(group, self._of_any(group, shared), shared[SHARED])
-            found.append(single)
+            places.append(single)
             points = np.concatenate([points, which])
             cells = PhaseCells(*map(np.concatenate, zip(cells, rest, strict=True)))
         for depth in range(SHARED + 1, DEEPEST + 1):
@@ -299,10 +299,10 @@ class MotionPlane(Struct, frozen=True, eq=False):
             ]
             if not tested:
                 break
-            found += [single for single, _, _ in tested]
+            places += [single for single, _, _ in tested]
             points = np.concatenate([which for _, which, _ in tested])
             cells = PhaseCells(*map(np.concatenate, zip(*(rest for _, _, rest in tested), strict=True)))
-        return Places.joined(found)
+        return Places.joined(places)
 
     def _of_any(self, group: Ints, shared: Sequence[tuple[Rows, Bends]]) -> PhaseCells:
         """The cells in which any of some design points may have a motion."""
@@ -310,9 +310,9 @@ class MotionPlane(Struct, frozen=True, eq=False):
         middle, off = (low + high) / 2, (high - low) / 2
         rows, columns = self.shape
         cells = PhaseCells(*np.divmod(np.arange(rows * columns), columns))
-        for depth, (own, bends) in enumerate(shared):
+        for depth, (sampled, bends) in enumerate(shared):
             cells, half = cells.quarters() if depth else cells, self.half(depth)
-            terms = self.terms(own, cells.row, self.middles(cells, depth)[1])
+            terms = self.terms(sampled, cells.row, self.middles(cells, depth)[1])
             change = np.einsum("qk,qdkc->dqc", off, np.abs(terms))
             change = change[0] + change[1] * half[0] + change[2] * half[1]
             values = np.einsum("qk,qdkc->dqc", middle, terms)
@@ -342,8 +342,8 @@ class MotionPlane(Struct, frozen=True, eq=False):
         """Test the quarters of cells, each of its design point; at the greatest depth nothing is left."""
         points, cells, half = np.repeat(points, 4), cells.quarters(), self.half(depth)
         u, phi = self.middles(cells, depth)
-        different, own = np.unique(u, return_inverse=True)
-        terms = self.terms(self.rows(different), own.ravel(), phi)
+        different, place = np.unique(u, return_inverse=True)
+        terms = self.terms(self.rows(different), place.ravel(), phi)
         weights = self.weights[:, :, points]
         values = np.einsum("qkp,qdkp->dqp", weights, terms)
         rest = np.einsum("qkp,qkp->qp", np.abs(weights), bends.over(cells.row >> (depth - SHARED), half))
@@ -394,27 +394,27 @@ class MotionPlane(Struct, frozen=True, eq=False):
         friction = None if self.friction is None else Friction(self.friction[which])
         return orbits(u, phi, each(self.r, itemgetter(which)), self.n, harmonics=self.harmonics, friction=friction)
 
-    def _once(self, found: Places) -> Places:
+    def _once(self, places: Places) -> Places:
         """Each of some zeros once: on the border of cells it is found from each."""
-        found = found.select(np.argsort(found.which, kind="stable"))
-        size = np.where(found.depth == DEEPEST, NEAR_FOLD, 2 * BESIDE)
-        near_u, near_phi = (size * own for own in self.half(found.depth))
-        again = np.zeros(len(found.u), dtype=bool)
-        for k in range(1, int(np.bincount(found.which).max(initial=1))):
-            turn = np.mod(found.phi[k:] - found.phi[:-k] + np.pi, 2 * np.pi) - np.pi
-            same = (found.which[k:] == found.which[:-k]) & (np.abs(turn) <= near_phi[k:] + near_phi[:-k])
-            again[k:] |= same & (np.abs(found.u[k:] - found.u[:-k]) <= near_u[k:] + near_u[:-k])
-        return found.select(~again)
+        places = places.select(np.argsort(places.which, kind="stable"))
+        size = np.where(places.depth == DEEPEST, NEAR_FOLD, 2 * BESIDE)
+        near_u, near_phi = (size * half for half in self.half(places.depth))
+        again = np.zeros(len(places.u), dtype=bool)
+        for k in range(1, int(np.bincount(places.which).max(initial=1))):
+            turn = np.mod(places.phi[k:] - places.phi[:-k] + np.pi, 2 * np.pi) - np.pi
+            same = (places.which[k:] == places.which[:-k]) & (np.abs(turn) <= near_phi[k:] + near_phi[:-k])
+            again[k:] |= same & (np.abs(places.u[k:] - places.u[:-k]) <= near_u[k:] + near_u[:-k])
+        return places.select(~again)
 
-    def symmetric(self, found: Places) -> tuple[Floats, Floats]:
+    def symmetric(self, places: Places) -> tuple[Floats, Floats]:
         """The places of motions, those that are their own mirror images at u = 0 exactly: d alone gives their phase."""
-        u, phi = found.u.copy(), found.phi.copy()
-        own = np.flatnonzero((self.gbar[found.which] == 0) & (np.abs(u) < ON_SYMMETRY))
-        u[own] = 0.0
+        u, phi = places.u.copy(), places.phi.copy()
+        on_symmetry = np.flatnonzero((self.gbar[places.which] == 0) & (np.abs(u) < ON_SYMMETRY))
+        u[on_symmetry] = 0.0
         for _ in range(2):
-            at = self._at(found.which[own], u[own], phi[own] + 1j * IMAGINARY_STEP)
+            at = self._at(places.which[on_symmetry], u[on_symmetry], phi[on_symmetry] + 1j * IMAGINARY_STEP)
             slope = at.d.imag / IMAGINARY_STEP
-            phi[own] -= (at.d.real - self.d[found.which[own]]) / np.where(slope == 0, np.inf, slope)
+            phi[on_symmetry] -= (at.d.real - self.d[places.which[on_symmetry]]) / np.where(slope == 0, np.inf, slope)
         return u, phi
 
 
@@ -453,7 +453,7 @@ def _neighbours(values: Floats, points: Ints) -> Iterator[Ints]:
     if len(points) <= TOGETHER:
         yield from [points] if points.size else []
         return
-    own = values[:, points]
-    order = points[np.argsort(own[np.ptp(own, axis=1).argmax()], kind="stable")]
+    value = values[:, points]
+    order = points[np.argsort(value[np.ptp(value, axis=1).argmax()], kind="stable")]
     for part in np.array_split(order, 2):
         yield from _neighbours(values, part)

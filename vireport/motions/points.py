@@ -167,10 +167,10 @@ def point_of(
     error = max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded))))
     motion = Motion(word, velocity, time, float(solved.x[-1]))
     # The closed form knows no touches: a 1:1 motion that grazes has further impacts here, at rest, which are left out.
-    own = [i for i in range(count) if i not in touches]
-    if [word.walls[i] for i in own] != [1, -1]:
+    struck = [i for i in range(count) if i not in touches]
+    if [word.walls[i] for i in struck] != [1, -1]:
         return Point(event, motion, d, gbar, rounded, error)
-    bottom, top = own
+    bottom, top = struck
     u, phi = place_of(solved, bottom, top)
     numbers = {
         "u": u,
@@ -221,7 +221,7 @@ def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> O
 def model_of(sweep: Sweep, ops: Any) -> Model:
     """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
     device = sweep.device
-    harmonics = tuple(own.exact(ops) for own in device.harmonics)
+    harmonics = tuple(harmonic.exact(ops) for harmonic in device.harmonics)
     return Model(sweep.level_in(ops), each(device.restitution, ops.exact), harmonics)
 
 
@@ -349,8 +349,8 @@ def _pressing(word: Word, leaves: int, acceleration: float) -> Equation:
 
 def at_value(sweep: Sweep, value: float) -> Equation:
     """The equation that the swept parameter has a value."""
-    asked = {ops: sweep.coordinate_of(value, ops) for ops in (DECIMALS, ARRAYS)}
-    return lambda x, groups, ops: x[-1] - asked[ops]
+    coordinates = {ops: sweep.coordinate_of(value, ops) for ops in (DECIMALS, ARRAYS)}
+    return lambda x, groups, ops: x[-1] - coordinates[ops]
 
 
 def solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> Solved:

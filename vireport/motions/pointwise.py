@@ -128,8 +128,8 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     if harmonics or groups.friction is not None:
         from vireport.motions.plane import motions_in_plane
 
-        found = motions_in_plane(groups, of_cells, n)
-        return _evaluated(*found, d, gbar, of_cells, n, harmonics, groups.friction)
+        places = motions_in_plane(groups, of_cells, n)
+        return _evaluated(*places, d, gbar, of_cells, n, harmonics, groups.friction)
     every = np.arange(len(d))
     kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]
     if isinstance(of_cells, Restitutions):
@@ -138,10 +138,10 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         one = of_cells.bottom
         kinds = [(every[alike], one[alike], one), (every[~alike], each(of_cells, itemgetter(~alike)), of_cells)]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
-    for of_kind, own, of_all in kinds:
+    for of_kind, restitution, of_all in kinds:
         # A table pays where many points share it: with few points to a restitution r is an array, and each has its own
         # forms.
-        shared = _different(own)
+        shared = _different(restitution)
         if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(of_kind):
             sharing: list[tuple[Ints, Any]] = [(of_kind, None)]
         else:
@@ -186,10 +186,10 @@ def _portions(cells: Ints, d: Floats, gbar: Floats, r: Any, n: int, shared: Any)
         same = cells[kind == scale]
         for first in range(0, same.size, BLOCK_POINTS):
             chosen = same[first : first + BLOCK_POINTS]
-            own = each(r, itemgetter(chosen))
-            u = _grid(each(own, lambda x: float(x.max())), n, scale)
+            restitution = each(r, itemgetter(chosen))
+            u = _grid(each(restitution, lambda x: float(x.max())), n, scale)
             tables = None if shared is None else _tables(shared, n, scale)
-            yield chosen, Points(u, n, scale == HORIZONTAL, d[chosen], gbar[chosen], own, tables)
+            yield chosen, Points(u, n, scale == HORIZONTAL, d[chosen], gbar[chosen], restitution, tables)
 
 
 def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tuple[Ints, Floats, Floats]:
@@ -197,14 +197,14 @@ def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tupl
     k = coefficients(np.zeros_like(points.d), points.r, points.n)
     # Written d = R cos(phi - middle): two phases where d < R, one where they meet in a fold, none beyond.
     ratio = points.d / np.hypot(k.d_sine, k.d_cosine)
-    here = np.flatnonzero(ratio <= 1)
-    middle, half = np.arctan2(k.d_sine, k.d_cosine)[here], np.arccos(ratio[here])
+    symmetric = np.flatnonzero(ratio <= 1)
+    middle, half = np.arctan2(k.d_sine, k.d_cosine)[symmetric], np.arccos(ratio[symmetric])
     # A pitchfork is found on both families; its motion is taken from the symmetric one, of which u = 0 is exact.
-    own = np.abs(u) > AT_SYMMETRY
+    asymmetric = np.abs(u) > AT_SYMMETRY
     return (
-        np.concatenate([which[own], here, here]),
-        np.concatenate([u[own], np.zeros(2 * here.size)]),
-        np.concatenate([phi[own], middle + half, middle - half]),
+        np.concatenate([which[asymmetric], symmetric, symmetric]),
+        np.concatenate([u[asymmetric], np.zeros(2 * symmetric.size)]),
+        np.concatenate([phi[asymmetric], middle + half, middle - half]),
     )
 
 
@@ -228,8 +228,8 @@ def _evaluated(
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
-    own = each(r, itemgetter(cell))
-    return PointwiseMotions(cell, orbit, np.asarray(return_trace(orbit, own)), wall_gap(orbit, own))
+    restitution = each(r, itemgetter(cell))
+    return PointwiseMotions(cell, orbit, np.asarray(return_trace(orbit, restitution)), wall_gap(orbit, restitution))
 
 
 def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
@@ -313,14 +313,14 @@ def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
     # sin(pi n u)/u: numpy's sinc has the limit at u = 0.
     over_u = pi * n * np.sinc(n * u) if divided else sin_half
     versine, sin_theta = 2 * sin_half * over_u, 2 * over_u * cos_half
-    own = np.ones_like(u) if divided else u
+    factor = np.ones_like(u) if divided else u
     p = (1 + r) * u - (1 - r) / 2
     reach = period * (1 - 4 * u * u) / 8
     # a = pi (n + 2 n u), so that sin(a) and cos(a) are those of 2 pi n u but for the sign (-1)^n; by the half angle 1 -
     # cos keeps its digits next to u = 0.
     if n % 2:
-        sin_a, cosine_d = -sin_theta, versine * p - 2 * (1 + r) * own
-        delta = 2 * (1 + r) * (own * (2 * cos_half * cos_half) / (pi * pi) + reach * sin_a / pi)
+        sin_a, cosine_d = -sin_theta, versine * p - 2 * (1 + r) * factor
+        delta = 2 * (1 + r) * (factor * (2 * cos_half * cos_half) / (pi * pi) + reach * sin_a / pi)
         cos_a_less_one = -2 * cos_half * cos_half
     else:
         sin_a, cosine_d = sin_theta, -versine * p - (1 - r)
@@ -358,8 +358,8 @@ def _grid(r: Any, n: int, scale: int) -> Floats:
         smallest = spacing
     elif n % 2:
         step = 1e-6
-        at, beside = forms(np.array(0.0), r, n), forms(np.array(step), r, n)
-        growth = (abs(beside.delta) + largest_groups(r, n, ())[0] * np.hypot(beside.sine_d, beside.cosine_d)) / step
+        at, near = forms(np.array(0.0), r, n), forms(np.array(step), r, n)
+        growth = (abs(near.delta) + largest_groups(r, n, ())[0] * np.hypot(near.sine_d, near.cosine_d)) / step
         smallest = float(SCALES[scale] * np.hypot(at.sine_gbar, at.cosine_gbar) / growth)
     near_edge = 0.5 - spacing * 10.0 ** np.arange(-4, 0, 0.5)
     decades = 10.0 ** np.arange(np.floor(np.log10(smallest)), np.log10(PER_DECADE * spacing), 1 / PER_DECADE)
@@ -475,7 +475,7 @@ def _brackets(points: Points) -> Brackets:
     """Every interval of u with one zero of G in it."""
     crossing: list[Brackets] = []
     dipping: list[Brackets] = []
-    beside: list[Brackets] = []
+    doubled: list[Brackets] = []
     size = max(BLOCK_VALUES // len(points.u), 1)
     for first in range(0, len(points.d), size):
         values, slopes = points.on_grid(slice(first, first + size))
@@ -485,11 +485,11 @@ def _brackets(points: Points) -> Brackets:
         near[:, :-1] |= crosses[:, 1:]
         # Next to a crossing an interval without a change of sign may belong to the same three zeros.
         near &= ~(crosses | turns)
-        for where, brackets in ((crosses, crossing), (dips, dipping), (near, beside)):
+        for where, brackets in ((crosses, crossing), (dips, dipping), (near, doubled)):
             k, i = np.divmod(np.flatnonzero(where), where.shape[1])
             ends = (values[k, i], values[k, i + 1], slopes[k, i], slopes[k, i + 1])
             brackets.append(Brackets(k + first, points.u[i], points.u[i + 1], *ends))
-    plain, halves = _unfolded(points, _joined(crossing), _joined(beside))
+    plain, halves = _unfolded(points, _joined(crossing), _joined(doubled))
     crosses, dips, _ = _pattern(halves.value_low, halves.value_high, halves.slope_low, halves.slope_high)
     cut = _split(points, _joined([*dipping, halves.select(dips)]))
     return _joined([plain, halves.select(crosses), *cut])
@@ -503,7 +503,7 @@ def _pattern(low: Floats, high: Floats, slope_low: Floats, slope_high: Floats) -
     return crosses, turns & (rising == positive) & ~crosses, turns
 
 
-def _unfolded(points: Points, crossing: Brackets, beside: Brackets) -> tuple[Brackets, Brackets]:
+def _unfolded(points: Points, crossing: Brackets, doubled: Brackets) -> tuple[Brackets, Brackets]:
     """Find intervals in which G turns twice, as it does next to a cusp of its zeros, and halve them in between.
 
     Returns
@@ -511,9 +511,9 @@ def _unfolded(points: Points, crossing: Brackets, beside: Brackets) -> tuple[Bra
     Brackets
         The crossings that do not.
     Brackets
-        Both halves of those that do, of `crossing` and of the neighbours `beside`, where three zeros are close.
+        Both halves of those that do, of `crossing` and of the neighbours `doubled`, where three zeros are close.
     """
-    both = _joined([crossing, beside])
+    both = _joined([crossing, doubled])
     c1, c2, c3 = both.cubic
     # At its inflection x = -c2/(3 c3) a cubic has the slope c1 + c2 x: if that has another sign than at both ends, the
     # function turns twice in between, and one change of sign may be three zeros.

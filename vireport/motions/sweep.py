@@ -210,18 +210,18 @@ def level_polynomial(
     rubbed = None
     if level.friction is not None:
         rubbed = _Rubbed.of(level, coefficients(u, r, n, ops), u, r, n, ops, divided)
-    for own in (SINE, *harmonics):
-        periods = own.order * n
+    for harmonic in (SINE, *harmonics):
+        periods = harmonic.order * n
         if divided:
             # T/(pi K), which goes with u, is 1/j of the sine's in the surface of a harmonic.
-            a, b, c = (term / own.order for term in _divided_terms(u, r, periods, ops))
+            a, b, c = (term / harmonic.order for term in _divided_terms(u, r, periods, ops))
         else:
-            a, b, c = _terms(level, of_order(coefficients(u, r, periods, ops), own.order))
+            a, b, c = _terms(level, of_order(coefficients(u, r, periods, ops), harmonic.order))
         if rubbed is not None:
-            k = of_order(coefficients(u, r, periods, ops), own.order)
+            k = of_order(coefficients(u, r, periods, ops), harmonic.order)
             a, b, c = rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
         held = c if held is None else held
-        parts.append((own.order, *turned(a, b, own)))
+        parts.append((harmonic.order, *turned(a, b, harmonic)))
     return parts, held
 
 

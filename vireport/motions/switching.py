@@ -153,10 +153,10 @@ def _unrepeated(letters: int, longest: int) -> Iterator[tuple[int, ...]]:
 
 def _touched(curve: Curve, motion: Motion, count: int, removed: list[int]) -> Iterator[Beginning]:
     """What begins where some of the touches in a number of periods are no impacts."""
-    own = motion.times(count).without_impacts(removed).representative(curve.model.horizontal)
-    side = replace(curve, word=own.word)
+    without = motion.times(count).without_impacts(removed).representative(curve.model.horizontal)
+    side = replace(curve, word=without.word)
     begins = Event.GRAZING if len(removed) == count * len(motion.rests) else Event.ZERO_VELOCITY
-    x = side.vector(own)
+    x = side.vector(without)
     tangent = side.tangent(x)
     yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
 

@@ -153,7 +153,7 @@ def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
         return pieces
     which = np.array([piece.strand for piece in pieces], dtype=np.intp)
     u = curve.at(which, np.array([(piece.w[0] + piece.w[-1]) / 2 for piece in pieces])).u
-    return [p for p, own in zip(pieces, u, strict=True) if own > 0 or curve.strands[p.strand].symmetric]
+    return [p for p, place in zip(pieces, u, strict=True) if place > 0 or curve.strands[p.strand].symmetric]
 
 
 class Run(Struct, frozen=True, eq=False):
@@ -265,7 +265,7 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     which, owner, w = _joined(pieces)
     orbit = curve.at(which, w)
     values = curve.event_values(orbit)[:, : GRAZING + 1]
-    met = _off_symmetry(curve, which, owner, w, orbit.u, values)
+    moved = _off_symmetry(curve, which, owner, w, orbit.u, values)
     with np.errstate(invalid="ignore"):
         crossing = (values[1:] > 0) != (values[:-1] > 0)
     crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
@@ -278,10 +278,13 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
         return np.asarray(curve.event_values(curve.at(which[row], w), grazing)[rows, event])
 
     # Rough is enough: each of them is solved for in decimals from there.
-    start, end = (np.where(event == MEETING, met[side], w[side]) for side in (row, row + 1))
+    start, end = (np.where(event == MEETING, moved[side], w[side]) for side in (row, row + 1))
     root = bracketed_root(event_value, start, end, ROUGH, (values[row, event], values[row + 1, event]))
     owners = [owner[row] == i for i in range(len(pieces))]
-    return [p.with_rows(root[own], event[own].astype(np.int8)) for p, own in zip(pieces, owners, strict=True)]
+    return [
+        p.with_rows(root[piece_rows], event[piece_rows].astype(np.int8))
+        for p, piece_rows in zip(pieces, owners, strict=True)
+    ]
 
 
 def _off_symmetry(curve: LevelCurve, which: Ints, owner: Ints, w: Floats, u: Floats, values: Floats) -> Floats:
@@ -290,17 +293,17 @@ def _off_symmetry(curve: LevelCurve, which: Ints, owner: Ints, w: Floats, u: Flo
     On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing. Next to it the value is that a
     little farther on, or none if that is still too near.
     """
-    met = w.copy()
+    moved = w.copy()
     asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
     touching = np.nonzero(asymmetric & (np.abs(u) < AT_SYMMETRY))[0] if curve.horizontal else np.empty(0, dtype=np.intp)
     if touching.size:
-        beside = np.clip(touching + np.array([[-1], [1]]), 0, len(w) - 1)
-        farther = np.where(owner[beside] == owner[touching], np.abs(u[beside]), -1.0).argmax(axis=0)
-        met[touching] += FROM_SYMMETRY * (w[beside[farther, np.arange(len(touching))]] - w[touching])
-        orbit = curve.at(which[touching], met[touching])
+        neighbours = np.clip(touching + np.array([[-1], [1]]), 0, len(w) - 1)
+        farther = np.where(owner[neighbours] == owner[touching], np.abs(u[neighbours]), -1.0).argmax(axis=0)
+        moved[touching] += FROM_SYMMETRY * (w[neighbours[farther, np.arange(len(touching))]] - w[touching])
+        orbit = curve.at(which[touching], moved[touching])
         near = np.abs(orbit.u) < AT_SYMMETRY
         values[touching, MEETING] = np.where(near, np.nan, curve.event_values(orbit, with_gap=False)[:, MEETING])
-    return met
+    return moved
 
 
 def branches_of(curve: LevelCurve, samples: Samples) -> list[tuple[Branch, Branch | None]]:
@@ -378,10 +381,10 @@ def _sweep_ends(curve: LevelCurve, piece: Piece) -> dict[int, float]:
     if not cut:
         return {}
     sweep = curve.sweep
-    asked = sorted((sweep.coordinate_of(end), end) for end in (sweep.start, sweep.end))
+    requested = sorted((sweep.coordinate_of(end), end) for end in (sweep.start, sweep.end))
     # Where the curve stops before the end of the sweep, it is not this that cuts the piece.
     sides = {row: int(condition.sign > 0) for row, condition in cut.items()}
-    return {row: asked[side][1] for row, side in sides.items() if curve.bounds[side] == asked[side][0]}
+    return {row: requested[side][1] for row, side in sides.items() if curve.bounds[side] == requested[side][0]}
 
 
 def _polish_ends(curve: LevelCurve, piece: Piece, ends: dict[int, float], u: Floats, phi: Floats) -> dict[int, float]:
@@ -435,7 +438,7 @@ def _polished(
             return point
         # Its bottom impact is the image of the top one.
         top = next(i for i, wall in enumerate(solved.word.walls) if wall == -1 and i not in touches)
-        resting, touching = (tuple((i - top) % len(solved.word) for i in own) for own in (at_rest, touches))
+        resting, touching = (tuple((i - top) % len(solved.word) for i in impacts) for impacts in (at_rest, touches))
         return replace(point, mirror=point_of(solved.mirrored(top), event, value, resting, touching))
 
 
@@ -516,5 +519,5 @@ def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float
     """Put the restitution of a value of the swept parameter into a row, where motions have their own."""
     if curve.level.varied is not None:
         exact = curve.level.restitution(curve.r, value)
-        for column, own in zip(by_wall(motions.restitution), by_wall(exact), strict=True):
-            column[row] = own
+        for column, constant in zip(by_wall(motions.restitution), by_wall(exact), strict=True):
+            column[row] = constant

@@ -126,18 +126,18 @@ def _crossing(way: Flight, phase: Floats, nearest: bool) -> Brackets:
     rise, fall = 2 * turn / np.pi, 2 - 2 * turn / np.pi
     since, until = (rise, fall) if way.direction < 0 else (fall, rise)
     first = np.mod(-way.direction * turn - phase, 2 * np.pi) / np.pi
-    each = first[:, None] + 2 * np.arange(_laps(way))
-    index, lap = np.nonzero(each < way.duration[:, None])
-    slowest = each[index, lap]
+    times = first[:, None] + 2 * np.arange(_laps(way))
+    index, lap = np.nonzero(times < way.duration[:, None])
+    slowest = times[index, lap]
     speed = way.select(index).speed(slowest, np.sin(phase[index] + np.pi * slowest))
     wrong = speed < 0
     index, middle, speed = index[wrong], slowest[wrong], speed[wrong]
-    if nearest and each.shape[1] > 2:
+    if nearest and times.shape[1] > 2:
         near = _may_be_nearest(way, phase, index, middle, -speed * np.maximum(since, until)[index])
         index, middle = index[near], middle[near]
-    there = np.ones(len(index), dtype=bool)
-    yield index, np.maximum(middle - since[index], 0.0), middle, there
-    yield index, middle, np.minimum(middle + until[index], way.duration[index]), ~there
+    within = np.ones(len(index), dtype=bool)
+    yield index, np.maximum(middle - since[index], 0.0), middle, within
+    yield index, middle, np.minimum(middle + until[index], way.duration[index]), ~within
 
 
 def _laps(way: Flight) -> int:
@@ -171,9 +171,9 @@ def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harm
     """Where flights turn between the phases `still` without acceleration, of each flight a column."""
     extrema = np.mod(still - phase, 2 * np.pi) / np.pi
     laps = np.repeat(2 * np.arange(_laps(way)), len(still))
-    each = np.tile(np.sort(extrema, axis=0), (_laps(way), 1)) + laps[:, None]
+    moments = np.tile(np.sort(extrema, axis=0), (_laps(way), 1)) + laps[:, None]
     # Where there are fewer phases than of others, the end of the flight stands for the rest: it belongs after them all.
-    times = np.sort(np.fmin(each, way.duration), axis=0)
+    times = np.sort(np.fmin(moments, way.duration), axis=0)
     times = np.concatenate([np.zeros((1, len(phase))), times, way.duration[None]])
     speeds = way.speed(times, _impulse(phase + np.pi * times, harmonics))
     if harmonics:
@@ -207,8 +207,8 @@ def _at_rest(
     def speed(t: Floats, which: Ints) -> tuple[Floats, Floats]:
         part = way if t.size == phase.size else way.select(which)
         angle = phase[which] + np.pi * t
-        here = wave(np.sin(angle), np.cos(angle), harmonics)
-        return part.speed(t, here.impulse), part.pressing(here.force)
+        force = wave(np.sin(angle), np.cos(angle), harmonics)
+        return part.speed(t, force.impulse), part.pressing(force.force)
 
     # Newton, not secants: the slope, Z'', costs one cosine of an angle whose sine is needed anyway.
     rising = way.speed(high, _impulse(phase + np.pi * high, harmonics)) > 0
@@ -242,10 +242,10 @@ def slowest(orbit: Orbits, r: Any) -> tuple[Floats, Ints]:
             still = -way.direction * np.arccos(np.clip(-way.gbar, -1.0, 1.0))[None]
         first = np.mod(still - phase, 2 * np.pi) / np.pi
         laps = 2 * np.arange(_laps(way))
-        each = (first[None] + laps[:, None, None]).reshape(len(laps) * len(first), len(phase))
-        there = way.speed(each, _impulse(phase + np.pi * each, orbit.harmonics))
-        inside = each < way.duration
-        speeds[i] = np.minimum(speeds[i], np.where(inside, there, np.inf).min(axis=0, initial=np.inf))
+        times = (first[None] + laps[:, None, None]).reshape(len(laps) * len(first), len(phase))
+        speeds_at = way.speed(times, _impulse(phase + np.pi * times, orbit.harmonics))
+        inside = times < way.duration
+        speeds[i] = np.minimum(speeds[i], np.where(inside, speeds_at, np.inf).min(axis=0, initial=np.inf))
     return speeds.min(axis=0), speeds.argmin(axis=0)
 
 
@@ -373,8 +373,8 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
         start, end, after, phase = times[i], times[i + 1], groups.after(wall, velocities[i]), pi * times[i]
         begun = wave(sin(phase), cos(phase), harmonics)
         laps = range(2 * int(start // 2), 2 * int(end // 2) + 1, 2)
-        inner = [(lap + t, there) for lap in laps for t, there in still if start < lap + t < end]
-        speeds = [(t, flight.velocity(t - start, after, begun.impulse, there, gbar)) for t, there in inner]
+        inner = [(lap + t, impulse) for lap in laps for t, impulse in still if start < lap + t < end]
+        speeds = [(t, flight.velocity(t - start, after, begun.impulse, impulse, gbar)) for t, impulse in inner]
         for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
             if low[1] * high[1] < 0:
                 time = _rest(low, high, (start, after, begun.impulse), groups)
@@ -400,9 +400,9 @@ def _rest(
     t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
     for _ in range(BISECTIONS):
         phase = pi * t
-        here = wave(sin(phase), cos(phase), groups.harmonics)
-        value = flight.velocity(t - start, after, impulse, here.impulse, groups.gbar)
-        slope = groups.pull(here.force)
+        force = wave(sin(phase), cos(phase), groups.harmonics)
+        value = flight.velocity(t - start, after, impulse, force.impulse, groups.gbar)
+        slope = groups.pull(force.force)
         a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
         new = t - value / slope if slope else a
         if abs(new - t) < SETTLED and slope:
@@ -430,7 +430,7 @@ def slow_places(word: Word, velocity: Sequence[float], time: Sequence[float], gr
         Of its impacts.
     groups : Groups
     """
-    found, count = [], len(word)
+    places, count = [], len(word)
     for i, wall in enumerate(word.walls):
         j = (i + 1) % count
         start, end = time[i], time[j] + (0 if j > i else 2 * word.periods)
@@ -445,6 +445,6 @@ def slow_places(word: Word, velocity: Sequence[float], time: Sequence[float], gr
             first = start + (phase / pi - start) % 2
             for lap in range(max(int((end - first) // 2) + 1, 0)):
                 t = first + 2 * lap
-                there = groups.wave(pi * t, FLOATS).impulse
-                found.append(Slowest(i, t, way * flight.velocity(t - start, after, impulse, there, gravity)))
-    return found
+                swing = groups.wave(pi * t, FLOATS).impulse
+                places.append(Slowest(i, t, way * flight.velocity(t - start, after, impulse, swing, gravity)))
+    return places

@@ -91,20 +91,20 @@ class AttractingMotions(Struct, frozen=True, eq=False):
     @property
     def told(self) -> list[Motion]:
         """Motions whose returns are told."""
-        return [each.motion for each in self.motions if each.motion is not None and each.share is not None]
+        return [motion.motion for motion in self.motions if motion.motion is not None and motion.share is not None]
 
     @property
     def reached(self) -> list[AttractingMotion]:
         """That which the device comes to from rest, but for one with rests."""
-        return [each for each in self.motions if each.from_rest and each.motion is not None]
+        return [motion for motion in self.motions if motion.from_rest and motion.motion is not None]
 
     def withstood(self, chosen: Sequence[AttractingMotion]) -> Withstood | None:
         """What some of the motions withstand: the least shock of them all; None of none."""
         if not chosen:
             return None
-        shocks = [each.shock for each in chosen if each.shock is not None]
+        shocks = [motion.shock for motion in chosen if motion.shock is not None]
         if len(shocks) < len(chosen):
-            unknown = next(each.unknown for each in chosen if each.shock is None)
+            unknown = next(motion.unknown for motion in chosen if motion.shock is None)
             return Withstood(self.velocity_unit, self.time_unit, shock_unknown=unknown)
         least = min(shocks, key=lambda shock: inf if shock.jump is None else shock.jump)
         return Withstood(self.velocity_unit, self.time_unit, least)
@@ -155,26 +155,26 @@ def attracting_motions(
     place = {k: row for row, k in enumerate(k for k in range(len(stable)) if k not in why)}
     unit, time_unit = float(device.velocity_unit(*at)), 0.5 / float(device.frequency_hz)
     least = 0.0 if least_m_s is None else least_m_s / unit
-    told, end = [core.motion for core in cores], disturbances.from_rest
+    recognised, end = [core.motion for core in cores], disturbances.from_rest
     rested = _from_rest(groups, stable, end, bool(disturbances.ramp_periods), cores, place)
-    found = []
+    attracting = []
     for k, motion in enumerate(stable):
         share = float(np.mean(ends == place[k])) if k in place else None
         shock, unknown = None, why.get(k, "")
         if share is not None:
-            others = [other for other in told if other is not motion]
+            others = [other for other in recognised if other is not motion]
             shock, unknown = _shock(groups, motion, others, unstable, withstood, least)
-        found.append(AttractingMotion(motion, motion.word.name, share, rested[k], shock, unknown))
+        attracting.append(AttractingMotion(motion, motion.word.name, share, rested[k], shock, unknown))
     rests = float(np.mean(ends == Elsewhere.RESTS))
     resting = end is not None and end.destination in (Destination.REST_CYCLE, Destination.AT_REST)
     if rests or resting:
         name = end.name if end is not None and resting else "rest"
-        found.append(AttractingMotion(None, name, rests, resting))
-    if not found:
+        attracting.append(AttractingMotion(None, name, rests, resting))
+    if not attracting:
         return None
-    known = sum(each.share or 0.0 for each in found)
-    elsewhere = None if why else max(1 - known, 0.0)
-    return AttractingMotions(tuple(found), STARTS, elsewhere, unit, time_unit)
+    shares = sum(attracted.share or 0.0 for attracted in attracting)
+    elsewhere = None if why else max(1 - shares, 0.0)
+    return AttractingMotions(tuple(attracting), STARTS, elsewhere, unit, time_unit)
 
 
 def _known(solution: Solution, disturbances: Disturbances, atlas: Atlas | None) -> tuple[list[Motion], list[Motion]]:
@@ -186,19 +186,19 @@ def _known(solution: Solution, disturbances: Disturbances, atlas: Atlas | None) 
     flat = mirrored(device)
 
     def add(to: list[Motion], motion: Motion) -> None:
-        for each in (motion, motion.mirrored()) if flat else (motion,):
-            if all(each.distance(known) > SAME for known in to):
-                to.append(each)
+        for image in (motion, motion.mirrored()) if flat else (motion,):
+            if all(image.distance(other) > SAME for other in to):
+                to.append(image)
 
     if atlas is not None and min(ends := (atlas.sweep.start, atlas.sweep.end)) <= design.value <= max(ends):
         for _, motion in atlas.stable_at(design.value):
             add(stable, motion)
         for _, motion in atlas.at(design.value):
-            if all(motion.distance(known) > SAME for known in stable):
+            if all(motion.distance(earlier) > SAME for earlier in stable):
                 add(unstable, motion)
     reached = (disturbances.reached,) if disturbances.reached is not None else ()
-    for found in (*reached, *disturbances.by_starts):
-        add(stable, found.motion)
+    for followed in (*reached, *disturbances.by_starts):
+        add(stable, followed.motion)
     return stable, unstable
 
 
@@ -218,9 +218,9 @@ def _from_rest(
     if sum(alike) <= 1:
         return list[bool | None](alike)
     if ramped:
-        return [None if each else False for each in alike]
+        return [None if same_word else False for same_word in alike]
     (last,) = endings(groups, np.array([[float(BOTTOM), 0.0, 0.0, 0.0]]), cores).tolist()
-    return [each and place.get(k) == last for k, each in enumerate(alike)]
+    return [same_word and place.get(k) == last for k, same_word in enumerate(alike)]
 
 
 def _shock(
@@ -232,14 +232,14 @@ def _shock(
     least: float,
 ) -> tuple[LeastShock | None, str]:
     """The least shock of a motion, or why it is not known."""
-    known = withstood.shock if withstood is not None else None
-    if known is not None and known.motion.distance(motion) == 0:
-        return known, ""
+    stated = withstood.shock if withstood is not None else None
+    if stated is not None and stated.motion.distance(motion) == 0:
+        return stated, ""
     try:
         # Beside chaos each shock that leads out is followed for thousands of impacts: a full search took ten minutes.
-        found = least_shock(groups, motion, others, unstable, effort=SCAN)
-        if found.jump is None and least >= found.searched_to:
-            found = least_shock(groups, motion, others, unstable, least * (1 + 1e-9), SCAN)
-        return found, ""
+        shock = least_shock(groups, motion, others, unstable, effort=SCAN)
+        if shock.jump is None and least >= shock.searched_to:
+            shock = least_shock(groups, motion, others, unstable, least * (1 + 1e-9), SCAN)
+        return shock, ""
     except (NumericalError, ValueError) as error:
         return None, str(error)

@@ -57,9 +57,9 @@ def forwards(groups: Groups[float], wall: ArrayLike, time: Floats, after: Floats
     starts[:, 0], starts[:, 2], starts[:, 3] = wall, -after, np.mod(pi * time, TURN) % TURN
     model = np.repeat(check_model(groups._replace(restitution=1.0)), len(time), axis=0)
     rows, summary = follow_impacts(model, starts, 1, 1, compiled=compiled)
-    met = summary[:, 0] == 1
+    strikes = summary[:, 0] == 1
     last = rows[:, -1]
-    return Arrivals(np.where(met, last[:, WALL], 0.0), time + last[:, FLIGHT], last[:, VELOCITY])
+    return Arrivals(np.where(strikes, last[:, WALL], 0.0), time + last[:, FLIGHT], last[:, VELOCITY])
 
 
 def backwards(groups: Groups[float], wall: ArrayLike, time: Floats, before: Floats, compiled: bool = False) -> Arrivals:
@@ -70,6 +70,6 @@ def backwards(groups: Groups[float], wall: ArrayLike, time: Floats, before: Floa
 
     Parameters are those of `forwards`, with the velocity just before the impact.
     """
-    harmonics = tuple(Harmonic(own.order, own.cosine, -own.sine) for own in groups.harmonics)
+    harmonics = tuple(Harmonic(harmonic.order, harmonic.cosine, -harmonic.sine) for harmonic in groups.harmonics)
     mirrored = forwards(groups._replace(harmonics=harmonics), wall, -time, -before, compiled)
     return Arrivals(mirrored.wall, -mirrored.time, -mirrored.velocity)

@@ -218,7 +218,7 @@ def jitter(
         factor = 2.0**power
         error, mean = off(factor)
         if error <= TOLERANCE:
-            holds = min(_farthest(lambda each: off(each)[0], factor, error), room)
+            holds = min(_farthest(lambda times: off(times)[0], factor, error), room)
             if power < 0:
                 return NoJitter(Unsettled.TOO_LARGE, min(holds, 2 * factor))
             if room < 1:
@@ -240,11 +240,11 @@ def _farthest(error_at: Callable[[float], float], factor: float, error: float) -
             ahead = (factor + beyond) / 2
         else:
             ahead = factor * (beyond / factor) ** (log(aim / error) / log(over / error))
-        found = error_at(ahead)
-        if found <= TOLERANCE:
-            factor, error = ahead, found
+        error_ahead = error_at(ahead)
+        if error_ahead <= TOLERANCE:
+            factor, error = ahead, error_ahead
         else:
-            beyond, over = ahead, found
+            beyond, over = ahead, error_ahead
     return factor if error else inf
 
 
@@ -274,7 +274,7 @@ def _neglected(
         return inf, np.zeros(0)
     first = _repeated(lap, start, passed[-1])
     moments = first._replace(covariance=linear[0])
-    own = np.diagonal(linear, axis1=1, axis2=2)
+    scale = np.diagonal(linear, axis1=1, axis2=2)
     means, errors = np.zeros(0), [inf]
     for _ in range(ROUNDS):
         passed = _through_a_period(groups, motion, spread, moments, compiled)
@@ -283,11 +283,11 @@ def _neglected(
         if not means.size:  # to second order in the kicks
             means = np.array([moments.mean, *(after.mean for after in passed[:-1])])
         moments = _repeated(lap, moments, passed[-1])
-        found = np.array([moments.covariance, *(after.covariance for after in passed[:-1])])
-        variances = np.diagonal(found, axis1=1, axis2=2)
+        covariances = np.array([moments.covariance, *(after.covariance for after in passed[:-1])])
+        variances = np.diagonal(covariances, axis1=1, axis2=2)
         if not (variances > 0).all():
             return inf, np.zeros(0)
-        errors.append(float(np.abs(np.sqrt(variances / own) - 1).max()))
+        errors.append(float(np.abs(np.sqrt(variances / scale) - 1).max()))
         if abs(errors[-1] - errors[-2]) <= SETTLED * errors[-1]:
             # Neither the first term nor the moments are the whole: the larger of both.
             error = max(errors[1], errors[-1])
@@ -314,8 +314,8 @@ def _rule() -> tuple[Floats, Floats, Floats]:
     weights = np.array([a * b * c for a, b, c in product(deviation[1], deviation[1], kick[1])])
     x, eye = nodes[:, :2], np.eye(2)
     tensor = np.einsum("ka,kb,kc->kabc", x, x, x)
-    for each in ("ka,bc->kabc", "kb,ac->kabc", "kc,ab->kabc"):
-        tensor -= np.einsum(each, x, eye)
+    for indices in ("ka,bc->kabc", "kb,ac->kabc", "kc,ab->kabc"):
+        tensor -= np.einsum(indices, x, eye)
     return nodes, weights / weights.sum(), tensor
 
 
@@ -348,6 +348,8 @@ def _through_a_period(
         off = np.stack([ends.time - motion.time[i] - durations[i], ends.velocity - motion.velocity[j]], axis=1)
         mean = np.asarray(share @ off, dtype=float)
         off = off - mean
-        covariance, skewness = (np.asarray(np.einsum(each, share, *(off,) * n), dtype=float) for each, n in MOMENTS)
+        covariance, skewness = (
+            np.asarray(np.einsum(indices, share, *(off,) * n), dtype=float) for indices, n in MOMENTS
+        )
         passed.append(_Moments(mean, covariance, skewness))
     return passed

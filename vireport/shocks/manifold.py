@@ -117,8 +117,8 @@ def stable_manifold(
     if not (np.isreal(values).all() and 0 < contraction < 1 < abs(values[1 - inside])):
         return ()
     direction = vectors[:, inside].real / np.abs(vectors[:, inside]).max()
-    along = BEGINNING * np.linspace(0, 1, FIRST_POINTS)
-    offset = np.concatenate([along, -along])
+    distance = BEGINNING * np.linspace(0, 1, FIRST_POINTS)
+    offset = np.concatenate([distance, -distance])
     line = _Line(
         np.full(len(offset), float(companion.word.walls[0])),
         companion.time[0] + offset * direction[0],
@@ -145,8 +145,8 @@ def _refined(
     begun = backwards(groups, *line[:3], compiled)
     for _ in range(HALVINGS):
         apart, alike, inside = _steps(groups, line, begun, fastest)
-        here = np.maximum(np.abs(np.diff(line.time)), np.abs(np.diff(line.before)))
-        needed = (line.part[1:] == line.part[:-1]) & inside & (~alike | (apart > spacing)) & (here > FINEST)
+        steps = np.maximum(np.abs(np.diff(line.time)), np.abs(np.diff(line.before)))
+        needed = (line.part[1:] == line.part[:-1]) & inside & (~alike | (apart > spacing)) & (steps > FINEST)
         if not needed.any() or len(line.time) > most:
             break
         at = np.flatnonzero(needed)
@@ -214,13 +214,15 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> li
             begun, ended = piece.start_time + shift, piece.end_time + shift
             low, high = np.maximum(begun, start), np.minimum(ended, start + duration)
             position, speed = _state(groups, low, piece.start_wall, begun, piece.after)
-            own, own_speed = _state(groups, low, wall, np.full(len(low), start), np.full(len(low), after))
-            jump = speed - own_speed
+            undisturbed, undisturbed_speed = _state(
+                groups, low, wall, np.full(len(low), start), np.full(len(low), after)
+            )
+            jump = speed - undisturbed_speed
             with np.errstate(divide="ignore", invalid="ignore"):
-                time = low - (position - own) / jump
-            met = (low <= high) & (time >= low) & (time <= high)
-            for rows in np.split(np.arange(len(met)), np.flatnonzero(np.diff(met)) + 1):
-                if met[rows[0]] and len(rows) > 1:
+                time = low - (position - undisturbed) / jump
+            crosses = (low <= high) & (time >= low) & (time <= high)
+            for rows in np.split(np.arange(len(crosses)), np.flatnonzero(np.diff(crosses)) + 1):
+                if crosses[rows[0]] and len(rows) > 1:
                     lines.append(ShockLine(time[rows] - begins, jump[rows]))
     return lines
 

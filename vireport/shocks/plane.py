@@ -105,9 +105,9 @@ def shock_plane(
         impact = np.clip(np.searchsorted(begins, time, side="right") - 1, 0, len(begins) - 1)
         rows = np.zeros((len(time), 4))
         for i in np.unique(impact).tolist():
-            own = impact == i
-            delay = np.minimum(time[own] - begins[i], durations[i] * (1 - 1e-12))
-            rows[own] = shocked(groups, motion, i, delay, jump[own])
+            after_this = impact == i
+            delay = np.minimum(time[after_this] - begins[i], durations[i] * (1 - 1e-12))
+            rows[after_this] = shocked(groups, motion, i, delay, jump[after_this])
         return rows
 
     x, y = np.linspace(0.0, period, points), np.linspace(-largest, largest, points)
@@ -139,33 +139,33 @@ class Recogniser:
 
     def __call__(self, rows: Floats) -> Ints:
         """The outcome of each start."""
-        found = self._known(rows)
+        outcome = self._known(rows)
         for _ in range(REPRESENTATIVES):
-            unknown = np.flatnonzero(found == Elsewhere.UNKNOWN)
+            unknown = np.flatnonzero(outcome == Elsewhere.UNKNOWN)
             if not len(unknown):
                 break
             attractor = self._attractor(rows[unknown[0]])
             cycle = attractor.cycle
             if cycle is None or cycle.sticks or cycle.growth > NEAREST:
                 # What does not settle, or not within the patience, is one outcome, whatever it is called.
-                found[unknown[0]] = self._at(Elsewhere.UNKNOWN, attractor)
+                outcome[unknown[0]] = self._at(Elsewhere.UNKNOWN, attractor)
                 continue
             self._learn(cycle.motion(self.groups.d), attractor)
-            found[unknown] = self._known(rows[unknown])
-        rest = found == Elsewhere.UNKNOWN
+            outcome[unknown] = self._known(rows[unknown])
+        rest = outcome == Elsewhere.UNKNOWN
         if rest.any():
-            found[rest] = self._at(Elsewhere.UNKNOWN, None, rows[rest][0])
-        return found
+            outcome[rest] = self._at(Elsewhere.UNKNOWN, None, rows[rest][0])
+        return outcome
 
     def _known(self, rows: Floats) -> Ints:
         ends = endings(self.groups, rows, self.cores, self.workers, self.compiled)
         # Ends below zero are kinds, not places: without a motion known before there is no place at all.
-        found = np.where(ends >= 0, np.array([*self.place, UNKNOWN])[np.maximum(ends, 0)], ends)
+        outcome = np.where(ends >= 0, np.array([*self.place, UNKNOWN])[np.maximum(ends, 0)], ends)
         for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):
-            own = ends == kind
-            if own.any():
-                found[own] = self._at(kind, None, rows[own][0])
-        return found
+            of_kind = ends == kind
+            if of_kind.any():
+                outcome[of_kind] = self._at(kind, None, rows[of_kind][0])
+        return outcome
 
     def _at(self, kind: Elsewhere, attractor: Attractor | None, row: Floats | None = None) -> int:
         """The place of an outcome that is none of the motions, which is followed once."""
@@ -215,8 +215,8 @@ def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarse
                 if a == half or b == half:
                     evaluate(row + a, column + b)
         row, column = (
-            np.concatenate([each + offset for offset in offsets])
-            for each, offsets in ((row, (0, 0, half, half)), (column, (0, half, 0, half)))
+            np.concatenate([index + offset for offset in offsets])
+            for index, offsets in ((row, (0, 0, half, half)), (column, (0, half, 0, half)))
         )
         step = half
     evaluated = int((label != UNKNOWN).sum())

@@ -196,22 +196,22 @@ def endings(
     without velocity: all that ever ride on one membrane share a future, which is followed once.
     """
     releases: dict[int, int] = {}
-    found, rode = _followed(groups, starts, cores, workers, compiled)
+    ends, rode = _followed(groups, starts, cores, workers, compiled)
     for wall in np.unique(rode[rode != 0]).tolist():
-        found[rode == wall] = _released(groups, wall, cores, compiled, releases)
-    return found
+        ends[rode == wall] = _released(groups, wall, cores, compiled, releases)
+    return ends
 
 
 def _followed(
     groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int, compiled: bool
 ) -> tuple[Ints, Ints]:
     """Where starts end, and for those that come to ride on a membrane that membrane, 0 for others."""
-    found = np.full(len(starts), Elsewhere.UNKNOWN, dtype=np.int64)
+    ends = np.full(len(starts), Elsewhere.UNKNOWN, dtype=np.int64)
     rode = np.zeros(len(starts), dtype=np.int64)
-    active, here, model = np.arange(len(starts)), starts, check_model(groups)
+    active, states, model = np.arange(len(starts)), starts, check_model(groups)
     patience, block, used = max((core.patience for core in cores), default=MOST), FIRST, 0
     while len(active) and used < patience:
-        rows, summary = follow_impacts(np.repeat(model, len(here), axis=0), here, block, None, workers, compiled)
+        rows, summary = follow_impacts(np.repeat(model, len(states), axis=0), states, block, None, workers, compiled)
         last, riding = rows[:, -1], np.nan_to_num(rows[:, :, RIDING], posinf=0.0) > 0
         label = np.full(len(active), Elsewhere.UNKNOWN, dtype=np.int64)
         label[(summary[:, 2] == REST) | (summary[:, 2] == HELD)] = Elsewhere.RESTS
@@ -221,19 +221,19 @@ def _followed(
         rides = (label == Elsewhere.UNKNOWN) & riding.any(axis=1)
         at = np.argmax(riding[rides], axis=1)
         rode[active[rides]] = rows[rides, at, WALL].astype(np.int64)
-        found[active] = label
+        ends[active] = label
         stays = (label == Elsewhere.UNKNOWN) & ~rides & (summary[:, 2] != CREEPING)
         active = active[stays]
-        here = np.zeros((len(active), 4))
-        here[:, 0], here[:, 2], here[:, 3] = last[stays, WALL], last[stays, VELOCITY], last[stays, PHASE]
+        states = np.zeros((len(active), 4))
+        states[:, 0], states[:, 2], states[:, 3] = last[stays, WALL], last[stays, VELOCITY], last[stays, PHASE]
         used, block = used + block, min(2 * block, MOST)
-    return found, rode
+    return ends, rode
 
 
-def _released(groups: Groups[float], wall: int, cores: Sequence[Core], compiled: bool, known: dict[int, int]) -> int:
+def _released(groups: Groups[float], wall: int, cores: Sequence[Core], compiled: bool, futures: dict[int, int]) -> int:
     """Where a ball ends that a membrane has released; one that comes to ride on it again does so for ever."""
-    if wall not in known:
-        known[wall] = Elsewhere.RESTS
+    if wall not in futures:
+        futures[wall] = Elsewhere.RESTS
         # Without velocity and pressed down, at a phase before the release, it rides until that.
         pressed = 0.0 if wall > 0 else pi
         release = np.array([[float(wall), 0.0, 0.0, pressed]])
@@ -241,6 +241,6 @@ def _released(groups: Groups[float], wall: int, cores: Sequence[Core], compiled:
         rows, _ = follow_impacts(model, release, 1, None, 1, compiled)
         start = np.zeros((1, 4))
         start[:, 0], start[:, 2], start[:, 3] = rows[:, -1, WALL], rows[:, -1, VELOCITY], rows[:, -1, PHASE]
-        found, rode = _followed(groups, start, cores, 1, compiled)
-        known[wall] = int(found[0]) if rode[0] == 0 else _released(groups, int(rode[0]), cores, compiled, known)
-    return known[wall]
+        ends, rode = _followed(groups, start, cores, 1, compiled)
+        futures[wall] = int(ends[0]) if rode[0] == 0 else _released(groups, int(rode[0]), cores, compiled, futures)
+    return futures[wall]

@@ -246,17 +246,17 @@ def least_shock(
         raise ValueError(f"jumps can be tried up to a positive, finite size, not {farthest}")
     if any(groups.restitution_at(wall) == 0 for wall in motion.word.walls):
         raise ValueError("a ball that does not bounce leaves a membrane with no velocity: shocks need a restitution")
-    cores = patient(groups, [core_of(groups, each, compiled) for each in (motion, *others)], companions)
+    cores = patient(groups, [core_of(groups, stable, compiled) for stable in (motion, *others)], companions)
     search = _Search(groups, cores, effort, compiled, workers)
     while True:
-        found, spacing = search.coarse(farthest)
-        by_search, companion, exact = found, None, None
+        leads_out, spacing = search.coarse(farthest)
+        by_search, companion, exact = leads_out, None, None
         for _ in range(ROUNDS):
-            if found is None:
+            if leads_out is None:
                 break
-            by_search = search.descended(found, spacing)
+            by_search = search.descended(leads_out, spacing)
             by_search, exact, companion = search.on_manifold(by_search, companions)
-            found, spacing = search.below(exact or by_search)
+            leads_out, spacing = search.below(exact or by_search)
         patience = search.cores[0].patience
         if by_search is None:
             return LeastShock(motion, None, 0, 0, 0.0, None, None, None, farthest, search.tried, patience)
@@ -309,7 +309,7 @@ class _Search:
         """The smallest of spread shocks that leads out, and how far apart they were."""
         effort, edges = self.effort, [0.0, *(farthest / 2**k for k in range(self.effort.octaves - 1, -1, -1))]
         for low, high in pairwise(edges):
-            found: list[Shock] = []
+            leading_out: list[Shock] = []
             for impact, duration in enumerate(self.durations.tolist()):
                 later = duration * np.arange(1, effort.moments + 1) / (effort.moments + 1)
                 for delays, count in ((np.zeros(1), effort.after), (later, effort.levels)):
@@ -317,14 +317,21 @@ class _Search:
                     for sign in (1.0, -1.0):
                         delay, jump = (grid.ravel() for grid in np.meshgrid(delays, sign * sizes))
                         out = np.flatnonzero(self.leads_out(impact, delay, jump))
-                        found += [Shock(impact, float(delay[k]), float(jump[k])) for k in out[:1]]
-            if found:
-                return min(found, key=lambda shock: abs(shock.jump)), (high - low) / min(effort.after, effort.levels)
+                        leading_out += [Shock(impact, float(delay[k]), float(jump[k])) for k in out[:1]]
+            if leading_out:
+                return min(leading_out, key=lambda shock: abs(shock.jump)), (high - low) / min(
+                    effort.after, effort.levels
+                )
         return None, 0.0
 
-    def descended(self, found: Shock, spacing: float) -> Shock:
-        """The least shock near one that leads out, of its sign and after its impact."""
-        impact, delay, jump = found
+    def descended(self, leads_out: Shock, spacing: float) -> Shock:
+        """The least shock near one that leads out, of its sign and after its impact.
+
+        At any time the shock (`high`, `delay`) leads out, and was the least of all that were tried. What is looked
+        through below it is `width` deep: it shrinks while the samples find nothing much smaller, and grows again where
+        all of them lead out.
+        """
+        impact, delay, jump = leads_out
         sign, high = float(np.sign(jump)), abs(jump)
         duration, count = float(self.durations[impact]), self.effort.zoom
         width, wander = min(spacing, high), duration / (self.effort.moments + 1)
@@ -396,12 +403,12 @@ class _Search:
             if distance[passage] > NEAR:
                 return None
             first, second = jump, jump * (1 + 1e-10)
-            ahead, here = along(first, passage), along(second, passage)
+            before_value, value = along(first, passage), along(second, passage)
             for _ in range(SECANTS):
-                if here == ahead or not np.isfinite(here + ahead):
+                if value == before_value or not np.isfinite(value + before_value):
                     break
-                first, second, ahead = second, second - here * (second - first) / (here - ahead), here
-                here = along(second, passage)
+                first, second, before_value = second, second - value * (second - first) / (value - before_value), value
+                value = along(second, passage)
                 if abs(second - first) <= SETTLED:
                     break
             if not np.isfinite(second):
@@ -417,18 +424,20 @@ class _Search:
         count, size = self.effort.below, abs(least.jump) * (1 - 1e-12)
         if not count:
             return None, 0.0
-        random, found = np.random.default_rng(SEED), []
+        random, leading_out = np.random.default_rng(SEED), []
         sizes = size * (np.arange(count // 2) + random.random(count // 2)) / (count // 2)
         delays = np.full(len(sizes), least.delay)
         for k in np.flatnonzero(self.leads_out(least.impact, delays, np.sign(least.jump) * sizes))[:1]:
-            found.append(least._replace(jump=float(np.sign(least.jump) * sizes[k])))
+            leading_out.append(least._replace(jump=float(np.sign(least.jump) * sizes[k])))
         share = count // 2 // len(self.durations)
         for impact, duration in enumerate(self.durations.tolist()):
             delays = np.where(random.random(share) < 0.5, 0.0, duration * random.random(share))
             jumps = size * np.sqrt(random.random(share)) * random.choice([-1.0, 1.0], share)
             out = self.leads_out(impact, delays, jumps)
-            found += [Shock(impact, *each) for each in zip(delays[out].tolist(), jumps[out].tolist(), strict=True)]
-        return min(found, key=lambda shock: abs(shock.jump), default=None), 8 * size / count
+            leading_out += [
+                Shock(impact, *pair) for pair in zip(delays[out].tolist(), jumps[out].tolist(), strict=True)
+            ]
+        return min(leading_out, key=lambda shock: abs(shock.jump), default=None), 8 * size / count
 
     def attractor(self, shock: Shock) -> Attractor:
         """What the device does after a shock."""

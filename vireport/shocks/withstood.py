@@ -220,10 +220,10 @@ def shocks_around(
 
 def stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
     """The admissible motions at the design point."""
-    found = design.motions
+    motions = design.motions
     stable, unstable = (
-        [motion_at(found, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
-        for rows in (found.stable_mask, found.admissible_mask & ~found.stable_mask)
+        [motion_at(motions, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
+        for rows in (motions.stable_mask, motions.admissible_mask & ~motions.stable_mask)
     )
     return stable, unstable
 
@@ -258,14 +258,14 @@ def least_of(
     # Searched further only where nothing leads out: the same number of shocks in a wider range are farther apart.
     further = [least * (1 + 1e-9)] if least is not None and least >= usual else []
     for farthest in [usual, *further]:
-        found = [
+        shocks = [
             least_shock(groups, motion, [other for other in stable if other is not motion], unstable, farthest, effort)
             for motion in stable
         ]
-        least_one = min(found, key=lambda shock: np.inf if shock.jump is None else shock.jump)
+        least_one = min(shocks, key=lambda shock: np.inf if shock.jump is None else shock.jump)
         if least_one.jump is not None:
             break
-    return replace(least_one, tried=sum(shock.tried for shock in found))
+    return replace(least_one, tried=sum(shock.tried for shock in shocks))
 
 
 def _size(of: Jitter | NoJitter) -> float:

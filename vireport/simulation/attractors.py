@@ -219,11 +219,11 @@ def attractors(
     rows, summary = follow_impacts(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
     reached = []
     for i in range(n):
-        known: list[SimulatedMotion] = []
+        remembered: list[SimulatedMotion] = []
         ends = []
         for k in range(i * m, (i + 1) * m):
             happened = rows[k, max(0, rows.shape[1] - int(summary[k, 0]) - 1) :]
-            ends.append(search(Trajectory(model[i], happened, summary[k], KEPT), budget, budget, known))
+            ends.append(search(Trajectory(model[i], happened, summary[k], KEPT), budget, budget, remembered))
         reached.append(tuple(ends))
     return reached
 
@@ -261,7 +261,7 @@ def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
     )
 
 
-def search(ball: Trajectory, patience: int, budget: int, known: list[SimulatedMotion]) -> Attractor:
+def search(ball: Trajectory, patience: int, budget: int, remembered: list[SimulatedMotion]) -> Attractor:
     """Follow a ball until it is known what it leads to.
 
     Parameters
@@ -270,26 +270,26 @@ def search(ball: Trajectory, patience: int, budget: int, known: list[SimulatedMo
         Has its last impacts afterwards.
     patience, budget : int
         Impacts to spend while nothing periodic is in sight, and while a periodic motion is being approached.
-    known : list of SimulatedMotion
+    remembered : list of SimulatedMotion
         Collects those of one parameter.
     """
     model, compiled, block = ball.model, ball.compiled, BLOCK
     before_this: set[float] = set()
 
     def end(outcome: Outcome, cycle: SimulatedMotion | None, lyapunov: float, distance: float) -> Attractor:
-        told = cycle is not None or outcome in STOPS
-        return Attractor(outcome, cycle, lyapunov, distance, ball.impacts, *(() if told else (_last(ball.rows),)))
+        whole = cycle is not None or outcome in STOPS
+        return Attractor(outcome, cycle, lyapunov, distance, ball.impacts, *(() if whole else (_last(ball.rows),)))
 
     while ball.moving:
         rows = ball.rows
         if unresolved(rows):
             return end(Outcome.UNRESOLVED, None, nan, inf)
-        near = [cycle for cycle in known if cycle.distance(rows[-1]) <= SETTLED]
+        near = [cycle for cycle in remembered if cycle.distance(rows[-1]) <= SETTLED]
         laps = cycles.laps(rows)
         if not near and (laps or before_this & cycles.released(rows[1:])):
             rests = (cycles.rest_cycle(model, lap, compiled) for lap in laps)
             cycle = next((cycle for cycle in rests if cycle is not None), None)
-            return end(Outcome.STICKING, cycle and _remembered(cycle, known), -inf, 0.0)
+            return end(Outcome.STICKING, cycle and _remembered(cycle, remembered), -inf, 0.0)
         cycle = near[0] if near else cycles.approached(model, rows, compiled)
         if cycle is not None and cycle.sticks:
             return end(Outcome.STICKING, cycle, -inf, 0.0)
@@ -303,7 +303,7 @@ def search(ball: Trajectory, patience: int, budget: int, known: list[SimulatedMo
                 ball.go_on(min(_transient(cycle, distance), budget - ball.impacts))
                 distance = cycle.distance(ball.rows[-1])
             if distance <= SETTLED or (ball.impacts >= budget and distance < max(SLOWER * before, BESIDE)):
-                cycle = _remembered(cycle, known)
+                cycle = _remembered(cycle, remembered)
                 return end(Outcome.PERIODIC, cycle, cycle.lyapunov, distance)
         if ball.impacts >= min(patience, budget):
             return end(Outcome.APERIODIC, None, cycles.exponent(model, ball.rows, compiled), inf)
@@ -328,15 +328,15 @@ def _transient(cycle: SimulatedMotion, distance: float) -> int:
     return (periods + 1) * len(cycle.wall)
 
 
-def _remembered(cycle: SimulatedMotion, known: list[SimulatedMotion]) -> SimulatedMotion:
+def _remembered(cycle: SimulatedMotion, remembered: list[SimulatedMotion]) -> SimulatedMotion:
     """The cycle as first found, so that equal ones are the same object."""
     alike = (
         other
-        for other in known
+        for other in remembered
         if (other.word, other.period, len(other.wall)) == (cycle.word, cycle.period, len(cycle.wall))
     )
     for other in alike:
         if cycles.separation(other.phase - cycle.phase, other.velocity - cycle.velocity).max() <= SETTLED:
             return other
-    known.append(cycle)
+    remembered.append(cycle)
     return cycle

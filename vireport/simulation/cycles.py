@@ -168,14 +168,18 @@ def jacobians(model: Array, before: Array, after: Array, compiled: bool = False)
     rise = 2 * np.sin(x / 2) ** 2
     z_phase = -(sine * rise + cosine * _lag(x)) / pi**2
     end = np.cos(after[:, PHASE])
-    for own in harmonics_of(model):
+    for harmonic in harmonics_of(model):
         # S(phi + x) - S(phi) - x f(phi), S the impulse of the force f, is linear in the force.
-        turned, way = own.order * before[:, PHASE], own.order * x
+        turned, way = harmonic.order * before[:, PHASE], harmonic.order * x
         s, c = np.sin(turned), np.cos(turned)
-        of_cosine, of_sine = own.cosine * c + own.sine * s, own.cosine * s - own.sine * c
-        z_phase = z_phase - (of_sine * 2 * np.sin(way / 2) ** 2 + of_cosine * _lag(way)) / (own.order * pi**2)
+        of_cosine, of_sine = harmonic.cosine * c + harmonic.sine * s, harmonic.cosine * s - harmonic.sine * c
+        z_phase = z_phase - (of_sine * 2 * np.sin(way / 2) ** 2 + of_cosine * _lag(way)) / (harmonic.order * pi**2)
         cosine = cosine + of_cosine
-        end = end + own.cosine * np.cos(own.order * after[:, PHASE]) + own.sine * np.sin(own.order * after[:, PHASE])
+        end = (
+            end
+            + harmonic.cosine * np.cos(harmonic.order * after[:, PHASE])
+            + harmonic.sine * np.sin(harmonic.order * after[:, PHASE])
+        )
     pull = flight.acceleration(end, gbar)
     result = np.empty((len(t), 2, 2))
     result[:, 0, 0] = 1 - pi * z_phase / speed
@@ -321,7 +325,7 @@ def laps(rows: Array) -> list[Array]:
     """
     rides = _rides(rows)
     ridden = (rides[rows[rides, WALL] == wall] for wall in (1, -1))
-    return [rows[own[-2] + 1 : own[-1] + 1] for own in ridden if len(own) > 1]
+    return [rows[on_wall[-2] + 1 : on_wall[-1] + 1] for on_wall in ridden if len(on_wall) > 1]
 
 
 def released(rows: Array) -> set[float]:
@@ -409,10 +413,10 @@ def _told(rows: Array) -> list[Told]:
     return list(zip(walls, np.abs(rows[:, VELOCITY]).tolist(), stays, strict=True))
 
 
-def _letters(told: Sequence[Told]) -> list[str]:
+def _letters(impacts: Sequence[Told]) -> list[str]:
     letters: list[str] = []
     falling, last = 0, inf  # impacts on this membrane at the end, each slower than the one before
-    for letter, speed, stays in told:
+    for letter, speed, stays in impacts:
         again = bool(letters) and letters[-1] == letter
         falling = falling + 1 if again and speed < last else 1
         last = speed
@@ -432,10 +436,10 @@ def chain_growth(model: Array, rows: Array, compiled: bool = False) -> float:
 def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> SimulatedMotion:
     """Motion that starts where its word does; of equal words, with the fastest impact."""
     n = len(rows)
-    told = _told(rows)
-    letters = _letters(told)
+    impacts = _told(rows)
+    letters = _letters(impacts)
     word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
-    turns = [i for i in range(n) if "".join(_letters(told[i:] + told[:i])) == word]
+    turns = [i for i in range(n) if "".join(_letters(impacts[i:] + impacts[:i])) == word]
     rows = np.roll(rows, -max(turns, key=lambda i: abs(float(rows[i, VELOCITY]))), axis=0)
     rows.setflags(write=False)
     return SimulatedMotion(word, rows, residual, eigenvalues)

@@ -97,7 +97,7 @@ def check_model(groups: Groups[Any]) -> Array:
     the speed at which they are stated (0 and 1 of constant ones), and order, cosine and sine of each harmonic; and
     friction, (n, 6 + 3 h + 1), of a ball with it.
     """
-    parts = [number for own in groups.harmonics for number in (own.order, own.cosine, own.sine)]
+    parts = [number for harmonic in groups.harmonics for number in (harmonic.order, harmonic.cosine, harmonic.sine)]
     law = (0.0, 1.0) if groups.law is None else (groups.law.exponent, groups.law.speed)
     rubbing = () if groups.friction is None else (groups.friction,)
     if rubbing and groups.law is not None:
@@ -132,8 +132,8 @@ def rebounds(model: Array, wall: Array, velocity: Array) -> tuple[Array, Array]:
 
 def harmonics_of(model: Array) -> tuple[Harmonic, ...]:
     """The harmonics of a row of `check_model`."""
-    own = model[OF_SINE : len(model) - rubs(model)].reshape(-1, OF_HARMONIC).tolist()
-    return tuple(Harmonic(int(order), a, b) for order, a, b in own)
+    numbers = model[OF_SINE : len(model) - rubs(model)].reshape(-1, OF_HARMONIC).tolist()
+    return tuple(Harmonic(int(order), a, b) for order, a, b in numbers)
 
 
 def rubs(model: Array) -> bool:
@@ -170,7 +170,7 @@ def _forced(model: Array) -> tuple[Array, Array] | tuple[None, None]:
     _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
     zeros = [zeros_of_pull(model[row]) for row in first]
     most = max(map(len, zeros))
-    still = np.stack([_filled(own, most) for own in zeros])[which.ravel()]
+    still = np.stack([_filled(phases, most) for phases in zeros])[which.ravel()]
     return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), np.ascontiguousarray(still)
 
 
@@ -178,8 +178,8 @@ def search_data(model: Array) -> tuple[Array, Array, Array]:
     """What the search of a ball with friction takes of rows of `check_model`: its numbers, harmonics and zeros."""
     _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
     zeros = [[zeros_of_pull(model[row], way) for way in (-1, 1)] for row in first]
-    most = max(len(own) for both in zeros for own in both)
-    still = np.stack([np.stack([_filled(own, most) for own in both]) for both in zeros])[which.ravel()]
+    most = max(len(phases) for both in zeros for phases in both)
+    still = np.stack([np.stack([_filled(phases, most) for phases in both]) for both in zeros])[which.ravel()]
     harmonics = model[:, OF_SINE:-1].reshape(len(model), -1, OF_HARMONIC)
     plain = np.column_stack([model[:, :CONSTANT], model[:, -1]])
     return plain, np.ascontiguousarray(harmonics), np.ascontiguousarray(still)
@@ -216,14 +216,17 @@ def start_of(row: Array) -> Start:
 def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
     """Starts as rows of `check_start`, (n, m, 4): the same at each of n distances, or an array of each one's own."""
     if isinstance(starts, np.ndarray):
-        each, count = [list(map(start_of, own)) for own in starts], starts.shape[1]
+        by_parameter, count = [list(map(start_of, of_parameter)) for of_parameter in starts], starts.shape[1]
     else:
-        each, count = [list(starts)] * len(d), len(starts)
+        by_parameter, count = [list(starts)] * len(d), len(starts)
     if count == 0:
         raise ValueError("at least one start is needed")
-    if len(each) != len(d):
-        raise ValueError(f"starts for {len(each)} parameters, of which there are {len(d)}")
-    rows = [[check_start(start, float(distance)) for start in own] for own, distance in zip(each, d, strict=True)]
+    if len(by_parameter) != len(d):
+        raise ValueError(f"starts for {len(by_parameter)} parameters, of which there are {len(d)}")
+    rows = [
+        [check_start(start, float(distance)) for start in of_parameter]
+        for of_parameter, distance in zip(by_parameter, d, strict=True)
+    ]
     return np.array(rows).reshape(len(d), count, 4)
 
 

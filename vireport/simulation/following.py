@@ -230,7 +230,7 @@ def _aside(impacts: Array, others: Array) -> float:
     speed = np.abs(impacts[:, 2])
     if not len(others):
         return float(speed.max(initial=0.0))
-    own = impacts[:, None]
-    apart = separation(own[..., 1] - others[:, 1], own[..., 2] - others[:, 2])
-    apart[own[..., 0] != others[:, 0]] = np.inf
+    impact = impacts[:, None]
+    apart = separation(impact[..., 1] - others[:, 1], impact[..., 2] - others[:, 2])
+    apart[impact[..., 0] != others[:, 0]] = np.inf
     return float(np.minimum(apart.min(axis=1), speed).max(initial=0.0))

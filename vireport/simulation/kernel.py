@@ -760,8 +760,10 @@ def follow_ways(
         while strikes == 0.0:
             if row == len(ways):
                 return False
-            here = float(walls[i, 0]) - gone, float(walls[i, 1]) - gone
-            t, z, end, after, strikes, onward, _ = next_way(way, v, phase, model, harmonics, parts, still, here)
+            walls_from_ball = float(walls[i, 0]) - gone, float(walls[i, 1]) - gone
+            t, z, end, after, strikes, onward, _ = next_way(
+                way, v, phase, model, harmonics, parts, still, walls_from_ball
+            )
             out = ways[row]
             out[0], out[1], out[2], out[3], out[4] = way, t, phase, v, end
             gone, way, v, phase, row = gone + z, onward, end, after, row + 1
@@ -787,8 +789,8 @@ def _next_impact_rubbed(
     """
     time, gone, seen, before = 0.0, 0.0, 0.0, inf
     for stops in range(most):
-        here = walls[0] - gone, walls[1] - gone
-        t, z, v, phase, strikes, onward, steps = next_way(way, v, phase, model, harmonics, parts, still, here)
+        ends = walls[0] - gone, walls[1] - gone
+        t, z, v, phase, strikes, onward, steps = next_way(way, v, phase, model, harmonics, parts, still, ends)
         if t == inf:
             return 0.0, time, 0.0, phase, seen, HELD, stops
         time, gone, seen = time + t, gone + z, seen + steps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import acos, pi
 from typing import NamedTuple
 
@@ -51,19 +52,35 @@ def presses(groups: Groups[float]) -> list[Press]:
             return []
         release = release_phase(gravity)
         return [Press(release, release / pi, TURN - 2 * release)]
-    phases = unaccelerated(gravity, groups.harmonics)
-    following = [*phases[1:], phases[0] + TURN] if phases else []
-    lengths = [b - a for a, b in zip(phases, following, strict=True)]
-    middles = [a + length / 2 for a, length in zip(phases, lengths, strict=True)]
-    pressed = [groups.pull(groups.wave(x, FLOATS).force, LEAVING) > 0 for x in middles]
-    releases = [k for k in range(len(phases)) if pressed[k - 1] and not pressed[k]]
-    # Where the acceleration only touches zero it goes on as before: stretches of one sign are joined.
-    found = []
-    for number, k in enumerate(releases):
-        since = releases[number - 1] - (len(phases) if number == 0 else 0)
-        before = [j % len(phases) for j in range(since, k)]
-        until = releases[(number + 1) % len(releases)] + (len(phases) if number + 1 == len(releases) else 0)
-        after = [j % len(phases) for j in range(k, until)]
-        share = sum(lengths[j] for j in before if pressed[j]) / TURN
-        found.append(Press(phases[k], share, sum(lengths[j] for j in after if not pressed[j])))
-    return found
+    stretches = _stretches(groups)
+    pairs = zip(stretches, [*stretches[1:], *stretches[:1]], strict=True)
+    return sorted(Press(free.begin, pressed.length / TURN, free.length) for pressed, free in pairs if pressed.pressed)
+
+
+class _Stretch(NamedTuple):
+    """Forcing phases between two zeros of the acceleration of a ball at rest [rad], and whether it is pressed there."""
+
+    begin: float
+    length: float
+    pressed: bool
+
+
+def _stretches(groups: Groups[float]) -> list[_Stretch]:
+    """The stretches of a period in which a ball at rest is pressed down and in which it is free, by turns.
+
+    They fill the period, each begins where the one before ends, and neighbours differ: where the acceleration only
+    touches zero, what is before and after is one. None where it has one sign all through the period.
+    """
+    phases = unaccelerated(groups.gravity(LEAVING), groups.harmonics)
+    joined: list[_Stretch] = []
+    for begin, end in pairwise([*phases, *(phase + TURN for phase in phases[:1])]):
+        length = end - begin
+        pressed = groups.pull(groups.wave(begin + length / 2, FLOATS).force, LEAVING) > 0
+        if joined and joined[-1].pressed == pressed:
+            joined[-1] = joined[-1]._replace(length=joined[-1].length + length)
+        else:
+            joined.append(_Stretch(begin, length, pressed))
+    if len(joined) > 1 and joined[0].pressed == joined[-1].pressed:  # over the end of the period
+        last = joined.pop()
+        joined[0] = last._replace(length=last.length + joined[0].length)
+    return joined if len(joined) > 1 else []

@@ -59,7 +59,7 @@ class _Searched(NamedTuple):
     @staticmethod
     def of(model: Array) -> _Searched:
         """That of a row of `check_model`."""
-        return _Searched(groups_of(model), *(each[0] for each in search_data(model[None])))
+        return _Searched(groups_of(model), *(part[0] for part in search_data(model[None])))
 
 
 def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
@@ -84,10 +84,10 @@ def _ways(searched: _Searched, before: Array, position: float = 0.0) -> Iterator
     parts, strikes = np.empty((len(harmonics), 3)), 0.0
     with np.errstate(all="ignore"):
         while not strikes:
-            here = walls[0] - gone, walls[1] - gone
+            ends = walls[0] - gone, walls[1] - gone
             begun = phase, velocity
             time, covered, velocity, phase, strikes, onward, _ = kernel.next_way(
-                sign, velocity, phase, plain, harmonics, parts, still, here
+                sign, velocity, phase, plain, harmonics, parts, still, ends
             )
             yield Way(sign, float(time), *begun, float(velocity))
             gone, sign = gone + covered, onward

@@ -129,9 +129,9 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") ->
         See `Portrait`.
     """
     model, reached = check_model(groups)[0], attractors(groups, starts)[0]
-    shown = next((end for end in reached if end.cycle is not None and not end.cycle.sticks), reached[0])
-    if shown.cycle is not None and not shown.cycle.sticks:
-        cycle, first = shown.cycle, int(np.argmax(shown.cycle.wall == BOTTOM))
+    attractor = next((end for end in reached if end.cycle is not None and not end.cycle.sticks), reached[0])
+    if attractor.cycle is not None and not attractor.cycle.sticks:
+        cycle, first = attractor.cycle, int(np.argmax(attractor.cycle.wall == BOTTOM))
         start = Impact(int(cycle.wall[first]), float(cycle.velocity[first]), float(cycle.phase[first]))
         begin, count = check_start(start, groups.d), PERIODS_SHOWN * len(cycle.wall)
     else:
@@ -140,4 +140,4 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") ->
         if len(settled) > 1:
             begin = as_start(settled[-1])
     rows, _ = follow_one(model, begin, count)
-    return Portrait(label, *groups[:3], shown, float(rows[0, PHASE]), *path(model, rows), groups.harmonics)
+    return Portrait(label, *groups[:3], attractor, float(rows[0, PHASE]), *path(model, rows), groups.harmonics)
