@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from itertools import pairwise
 from math import isfinite, prod
 from textwrap import fill
@@ -379,24 +379,6 @@ def picture_front(result: SearchResult) -> Picture:
     fall = f"from {_in_unit(result, first.value, 4)} to {_in_unit(result, last.value, 4)}"
     alt = f"Line chart. With smallest margins of {margins} the {_extreme(result)} {of.words} goes {fall}."
     return Picture("figure-front", "What margin costs", caption, alt, _front(result))
-
-
-def figure_front(
-    result: SearchResult, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
-) -> Figure:
-    """The largest objective against the smallest margin in any input, with the margin that is required.
-
-    Parameters
-    ----------
-    result : SearchResult
-        With a front.
-    width_mm, style : float and mapping, optional
-        As in `vireport.figure_2`.
-    """
-    from vireport.figures.style import Sheet, drawn_for
-
-    with drawn_for(Sheet.of(width_mm, style)):
-        return _front(result)
 
 
 def _front(result: SearchResult) -> Figure:
