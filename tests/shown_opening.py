@@ -109,6 +109,12 @@ class Opening:
     def small(self) -> bool:
         return self.use is not None and self.use[1] < SMALL
 
+    @property
+    def short(self) -> bool:
+        """Whether less margin is left to use than is required of rigid impacts."""
+        required = (self.x.scenario["requirements"] or {}).get("margin_any_percent")
+        return required is not None and self.use is not None and 100 * self.use[1] < required
+
     def _stable_words(self) -> list[str]:
         """Words of the families that are stable at the design point."""
         at = getattr(self.x.device, self.x.parameter)
@@ -136,6 +142,7 @@ class Opening:
             f"{runs}, but not every device within the tolerances does.": answer == "refuted",
             f"{runs}; for every device within the tolerances that is not decided.": answer != "proved",
             f"{runs}; the margin with soft membranes is not known.": self.rigid_only,
+            f"{runs}; the margin to use is less than required.": self.short,
             f"{runs}; the margin is small.": self.small,
             f"{runs}; a membrane stretches farther than has been demonstrated.": self.area > DEMONSTRATED,
             f"{runs}; where that ends with soft membranes is not known.": bool(lost),
@@ -155,6 +162,9 @@ class Opening:
             missed = sorted(self.missed, key=order.index)
             if missed:
                 yield fact("bad", f"Requirements not met, {len(missed)} of {count}: {'; '.join(missed)}.")
+            elif self.short:
+                said = f"All requirements are met ({count}), but the margin by rigid impacts alone: "
+                yield fact("caution", f"{said}margin_with_effects_percent requires more.")
             else:
                 yield fact("good", f"All requirements are met ({count}).")
         if (of := x.data["simulation"]) is not None and not of["orbits_checked"]:
@@ -223,7 +233,7 @@ class Opening:
                 yield fact("caution", CONTACTS, percentage(motion["contact_share"]))
         if self.rigid_only and (own := self.x.data["own_stiffness"])["motion"] is not None:
             yield fact("caution", CONTACTS, percentage(own["motion"]["contact_share"]))
-        if self.use is None or not self.small or gone(self.x):
+        if self.use is None or not (self.small or self.short) or gone(self.x):
             return
         parameter, room, limit, shift = self.use
         ways = {"rigid": "", "compliant": ", or take stiffer membranes"}
@@ -267,8 +277,10 @@ class Opening:
         elif stable == count:
             said = f"All {count} devices tried within the tolerances keep it (at least {{}} do)."
             yield fact("caution", said, percentage(of["yield"]["low_95"]))
+        elif stable:
+            yield fact("caution", f"Of {count} devices tried within the tolerances, {stable} keep it.")
         else:
-            yield fact("caution", f"Of {count} devices within the tolerances {stable} keep it.")
+            yield fact("caution", f"None of {count} devices tried within the tolerances keeps it.")
 
     def _disturbances(self) -> Iterator[Expected]:
         found = self.x.data["disturbances"] or {"shock": None, "jitter": None}
@@ -318,7 +330,7 @@ class Opening:
         parameter, room, limit, shift = self.use
         missed = {key for key, _, met in asked(self.x) if not met}
         held = any(key.startswith(("margin_", "withstands")) for key in missed)
-        status = "bad" if held else "caution" if room < SMALL or self.rigid_only else "good"
+        status = "bad" if held else "caution" if self.small or self.short or self.rigid_only else "good"
         value = Said("none") if room <= 0 else Said(f"{{}} in {SYMBOLS[parameter][0]}", percentage(room))
         if limit == "effect":
             noun, sizes = self.noun(shift)

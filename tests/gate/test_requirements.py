@@ -473,7 +473,7 @@ def test_results_and_verdict_say_what_is_not_met() -> None:
         "Requirements not met, 4 of 9: Stable 1:1 motion over the inclinations; Margin"
     )
     passing = analyse(load(CI / "passing.yaml"))
-    assert passing.verdict.word == "Stable, margin small"
+    assert passing.verdict.word == "Stable, margin to use less than required"
     assert unmet(passing.criteria) == ""
     assert results(passing, provenance_of(passing.loaded, "test"))["requirements"]["passed"]
 

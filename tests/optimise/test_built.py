@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import EXAMPLES
 from design_texts import DEVICE, unlimited
 
+from vireport.gate.verdict import Status
 from vireport.optimise import outputs
 from vireport.optimise.built import LOSS, built_design
+from vireport.optimise.grid import judged_design
 from vireport.optimise.problem import problem_of
-from vireport.optimise.search import SearchResult, optimise
-from vireport.scenario.loading import loads
+from vireport.optimise.search import SearchEvidence, SearchResult, optimise
+from vireport.scenario.loading import load, loads
+from vireport.study.provenance import provenance_of
+from vireport.wording.templates import TEMPLATES
 
 LENGTH = "{path: device.length_m, from: 0.4, to: 1.0}"
 
@@ -38,16 +45,76 @@ def test_a_rounded_design_has_few_digits_meets_all_and_loses_little() -> None:
 
 
 @pytest.mark.slow
-def test_the_sentence_and_the_table_have_the_rounded_design_and_json_has_both() -> None:
+def test_page_and_files_are_of_the_rounded_design_and_json_has_both() -> None:
     result = shortest()
-    (value,) = result.problem.values(result.built.t).tolist()
+    (value,), (exact,) = (result.problem.values(point.t).tolist() for point in (result.built, result.best))
     study = outputs.run_of(result)
+    assert study.solution.device.length_m == value
     told = outputs.text(result, study)
-    first = told.splitlines()[0]
-    assert first.startswith(f"Best: length {value:.3g} m")
-    assert len(first.split()) <= 15
+    first, numbers, fact, *_ = told.splitlines()
+    assert first == f"Best: length {value:.3g} m."
+    own = study.opening.worded()
+    assert numbers == own.lines[1]
+    assert fact == own.sentence
     assert f"{value:.3g}" in next(line for line in told.splitlines() if line.startswith("device.length_m"))
-    assert "Rounded so that it still meets all requirements" in told
+    assert "Rounded so that it can be built" in told
+    written = outputs.files(result, study, provenance_of(result.problem.loaded, "x"), ())
+    assert loads(written["best.yaml"].decode()).scenario.device.length_m == value
+    assert loads(written["unrounded.yaml"].decode()).scenario.device.length_m == exact
+    data = json.loads(written["optimise.json"])
+    assert [data[name]["inputs"]["device.length_m"] for name in ("best", "built")] == [exact, value]
+    assert data["built"]["alerts"] == [alert.to_dict() for alert in study.alerts]
+
+
+@pytest.mark.slow
+def test_what_an_optimum_opens_with_is_what_a_run_of_it_says() -> None:
+    result = shortest()
+    study = outputs.run_of(result)
+    opening, run = outputs.opening(result, study).worded(), study.opening.worded()
+    assert opening.status is run.status
+    assert opening.tiles == run.tiles  # the objective, a length, stands in the sentence
+    assert opening.facts[0] == (run.status, run.sentence)
+    grave = [fact for fact in run.facts if fact[0] in (Status.BAD, Status.CAUTION)]
+    assert list(opening.facts[1 : 1 + len(grave)]) == grave
+
+
+def edged() -> SearchResult:
+    """As a search might end whose best design is at two limits."""
+    vary = f"{LENGTH}, {{path: excitation.frequency_hz, from: 2.0, to: 3.0}}"
+    problem = problem_of(loads(f"{DEVICE}design: {{maximise: stroke_m, cells: 16, vary: [{vary}]}}\n"))
+    best = judged_design(problem, np.array([1.0, 0.0]))
+    return SearchResult(problem, best, None, (), SearchEvidence((4, 4), 9, 9), built_design(problem, best))
+
+
+@pytest.mark.slow
+def test_limits_and_the_objective_are_named_in_the_words_of_the_templates(tmp_path: Path) -> None:
+    result = edged()
+    opening = outputs.opening(result, outputs.run_of(result))
+    limits = (
+        "At the upper limit of length_m, at the lower limit of frequency_hz: a wider range may hold a better design."
+    )
+    worded = opening.worded()
+    assert limits in [text for _, text in worded.facts]
+    assert worded.tiles[0].label == "Stroke of the shaker"
+    assert worded.tiles[0].value == f"{result.best.value:.3g} m"
+    words = (TEMPLATES / "words" / "optimise.j2").read_text().replace("the upper limit of", "the top of")
+    (tmp_path / "words").mkdir()
+    (tmp_path / "words" / "optimise.j2").write_text(words)
+    assert limits.replace("the upper limit of", "the top of") in [text for _, text in opening.worded(tmp_path).facts]
+
+
+@pytest.mark.slow
+def test_a_design_that_starts_by_chance_is_not_taken() -> None:
+    """A long irregular beginning ends at these numbers on the motion, and 0.1 % beside them it does not."""
+    problem = problem_of(load(EXAMPLES / "best-design.yaml"))
+    chance = np.array([1.0743718592964824 - 0.2, (2.1608040201005023 - 1.0) / 3])
+    point = judged_design(problem, chance)
+    assert all(line.passed for line in point.study.criteria)
+    assert not point.repeats
+    assert not point.met()
+    assert built_design(problem, point) is None
+    steady = judged_design(problem, np.array([1.15 - 0.2, (2.02 - 1.0) / 3]))
+    assert steady.met()
 
 
 @pytest.mark.slow

@@ -14,10 +14,12 @@ from design_texts import DEVICE, UNLIMITED, unlimited
 from vireport import analyse, loads
 from vireport.cli.app import main
 from vireport.gate.requirements import REQUIREMENTS, OfMotions, OfShaker, Requirement
+from vireport.gate.verdict import Conclusion, Status
+from vireport.optimise import outputs
 from vireport.optimise.cells import evaluate
-from vireport.optimise.grid import DesignGrid, grid_of
+from vireport.optimise.grid import DesignGrid, grid_of, judged_design
 from vireport.optimise.problem import Problem, problem_of
-from vireport.optimise.search import optimise
+from vireport.optimise.search import SearchEvidence, SearchResult, optimise
 from vireport.scenario.blocks import LimitKind, Need
 from vireport.scenario.json_schema import schema
 from vireport.scenario.parameters import Parameter
@@ -211,3 +213,44 @@ def test_what_was_not_judged_is_not_said_to_fail(tmp_path: Path, capsys, monkeyp
     assert f"None of the {judged} designs judged, of {count} candidates on the grid, meets the requirements" in said
     assert f"meet the requirements, and were not judged: {count - judged}." in said
     assert "no design" not in said.lower()
+
+
+STIFF = """\
+schema_version: 1
+device:
+  capsule_mass_kg: 0.1245
+  ball_mass_kg: 0.002
+  restitution: 0.5
+  length_m: 0.7
+  membrane: {stiffness: 3.0e+7, active_radius_m: 8.0e-3, ball_radius_m: 6.0e-3}
+excitation: {amplitude_n: 3.0, frequency_hz: 2.0}
+inclination_deg: 45
+"""
+"""A device of which nothing but the margin is doubtful."""
+
+
+@pytest.mark.slow
+def test_no_opening_is_green_where_less_is_left_to_use_than_is_required() -> None:
+    """Of random designs that meet the requirement by rigid impacts, some leave less with a neglected effect."""
+    vary = "{path: device.length_m, from: 0.69, to: 0.80}, {path: excitation.frequency_hz, from: 1.98, to: 2.05}"
+    search = problem_of(
+        loads(f"{STIFF}requirements: {{margin_any_percent: 5}}\ndesign: {{minimise: length_m, vary: [{vary}]}}\n")
+    )
+    told = set()
+    for t in np.random.default_rng(3).uniform(size=(6, 2)):
+        best = judged_design(search, t)
+        if best is None or not best.met():
+            continue
+        result = SearchResult(search, best, None, (), SearchEvidence((2, 2), 4, 4))
+        study = analyse(loads(search.scenario_text(t)), ("json",))
+        use = study.verdict.margin.data.to_use
+        short = use.gone or use.relative < 0.05
+        assert (Conclusion.MARGIN_SHORT in study.verdict.conclusions) is short
+        run, optimum = study.opening.worded(), outputs.opening(result, outputs.run_of(result)).worded()
+        assert (run.status is Status.GOOD) is not short
+        assert optimum.status is run.status
+        assert optimum.facts[0] == (run.status, run.sentence)
+        assert optimum.tiles == run.tiles
+        assert any("by rigid impacts alone" in text for _, text in optimum.facts) is short
+        told.add(short)
+    assert told == {False, True}

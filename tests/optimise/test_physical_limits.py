@@ -293,7 +293,7 @@ def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tm
     }
     assert {line["key"] for line in data["best"]["requirements"]} == set(data["limits_by_default"])
     assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 0
-    said = "Required because the scenario does not say otherwise: Reached from rest (reached_from_rest); Electrical"
+    said = "Also required, as the scenario does not say otherwise: Reached from rest (reached_from_rest); Electrical"
     assert said in " ".join(capsys.readouterr().out.split())
     assert main(["run", str(tmp_path / "out/best.yaml"), "--json"]) == 0
 

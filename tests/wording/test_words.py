@@ -153,7 +153,7 @@ def followed(*words: str) -> SimpleNamespace:
 def required(passed: bool, question: str = "MARGIN") -> SimpleNamespace:
     from vireport.gate.evidence import Question
 
-    limit = thing(text="at least 5 %")
+    limit = thing(text="at least 5 %", value=5.0)
     return thing(
         passed=passed,
         names_motions=question == "MOTION",
@@ -371,6 +371,19 @@ OPENINGS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: Evidence(two_ends({"event": Event.FOLD, "distance": -1.0}, {**HANDOVER, "distance": 4.5})),
         ["Stable inclination: below 52.4° (above it: period doubling)"],
     ),
+    "less margin to use than required": (
+        lambda: replace(
+            affected(
+                LeftOut.RESTITUTION_BOTTOM, -0.05, value=0.65, event=Event.FOLD, moved=0.02, relative=0.03, left=0.04
+            ),
+            criteria=(required(passed=True),),
+        ),
+        [
+            "It runs; the margin to use is less than required.",
+            "All requirements are met (1), but the margin by rigid impacts alone: margin_with_effects_percent requires "
+            "more.",
+        ],
+    ),
     "two motions": (
         lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36)),
         ["It runs; the margin is small.", "Increase the restitution at the bottom for more margin."],
@@ -487,8 +500,12 @@ OPENINGS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
         lambda: Evidence(solved("inclined"), tolerances=tolerances(False, object())),
         [
             "It runs, but not every device within the tolerances does.",
-            "Of 64 devices within the tolerances 48 keep it.",
+            "Of 64 devices tried within the tolerances, 48 keep it.",
         ],
+    ),
+    "no device works": (
+        lambda: Evidence(solved("inclined"), tolerances=tolerances(False, object(), stable=0)),
+        ["None of 64 devices tried within the tolerances keeps it."],
     ),
     "open": (
         lambda: Evidence(solved("inclined"), tolerances=tolerances(False)),
@@ -725,6 +742,7 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
             ("compliant_unknown", "soft membranes not known"),
             ("margin_unknown", "margin not known"),
             ("margin_rigid", "margin with soft membranes not known"),
+            ("margin_short", "margin to use less than required"),
             ("margin_small", "margin small"),
             ("window_narrow", "starts within narrow limits only"),
             ("not_rigid", "rigid model not good enough"),
@@ -737,42 +755,93 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
 ]
 
 
+MISSED = thing(
+    title="U_ave", limit=thing(text="at least 900 V"), outcome=thing(text="800 V"), margin_text="-100 V", key="u_ave"
+)
 OPTIMISE_SAID: list[tuple[str, tuple[object, ...], str]] = [
-    ("best_starts", ("length 1 m",), "Best: length 1 m; it starts by itself."),
-    ("best_does_not_start", ("length 1 m",), "Best: length 1 m; it does not start by itself."),
-    ("best_not_known", ("length 1 m",), "Best: length 1 m; whether it starts by itself is not known."),
-    ("best_runs", ("length 1 m",), "Best: length 1 m."),
+    ("largest", (), "largest"),
+    ("smallest", (), "smallest"),
+    ("best", (["length 1 m", "frequency 2 Hz"],), "Best: length 1 m, frequency 2 Hz."),
+    ("best_of_many", (["a 1", "b 2", "c 3", "d 4"],), "Best: 4 inputs, in the table."),
     ("none_meets", (), "No design found in these ranges meets the requirements."),
-    (
-        "none_judged_meets",
-        (),
-        "None of the designs judged meets the requirements; whether another does is open.",
-    ),
+    ("none_judged", (), "None of the designs judged meets the requirements; whether another does is open."),
     ("none_stable", (), "No design with a stable 1:1 motion was found in these ranges."),
-    ("many_inputs", (5,), "5 inputs, in the table"),
-    ("numbers", ("stroke 0.3 m", "5 %"), "Stroke 0.3 m; smallest margin 5 %."),
-    ("number", ("smallest margin 5 %",), "Smallest margin 5 %."),
+    ("word_none", (), "No design found"),
+    (
+        "limits",
+        (["at the upper limit of length_m", "at the lower limit of frequency_hz"],),
+        "At the upper limit of length_m, at the lower limit of frequency_hz: a wider range may hold a better design.",
+    ),
+    ("at_upper", ("length_m",), "at the upper limit of length_m"),
+    ("at_lower", ("length_m",), "at the lower limit of length_m"),
+    ("tile_objective", (thing(words="stroke"), "0.3 m", "smallest"), "Stroke | 0.3 m | the smallest that was found"),
+    ("shortcoming", ("no design x",), "No design x."),
+    (
+        "none_stable_in_ranges",
+        (),
+        "no design with a stable 1:1 motion was found in the ranges (more design.cells are a finer grid)",
+    ),
+    ("none_found", (["a", "b"],), "no design found in the ranges meets the requirements; the nearest fails a; b"),
+    (
+        "none_of_judged",
+        (4, 64, ["a", "b"]),
+        "none of the 4 designs judged, of 64 candidates on the grid, meets the requirements, and whether another does "
+        "is open; the nearest fails a; b",
+    ),
+    ("missed", (MISSED,), "U_ave (at least 900 V): 800 V"),
+    ("missed_by", (MISSED,), "U_ave (at least 900 V): 800 V (margin -100 V)"),
+    ("tolerances_open", (0.04,), "tolerances: not proved for 4 % of their volume"),
+    (
+        "tolerances_end",
+        (["length 1 m", "frequency 2 Hz"], 0.4),
+        "tolerances: towards length 1 m, frequency 2 Hz stable motion ends at 40 % of them",
+    ),
+    ("does_not_repeat", (1e-3,), "Reached from rest: only at these very numbers, not 0.1 % beside them"),
+    ("table_best", (), "The best design"),
+    ("table_nearest", (), "The nearest design"),
     (
         "rounded",
         (),
-        "Rounded so that it still meets all requirements; best.yaml, and a report of it, have all digits.",
+        "Rounded so that it can be built and still meets all requirements; unrounded.yaml has it as it was found.",
     ),
+    ("not_rounded", (), "Not rounded: no rounded design that was tried nearby meets all requirements."),
     ("lower", (), "lower limit"),
     ("upper", (), "upper limit"),
     ("inside", (), "no"),
-    ("limits", (["length", "frequency"],), "At its limit: length, frequency. A wider range may give more."),
+    ("usual", (["a", "b"],), "Also required, as the scenario does not say otherwise: a; b."),
+    ("usual_number", (MISSED, MISSED.limit), "U_ave at least 900 V (u_ave)"),
+    ("usual_held", (MISSED, None), "U_ave (u_ave)"),
     ("proved", ("0.1 %",), "No design in these ranges is better by more than 0.1 %: proved."),
     ("proved_best", (), "No design in these ranges is better: proved."),
     ("on_grid", ("900",), "None of 900 designs on a grid is better."),
-    ("elsewhere", (2,), "Parts of the ranges between them that may hold a better one: 2."),
-    ("not_judged", (7,), "Designs that may be better or meet the requirements, and were not judged: 7."),
+    ("on_grid_by", ("900", "0.2 %"), "None of 900 designs on a grid is better by more than 0.2 %."),
+    ("elsewhere", (2,), "Parts of the ranges, between designs of the grid, that may hold a better one: 2."),
+    ("not_judged", (7,), "Designs of the grid that may be better, or meet the requirements, and were not judged: 7."),
     ("widest", ("9 %",), "No design of the grid that meets the limits has a margin of 9 %."),
     (
         "none_tolerates",
         ("25 %",),
         "No design of the grid keeps stable motion at all corners of 25 % of the tolerances.",
     ),
-    ("yielding", ("25 %",), "The required yield takes stable motion at all corners of 25 % of the tolerances."),
+    ("yielding", ("25 %",), "For the required yield, motion must be stable at all corners of 25 % of the tolerances."),
+    ("front_title", (), "What margin costs"),
+    ("front_table", ("stroke", "smallest"), "What margin costs: the smallest stroke for each smallest margin"),
+    ("front_margin", (), "margin [%]"),
+    ("front_cost", (), "cost of 1 %"),
+    (
+        "front_caption",
+        ("stroke", "smallest", "2 to 9 %"),
+        "The smallest stroke against the smallest margin to the end of stable motion, in whichever input that is. Each "
+        "point is the best design with that margin, from 2 to 9 %.",
+    ),
+    (
+        "front_alt",
+        ("stroke", "smallest", "2 to 9 %", "1 m", "3 m"),
+        "Line chart. With smallest margins of 2 to 9 % the smallest stroke goes from 1 m to 3 m.",
+    ),
+    ("front_along", (), "smallest margin to the end of stable motion, in any input [%]"),
+    ("front_costs", ("1", "3", "V"), "1 % of margin costs 1 to 3 V"),
+    ("front_required", (), "dashed: the margin that is required"),
 ]
 
 

@@ -25,6 +25,8 @@ def find_root(
     stop: float,
     noise: float,
     jacobian: bool = False,
+    difference: float | None = None,
+    most: int = MOST_EVALUATIONS,
 ) -> Floats:
     """Solve equations(x) = 0 near a guess.
 
@@ -42,6 +44,10 @@ def find_root(
         Size of what is irregular in the residuals, where no correction gets smaller.
     jacobian : bool
         Whether the equations give their Jacobian too.
+    difference : float, optional
+        Relative step of the differences; by default that of equations which are right to rounding.
+    most : int
+        Evaluations after which the search is given up.
 
     Raises
     ------
@@ -52,10 +58,11 @@ def find_root(
 
     if jacobian:
         # No test but that of the correction: the sum of squares may go on falling.
-        options = {"xtol": stop, "ftol": 0.0, "maxiter": MOST_EVALUATIONS}
+        options = {"xtol": stop, "ftol": 0.0, "maxiter": most}
         result = root(equations, guess, jac=True, method="lm", options=options)
     else:
-        result = root(equations, guess, method="hybr", options={"xtol": stop, "maxfev": MOST_EVALUATIONS})
+        step = {} if difference is None else {"eps": difference**2}
+        result = root(equations, guess, method="hybr", options={"xtol": stop, "maxfev": most, **step})
     residual = float(np.max(np.abs(result.fun)))
     if not residual <= max(ROUGHLY * noise, stop if result.success else 0.0):
         raise NumericalError(f"Newton's method did not settle: residual {residual:.1g} after {result.nfev} evaluations")

@@ -24,6 +24,7 @@ from vireport.text.alerts import AlertCode
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
     from vireport.figures.style import Picture
+    from vireport.gate.opening import Opening
     from vireport.study.earlier import Earlier
     from vireport.text.tables import Table
 
@@ -134,12 +135,12 @@ def run_files(
     search: tuple[str | Table, ...] = (),
     more: tuple[Picture, ...] = (),
     width_mm: float | None = None,
-    sentence: str = "",
+    opens: Opening | None = None,
 ) -> dict[str, bytes]:
     """The files of a study by their names, its figures as wide as a column of a paper where a width is given.
 
     The reports tell what has changed since a baseline, if there is one, and of the search for the best design, if it is
-    one, with `more` pictures, and open with its `sentence`.
+    one, with `more` pictures, and begin with what `opens` it, if that is not a run.
     """
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
     pictures = more
@@ -157,7 +158,7 @@ def run_files(
         paged = plan.runs(Task.HTML, Task.PDF)
         origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
         drawn = {picture.name: picture for picture in pictures}
-        report = Report(study, drawn, origin, changes, search, templates, sentence=sentence)
+        report = Report(study, drawn, origin, changes, search, templates, opens=opens)
         drawn_in = {task for task in NAMES if plan.runs(task)}
         files |= render_files(report, drawn_in, templates, paper, lambda: _data_files(study, provenance))
     else:

@@ -256,6 +256,9 @@ def _of_requirements(verdict: Verdict) -> Iterator[Statement]:
     if verdict.accepted is None:
         return
     missed = [criterion for criterion in verdict.accepted.data if not criterion.passed]
+    if not missed and verdict.margin is not None and verdict.margin.data.short:
+        yield _fact(Status.CAUTION, "requirements_met_rigidly", verdict.accepted.data)
+        return
     name = "requirements_missed" if missed else "requirements_met"
     yield _fact(verdict.accepted.status, name, verdict.accepted.data, missed)
 
@@ -332,7 +335,9 @@ def _of_margin(verdict: Verdict) -> Iterator[Statement]:
     if nearest.unresolved:
         yield _fact(Status.CAUTION, "margin_not_resolved", nearest.unresolved)
     use = nearest.to_use
-    if use is None or not use.small or (use.limited_by is LimitedBy.COMPLIANT and use.relative is None):
+    if use is None or not (use.small or nearest.short):
+        return
+    if use.limited_by is LimitedBy.COMPLIANT and use.relative is None:
         return
     given = [_check(use, verdict.evidence.solution.device.recoils)] if use.limited_by is LimitedBy.EFFECT else []
     if use.relative is None:
@@ -399,8 +404,9 @@ def _of_tolerances(verdict: Verdict) -> Iterator[Statement]:
     if verdict.tolerances is None:
         return
     found = verdict.tolerances.data
-    every = found.sampled.stable == found.sampled.samples
-    name = "every_device_proved" if found.proved else "every_device_tried" if every else "some_devices_fail"
+    stable, count = found.sampled.stable, found.sampled.samples
+    tried = "every_device_tried" if stable == count else "some_devices_fail" if stable else "no_device_works"
+    name = "every_device_proved" if found.proved else tried
     yield _fact(verdict.tolerances.status, name, found)
 
 

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from vireport.physics.word import Word
     from vireport.shocks.withstood import Withstood
 
+ANY_MARGIN = "margin_any_percent"
+"""The requirement that is judged by rigid impacts, and of which a reader may think that it holds for what is used."""
+
 Numbers = TypeVar("Numbers", covariant=True)
 
 
@@ -69,6 +72,7 @@ class Conclusion(Enum):
     TOLERANCES_OPEN = Status.CAUTION, "Stable, but tolerances not decided"
     COMPLIANT_UNKNOWN = Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
+    MARGIN_SHORT = Status.CAUTION, "Stable, margin to use less than required"
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
     WINDOW_NARROW = Status.CAUTION, "Stable, reached from rest within narrow limits only"
     MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only"
@@ -147,6 +151,8 @@ class NearestEnd(Struct, frozen=True, eq=False):
         The end with the membranes' own stiffness too; None where contacts are short.
     to_use : MarginToUse or None
         The least of all known margins, which a designer acts on; None where there is no end.
+    required : float or None
+        The margin that is required of rigid impacts, as a share.
     """
 
     end: Margin | None
@@ -156,8 +162,16 @@ class NearestEnd(Struct, frozen=True, eq=False):
     symmetric: bool
     compliant: StabilityEnd | None
     to_use: MarginToUse | None
+    required: float | None = None
 
     __repr__ = brief
+
+    @property
+    def short(self) -> bool:
+        """Whether less is left to use than is required of rigid impacts, which may well leave it."""
+        if self.required is None or self.to_use is None:
+            return False
+        return self.to_use.gone or (self.to_use.relative is not None and self.to_use.relative < self.required)
 
     @property
     def not_known(self) -> bool:
@@ -411,7 +425,7 @@ def _conclusions(verdict: Verdict) -> Iterator[Conclusion]:
         if margin.data.not_known:
             yield Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
         else:
-            yield Conclusion.MARGIN_SMALL
+            yield Conclusion.MARGIN_SHORT if margin.data.short else Conclusion.MARGIN_SMALL
     if _has(verdict.from_rest, Status.CAUTION) and evidence.narrow:
         yield Conclusion.WINDOW_NARROW
     if _has(verdict.rigid, Status.BAD):
@@ -532,8 +546,9 @@ def _margin(design: DesignPoint, evidence: Evidence) -> Fact[NearestEnd]:
         compliant = own.end_of(end.parameter, end.point)
     symmetric = design.families[:1] == (Symmetry.SYMMETRIC,)
     use = margin_to_use(evidence)
-    nearest = NearestEnd(end, design.unresolved_inputs, handover, lost, symmetric, compliant, use)
-    small = use is not None and use.small
+    required = next((line.limit.value / 100 for line in evidence.criteria if line.key == ANY_MARGIN), None)
+    nearest = NearestEnd(end, design.unresolved_inputs, handover, lost, symmetric, compliant, use, required)
+    small = (use is not None and use.small) or nearest.short
     gone = own is not None and own.margin_gone
     return Fact(Question.MARGIN, Status.CAUTION if small or gone or nearest.not_known else Status.GOOD, nearest)
 

@@ -8,11 +8,10 @@ from math import ceil, floor, log10
 
 import numpy as np
 
-from vireport.base.errors import NumericalError, ScenarioError
-from vireport.optimise.grid import JudgedDesign
+from vireport.optimise.grid import JudgedDesign, judged_design
 from vireport.optimise.problem import Floats, Problem
 
-FEWEST, MOST = 3, 8
+FEWEST, MOST = 3, 6
 """Significant digits that inputs are rounded to, at least and at most."""
 
 LOSS = 0.01
@@ -21,7 +20,7 @@ LOSS = 0.01
 TRIED, TRIED_COSTLY = 24, 6
 """Rounded designs that are judged at most, where each run is short, and where it is long."""
 
-ROUNDINGS = 4
+ROUNDINGS = 6
 """Rounded designs of one number of digits that are judged, the nearest first."""
 
 
@@ -38,7 +37,7 @@ def built_design(problem: Problem, best: JudgedDesign) -> JudgedDesign | None:
     """
     tried = TRIED_COSTLY if problem.is_costly else TRIED
     for t in islice(_rounded(problem, best.t), tried):
-        point = _judged(problem, t)
+        point = judged_design(problem, t)
         if point is not None and point.met() and point.value >= best.value - LOSS * abs(best.value):
             return point
     return None
@@ -64,17 +63,10 @@ def _both(value: float, digits: int) -> tuple[float, float]:
 
 
 def _shares(problem: Problem, t: Floats, values: tuple[float, ...]) -> Floats:
-    """Values as shares of their ranges; those of inputs at an end stay."""
+    """Values as shares of their ranges, from which these very values come back; those of inputs at an end stay."""
     low = np.array([min(varied.from_, varied.to) for varied in problem.design.vary])
-    return np.where((t == 0) | (t == 1), t, (np.array(values) - low) / problem.widths)
-
-
-def _judged(problem: Problem, t: Floats) -> JudgedDesign | None:
-    try:
-        study = problem.study(t)
-    except (NumericalError, ScenarioError):
-        return None
-    design = study.solution.design
-    if design is None or not design.motions.stable_mask.any():
-        return None
-    return JudgedDesign(t, study, problem.value_of(study, t))
+    wanted = np.array(values)
+    share = (wanted - low) / problem.widths
+    for nearby in (share, np.nextafter(share, 1.0), np.nextafter(share, 0.0)):
+        share = np.where(problem.values(nearby) == wanted, nearby, share)
+    return np.where((t == 0) | (t == 1), t, share)

@@ -53,15 +53,15 @@ def optimise(
         pages = [task for task in outputs.PAGES if task in formats and result.best is not None and not json]
         say("solving the best design")
         study = outputs.run_of(result, pages, say)
-        files = {} if json else outputs.files(result, study, provenance, formats, width_mm)
+        files = {} if json else outputs.files(result, study, provenance, formats, width_mm, templates)
         if study is not None and pages:
-            found = outputs.sentence(result, study)
-            files |= run_files(study, command, templates, say, None, paper, *outputs.section(result), sentence=found)
-    failure = outputs.shortcoming(result)
+            opens, told = outputs.opening(result, study), outputs.section(result, templates)
+            files |= run_files(study, command, templates, say, None, paper, *told, opens=opens)
+    failure = outputs.shortcoming(result, templates)
     beside = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
     outcome = CommandOutcome(
         outputs.optimise_json(result, study, provenance) if json else "",
-        "" if json else outputs.text(result, study),
+        "" if json else outputs.text(result, study, templates),
         files,
         failure=failure,
         exit_code=bool(failure),

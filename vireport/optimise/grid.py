@@ -33,12 +33,27 @@ APART = 4.0
 """Spacings up to which cells are near a design, and starts are not apart."""
 
 
+OFF = 1e-3
+"""How far from its value an input of a built device is, over the value: it must start by itself there as well."""
+
+
 class JudgedDesign(Struct, frozen=True, eq=False):
-    """A design, with its results as a run has them, and its signed objective."""
+    """A design, with its results as a run has them, and its signed objective.
+
+    Attributes
+    ----------
+    t : array
+    study : Study
+    value : float
+    repeats : bool
+        Whether devices that are `OFF` in one input start by themselves, too, where that is required. Next to where a
+        long irregular beginning ends by chance, they do not: there none can be built that does.
+    """
 
     t: Floats
     study: Study
     value: float
+    repeats: bool = True
 
     @property
     def tolerated(self) -> bool:
@@ -48,8 +63,8 @@ class JudgedDesign(Struct, frozen=True, eq=False):
         return tolerances is None or tolerances.proved or enough
 
     def met(self, but: frozenset[str] = frozenset()) -> bool:
-        """Whether all requirements are met, but for some by their keys, and the tolerances."""
-        return self.tolerated and all(line.passed or line.key in but for line in self.study.criteria)
+        """Whether all requirements are met, but for some by their keys, and the tolerances, and a device repeats it."""
+        return self.repeats and self.tolerated and all(line.passed or line.key in but for line in self.study.criteria)
 
     @property
     def margin(self) -> float:
@@ -60,7 +75,7 @@ class JudgedDesign(Struct, frozen=True, eq=False):
     def shortfall(self) -> float:
         """Distance by which the worst requirement is missed, over its limit; infinite where that is no number."""
         missed = [line for line in self.study.criteria if not line.passed]
-        if not self.tolerated or any(line.outcome.margin is None for line in missed):
+        if not (self.tolerated and self.repeats) or any(line.outcome.margin is None for line in missed):
             return inf
         return max((-cast(float, line.outcome.margin) / line.limit.value for line in missed), default=0.0)
 
@@ -164,15 +179,9 @@ class DesignGrid(Struct, frozen=True, eq=False):
         self.judged.count += 1
         # A design that a run cannot compute has been judged as well, and is not tried again.
         self.judged.met[t.tobytes()] = False
-        try:
-            study = self.problem.study(t)
-        except (NumericalError, ScenarioError):
-            return None
-        design = study.solution.design
-        if design is None or not design.motions.stable_mask.any():
-            return None
-        point = JudgedDesign(t, study, self.problem.value_of(study, t))
-        self.judged.add(point)
+        point = judged_design(self.problem, t)
+        if point is not None:
+            self.judged.add(point)
         return point
 
     def tolerating(self, share: float) -> DesignGrid:
@@ -196,6 +205,42 @@ class DesignGrid(Struct, frozen=True, eq=False):
                 sides.append(np.pad(step, pad))
             total += np.maximum(*sides) / 2
         return total.ravel()
+
+
+def judged_design(problem: Problem, t: Floats) -> JudgedDesign | None:
+    """The results of a design; None where it has no stable motion, or a run ends without results."""
+    try:
+        study = problem.study(t)
+    except (NumericalError, ScenarioError):
+        return None
+    design = study.solution.design
+    if design is None or not design.motions.stable_mask.any():
+        return None
+    point = JudgedDesign(t, study, problem.value_of(study, t))
+    if not point.met() or not problem.starts_by_itself:
+        return point
+    return replace(point, repeats=all(_starts(problem, other) for other in _off(problem, t)))
+
+
+def _off(problem: Problem, t: Floats) -> Iterator[Floats]:
+    """A design with one input after the other `OFF`, upwards and downwards, within its range."""
+    values = problem.values(t)
+    steps = OFF * np.where(values == 0, 1.0, np.abs(values) / problem.widths)
+    for k, step in enumerate(steps.tolist()):
+        for side in (step, -step):
+            other = t.copy()
+            other[k] += side
+            if 0 <= other[k] <= 1:
+                yield other
+
+
+def _starts(problem: Problem, t: Floats) -> bool:
+    """Whether a design comes from rest to a motion that is allowed."""
+    try:
+        evidence = problem.study(t).evidence
+    except (NumericalError, ScenarioError):
+        return False
+    return evidence.is_reached
 
 
 def portions(rows: Ints) -> Iterator[Ints]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
 from math import isfinite, prod
+from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
 from vireport.design.tolerances import Tolerances
 from vireport.gate.alerts import named_alerts
-from vireport.optimise.grid import SAME_VALUE, JudgedDesign
+from vireport.gate.opening import MOST_FACTS, Opening, Said, Statement, words_of
+from vireport.gate.verdict import Status
+from vireport.optimise.grid import OFF, SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
 from vireport.scenario.blocks import DesignPath, Objective
 from vireport.scenario.loading import loads
@@ -19,7 +22,7 @@ from vireport.study.plan import FIGURE_FORMATS, Task
 from vireport.study.provenance import Provenance
 from vireport.study.results import json_bytes
 from vireport.study.study import Study, analyse
-from vireport.text.formatting import capital, error_bound, percent, significant
+from vireport.text.formatting import error_bound, percent, significant
 from vireport.text.tables import Table, numbers, plain_text, texts
 from vireport.wording.templates import Words
 
@@ -38,10 +41,10 @@ MOST_SHOWN = 8
 MOST_NAMED = 3
 """Inputs up to which each stands in the sentence."""
 
-OBJECTIVE_DIGITS = 3
-"""Significant digits of the objective; optimise.json has all."""
+FILE = "optimise"
+"""Of words."""
 
-WORDS = Words("optimise")
+_said = words_of(FILE)
 
 PAGES = Task.HTML, Task.PDF
 """Reports on the best design."""
@@ -58,12 +61,15 @@ OPTIMISE_FILES = {
 FORMATS = (Task.HTML, Task.PDF, Task.PNG)
 """What is written by default."""
 
-DATA = "best.yaml", "optimise.json"
-"""Files that every search writes, the first where there is a best design."""
+BEST, UNROUNDED = "best.yaml", "unrounded.yaml"
+"""The design that is shown, where it meets the requirements, and as it was before it was rounded."""
+
+DATA = BEST, UNROUNDED, "optimise.json"
+"""Files that every search writes, the first two where there is such a design."""
 
 
 def run_of(result: SearchResult, pages: Collection[Task] = (), progress: Progress | None = None) -> Study | None:
-    """What a run finds of the best design, or else of the nearest one; None where there is neither.
+    """What a run finds of the design that is shown: see `SearchResult.shown`; None where there is none.
 
     Parameters
     ----------
@@ -78,10 +84,9 @@ def run_of(result: SearchResult, pages: Collection[Task] = (), progress: Progres
     NumericalError
         Where a run ends with it.
     """
-    point = result.best if result.best is not None else result.nearest
-    if point is None:
+    if result.shown is None:
         return None
-    return analyse(loads(result.problem.scenario_text(point.t), DATA[0]), pages or (Task.JSON,), progress)
+    return analyse(loads(result.problem.scenario_text(result.shown.t), BEST), pages or (Task.JSON,), progress)
 
 
 def files(
@@ -90,6 +95,7 @@ def files(
     provenance: Provenance,
     formats: Collection[Task] = FORMATS,
     width_mm: float | None = None,
+    templates: Path | None = None,
 ) -> dict[str, bytes]:
     """The data of a search and its figure by their names; the best design is there where there is one.
 
@@ -103,38 +109,48 @@ def files(
         Of the figure, among `OPTIMISE_FILES`.
     width_mm : float, optional
         Of the figure, for a column of a paper.
+    templates : Path, optional
+        A folder whose words come before the package's own.
     """
     written = {"optimise.json": optimise_json(result, study, provenance)}
     if result.best is not None:
-        written["best.yaml"] = result.problem.scenario_text(result.best.t).encode()
+        shown = result.best if result.built is None else result.built
+        written[BEST] = result.problem.scenario_text(shown.t).encode()
+        if result.built is not None:
+            written[UNROUNDED] = result.problem.scenario_text(result.best.t).encode()
     asked = [task for task in FIGURE_FORMATS if task in formats]
     if len(result.front) > 1 and asked:
         from vireport.figures.style import Sheet, drawn_for
 
         with drawn_for(Sheet.of(width_mm)):
-            drawn = picture_front(result)
+            drawn = picture_front(result, templates)
         for (name,) in (OPTIMISE_FILES[task] for task in asked):
             written[name] = getattr(drawn, name.rpartition(".")[2])
     return written
 
 
-def section(result: SearchResult) -> tuple[tuple[str | Table, ...], tuple[Picture, ...]]:
+def section(result: SearchResult, templates: Path | None = None) -> tuple[tuple[str | Table, ...], tuple[Picture, ...]]:
     """What the report on the best design says of the search, and its figure of the front."""
-    return tuple(_parts(result)), (picture_front(result),) if len(result.front) > 1 else ()
+    drawn = (picture_front(result, templates),) if len(result.front) > 1 else ()
+    return tuple(_parts(result, Words(FILE, templates))), drawn
 
 
 def optimise_json(result: SearchResult, study: Study | None, provenance: Provenance) -> bytes:
     """The result as JSON, one top-level key a line; `study` is `run_of` it."""
-    problem, evidence = result.problem, result.evidence
+    problem, evidence, shown = result.problem, result.evidence, result.shown
+
+    def data(point: JudgedDesign | None) -> dict[str, Any] | None:
+        return None if point is None else _data(result, point, study if point is shown else point.study)
+
     return json_bytes(
         {
             "objective": problem.objective,
             "sense": "maximise" if problem.sign > 0 else "minimise",
             "unit": problem.objective.unit,
             "limits_by_default": {row.key: limit.value if limit.numbers else True for row, limit in problem.usual},
-            "best": _data(result, result.best, study),
-            "built": _data(result, result.built, None),
-            "nearest": _data(result, result.nearest, study),
+            "best": data(result.best),
+            "built": data(result.built),
+            "nearest": data(result.nearest),
             "front": [_data(result, point, point.study) for point in result.front],
             "evidence": {
                 "cells": list(evidence.counts),
@@ -157,10 +173,8 @@ def optimise_json(result: SearchResult, study: Study | None, provenance: Provena
     )
 
 
-def _data(result: SearchResult, point: JudgedDesign | None, study: Study | None) -> dict[str, Any] | None:
+def _data(result: SearchResult, point: JudgedDesign, study: Study | None) -> dict[str, Any]:
     """A design of a search, with the alerts of a study of it."""
-    if point is None:
-        return None
     alerts = () if study is None else study.alerts
     return {
         "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
@@ -172,71 +186,75 @@ def _data(result: SearchResult, point: JudgedDesign | None, study: Study | None)
     }
 
 
-def shortcoming(result: SearchResult) -> str:
+def shortcoming(result: SearchResult, templates: Path | None = None) -> str:
     """What is in the way of the requirements, and by how much; "" where they are met."""
-    if result.best is not None:
-        return ""
-    if result.nearest is None:
-        return "no design with a stable 1:1 motion was found in the ranges (more design.cells are a finer grid)"
-    failed = [
-        f"{line.title} ({line.limit.text}): {line.outcome.text}"
-        + (f" (margin {line.margin_text})" if line.margin_text else "")
-        for line in result.nearest.study.criteria
-        if not line.passed
-    ]
-    if not result.nearest.tolerated:
-        failed.append(_beyond_tolerances(cast(Tolerances, result.nearest.study.tolerances)))
-    evidence, nearest = result.evidence, f"the nearest fails {'; '.join(failed)}"
+    return "" if result.best is not None else _shortcoming(result).words(templates)
+
+
+def _shortcoming(result: SearchResult) -> Said:
+    nearest, evidence = result.nearest, result.evidence
+    if nearest is None:
+        return _said("none_stable_in_ranges")
+    missed = (line for line in nearest.study.criteria if not line.passed)
+    failed = [_said("missed_by" if line.margin_text else "missed", line) for line in missed]
+    if not nearest.tolerated:
+        failed.append(_beyond_tolerances(cast(Tolerances, nearest.study.tolerances)))
+    if not nearest.repeats:
+        failed.append(_said("does_not_repeat", OFF))
     if evidence.complete:
-        return f"no design found in the ranges meets the requirements; {nearest}"
-    return (
-        f"none of the {evidence.candidates_judged} designs judged, of {evidence.candidates} candidates on the grid, "
-        f"meets the requirements, and whether another does is open; {nearest}"
-    )
+        return _said("none_found", failed)
+    return _said("none_of_judged", evidence.candidates_judged, evidence.candidates, failed)
 
 
-def _beyond_tolerances(tolerances: Tolerances) -> str:
+def _beyond_tolerances(tolerances: Tolerances) -> Said:
     """How far the tolerances of a design may not go."""
-    if tolerances.worst is None:
-        open_share = tolerances.proof.open_share if tolerances.proof else 1.0
-        return f"tolerances: not proved for {percent(open_share)} of their volume"
-    device = ", ".join(
-        f"{varied.quantity} {varied.show(tolerances.worst.values[varied])}" for varied in tolerances.region.ranges
-    )
-    return f"tolerances: towards {device} stable motion ends at {percent(tolerances.worst.share)} of them"
+    worst = tolerances.worst
+    if worst is None:
+        return _said("tolerances_open", tolerances.proof.open_share if tolerances.proof else 1.0)
+    device = [f"{varied.quantity} {varied.show(worst.values[varied])}" for varied in tolerances.region.ranges]
+    return _said("tolerances_end", device, worst.share)
 
 
-def text(result: SearchResult, study: Study | None) -> str:
-    """The result for a terminal, with what a run says of the best design: `study` is `run_of` it."""
-    said = () if study is None else _as_a_run_says(study)
-    return plain_text([sentence(result, study), *_parts(result), *said]) + "\n"
+def text(result: SearchResult, study: Study | None, templates: Path | None = None) -> str:
+    """The result for a terminal: `study` is `run_of` it."""
+    said = opening(result, study).worded(templates).lines
+    alerts = [named_alerts(study.alerts)] if study is not None and study.alerts else []
+    return "\n".join([*said, "", plain_text([*_parts(result, Words(FILE, templates)), *alerts]), ""])
 
 
-def _as_a_run_says(study: Study) -> Iterator[str]:
-    yield f"A run of it says: {study.opening.worded().sentence}"
-    if study.alerts:
-        yield named_alerts(study.alerts)
-
-
-def sentence(result: SearchResult, study: Study | None) -> str:
-    """What a search comes to, in one sentence: the best design and whether it starts by itself."""
-    point = result.built if result.built is not None else result.best
-    if point is None:
-        if result.nearest is None:
-            return WORDS("none_stable")
-        return WORDS("none_meets" if result.evidence.complete else "none_judged_meets")
-    # Of a rounded design it is known only where that is required.
-    own = point.study if result.built is not None else study
-    evidence = None if own is None else own.evidence
-    end = None if evidence is None else evidence.from_rest
-    if evidence is None or end is None:
-        name = "best_runs"
-    else:
-        name = "best_starts" if evidence.is_reached else "best_does_not_start" if end.decided else "best_not_known"
-    names = [
-        f"{_named(path)} {value}" for path, value in zip(result.problem.paths, _values(result, point), strict=True)
+def opening(result: SearchResult, study: Study | None) -> Opening:
+    """What page and terminal begin with: the design, and what a run says of it; `study` is `run_of` it."""
+    if result.best is None or result.shown is None or study is None:
+        name = "none_stable" if result.nearest is None else "none_meets" if result.evidence.complete else "none_judged"
+        missed = Statement(Status.BAD, _said("shortcoming", _shortcoming(result)))
+        return Opening(Status.BAD, _said("word_none"), _said(name), (missed,))
+    run, values = study.opening, _values(result, result.shown)
+    ends = [
+        _said("at_upper" if upper else "at_lower", path.rpartition(".")[2])
+        for path, upper in result.problem.at_limits(result.shown.t)
     ]
-    return WORDS(name, ", ".join(names) if len(names) <= MOST_NAMED else WORDS("many_inputs", len(names)))
+    limits = [Statement(Status.NEUTRAL, _said("limits", ends))] if ends else []
+    grave = [fact for fact in run.facts if fact.status in (Status.BAD, Status.CAUTION)]
+    met = [fact for fact in run.facts if fact.said.macro == "requirements_met"]
+    facts = [Statement(run.status, run.sentence), *grave[: MOST_FACTS - 1 - len(limits)], *limits, *met]
+    named = [f"{_named(path)} {value}" for path, value in zip(result.problem.paths, values, strict=True)]
+    sentence = _said("best", named) if len(named) <= MOST_NAMED else _said("best_of_many", named)
+    return Opening(run.status, run.word, sentence, tuple(facts[:MOST_FACTS]), tuple(_tiles(result, study)))
+
+
+def _tiles(result: SearchResult, study: Study) -> Iterator[Statement]:
+    """Those of a run; the objective instead of the range, where neither the sentence nor another number is that."""
+    objective, shown, run = result.problem.objective, cast(JudgedDesign, result.shown), study.opening
+    if objective.path is not None or objective is Objective.U_AVE:
+        yield from run.tiles
+        return
+    value = _in_unit(result, shown.value, study.evidence.exactness.digits)
+    yield Statement(Status.NEUTRAL, _said("tile_objective", objective, value, _extreme(result)))
+    yield from run.tiles[-3:]
+
+
+def _extreme(result: SearchResult) -> Said:
+    return _said("largest" if result.problem.sign > 0 else "smallest")
 
 
 def _named(path: DesignPath) -> str:
@@ -255,55 +273,38 @@ def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
     ]
 
 
-def _parts(result: SearchResult) -> Iterator[str | Table]:
-    problem, best = result.problem, result.best
-    shown = result.built if result.built is not None else best
-    point = shown if shown is not None else result.nearest
-    if shown is None:
-        yield f"{capital(shortcoming(result))}."
-    else:
-        objective = f"{problem.objective.words} {_in_unit(result, shown.value, OBJECTIVE_DIGITS)}"
-        if problem.objective is Objective.MARGIN or not isfinite(shown.margin):
-            yield WORDS("number", objective)
-        else:
-            yield WORDS("numbers", objective, percent(shown.margin, 2))
-    if point is not None:
-        ends = dict(problem.at_limits(point.t))
-        rows = tuple(
-            (
-                varied.path.value,
-                significant(value, MOST_SHOWN),
-                significant(now, MOST_SHOWN),
-                *map(significant, sorted((varied.from_, varied.to))),
-                WORDS({True: "upper", False: "lower", None: "inside"}[ends.get(varied.path)]),
-            )
-            for varied, value, now in zip(
-                problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True
-            )
-        )
-        caption = "The best design" if best is not None else "The nearest design"
-        note = WORDS("rounded") if result.built is not None else ""
-        head = (*texts("Input"), *numbers("Value", "In the scenario", "From", "To"), *texts("At its limit"))
-        yield Table(caption, head, rows, note)
-    if best is not None and (ends_of_best := [_named(path) for path, _ in problem.at_limits(best.t)]):
-        yield WORDS("limits", ends_of_best)
+def _parts(result: SearchResult, say: Words) -> Iterator[str | Table]:
+    """The inputs of the design, what is required by default, what is known of others, and what a margin costs."""
+    if result.shown is not None:
+        yield _table(result, result.shown, say)
+    problem = result.problem
     if problem.usual:
-        yield _usual_text(result)
-    yield " ".join(_evidence(result))
+        yield say(
+            "usual",
+            [say("usual_number" if limit.numbers else "usual_held", row, limit) for row, limit in problem.usual],
+        )
+    if evidence := " ".join(_evidence(result, say)):
+        yield evidence
     if len(result.front) > 1:
-        yield _front_table(result)
+        yield _front_table(result, say)
 
 
-def _usual_text(result: SearchResult) -> str:
-    """What is required though the scenario does not say so."""
-    limits = "; ".join(
-        f"{row.title}{f' {limit.text}' if limit.numbers else ''} ({row.key})" for row, limit in result.problem.usual
+def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
+    problem, best, built = result.problem, result.best, result.built
+    ends = dict(problem.at_limits(point.t))
+    rows = tuple(
+        (
+            varied.path.value,
+            significant(value, MOST_SHOWN),
+            significant(now, MOST_SHOWN),
+            *map(significant, sorted((varied.from_, varied.to))),
+            say({True: "upper", False: "lower", None: "inside"}[ends.get(varied.path)]),
+        )
+        for varied, value, now in zip(problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True)
     )
-    return f"Required because the scenario does not say otherwise: {limits}."
-
-
-def _extreme(result: SearchResult) -> str:
-    return "largest" if result.problem.sign > 0 else "smallest"
+    note = "" if best is None else say("rounded" if built is not None else "not_rounded")
+    head = (*texts("Input"), *numbers("Value", "In the scenario", "From", "To"), *texts("At its limit"))
+    return Table(say("table_best" if best is not None else "table_nearest"), head, rows, note)
 
 
 def _in_unit(result: SearchResult, value: float, digits: int) -> str:
@@ -311,25 +312,27 @@ def _in_unit(result: SearchResult, value: float, digits: int) -> str:
     return f"{significant(abs(value), digits)} {result.problem.objective.unit}".rstrip()
 
 
-def _evidence(result: SearchResult) -> Iterator[str]:
+def _evidence(result: SearchResult, say: Words) -> Iterator[str]:
     """What is known of other designs; optimise.json has all numbers."""
-    evidence, cells = result.evidence, prod(result.evidence.counts)
-    shown = result.built if result.built is not None else result.best
+    evidence, cells, shown = result.evidence, f"{prod(result.evidence.counts):,}", result.shown
     if evidence.yielding is not None:
-        yield WORDS("yielding", percent(evidence.yielding))
+        yield say("yielding", percent(evidence.yielding))
     elif evidence.tolerated == 0:
-        yield WORDS("none_tolerates", percent(evidence.tolerances))
+        yield say("none_tolerates", percent(evidence.tolerances))
     if evidence.widest is not None:
-        yield WORDS("widest", _not_less(evidence.widest))
-    if evidence.bound is not None and shown is not None:
+        yield say("widest", _not_less(evidence.widest))
+    if result.best is None or shown is None:
+        pass
+    elif evidence.bound is not None:
         above = ROUNDED_UP * evidence.bound / shown.value - 1
-        yield WORDS("proved", _not_less(above)) if above > SAME_VALUE else WORDS("proved_best")
+        yield say("proved", _not_less(above)) if above > SAME_VALUE else say("proved_best")
     elif evidence.best_cell is not None:
-        yield WORDS("on_grid", f"{cells:,}")
+        above = (evidence.best_cell - shown.value) / abs(shown.value)
+        yield say("on_grid_by", cells, _not_less(above)) if above > SAME_VALUE else say("on_grid", cells)
     if evidence.elsewhere:
-        yield WORDS("elsewhere", evidence.elsewhere)
+        yield say("elsewhere", evidence.elsewhere)
     if not evidence.complete:
-        yield WORDS("not_judged", evidence.candidates - evidence.candidates_judged)
+        yield say("not_judged", evidence.candidates - evidence.candidates_judged)
 
 
 def _not_less(share: float) -> str:
@@ -337,7 +340,7 @@ def _not_less(share: float) -> str:
     return f"{error_bound(100 * share)} %"
 
 
-def _front_table(result: SearchResult) -> Table:
+def _front_table(result: SearchResult, say: Words) -> Table:
     """The best designs for rising margins, and what each per cent of margin costs."""
     objective = result.problem.objective
     costs = ("", *(significant(cost, 3) for cost in _costs(result)))
@@ -351,8 +354,8 @@ def _front_table(result: SearchResult) -> Table:
         for point, cost in zip(result.front, costs, strict=True)
     ]
     unit = f" [{objective.unit}]" if objective.unit else ""
-    head = ("margin [%]", f"{objective.words}{unit}", f"cost of 1 %{unit}")
-    caption = f"What margin costs: the {_extreme(result)} {objective.words} for each smallest margin"
+    head = (say("front_margin"), f"{objective.words}{unit}", f"{say('front_cost')}{unit}")
+    caption = say("front_table", objective.words, _extreme(result).words(say.templates))
     return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
 
 
@@ -365,23 +368,38 @@ def _costs(result: SearchResult) -> list[float]:
     ]
 
 
-def picture_front(result: SearchResult) -> Picture:
+def picture_front(result: SearchResult, templates: Path | None = None) -> Picture:
     """The front with its words."""
     from vireport.figures.style import Picture
 
-    of, first, last = result.problem.objective, result.front[0], result.front[-1]
+    say, of, first, last = Words(FILE, templates), result.problem.objective, result.front[0], result.front[-1]
     margins = f"{significant(100 * first.margin, 3)} to {significant(100 * last.margin, 3)} %"
-    caption = (
-        f"The {_extreme(result)} {of.words} against the smallest margin to the end of stable motion, in whichever "
-        "input that is. "
-        f"Each point is the best design with that margin, from {margins}."
-    )
-    fall = f"from {_in_unit(result, first.value, 4)} to {_in_unit(result, last.value, 4)}"
-    alt = f"Line chart. With smallest margins of {margins} the {_extreme(result)} {of.words} goes {fall}."
-    return Picture("figure-front", "What margin costs", caption, alt, _front(result))
+    largest = _extreme(result).words(templates)
+    values = [_in_unit(result, point.value, 4) for point in (first, last)]
+    caption = say("front_caption", of.words, largest, margins)
+    alt = say("front_alt", of.words, largest, margins, *values)
+    return Picture("figure-front", say("front_title"), caption, alt, _front(result, say))
 
 
-def _front(result: SearchResult) -> Figure:
+def figure_front(
+    result: SearchResult, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
+) -> Figure:
+    """The largest objective against the smallest margin in any input, with the margin that is required.
+
+    Parameters
+    ----------
+    result : SearchResult
+        With a front.
+    width_mm, style : float and mapping, optional
+        As in `vireport.figure_2`.
+    """
+    from vireport.figures.style import Sheet, drawn_for
+
+    with drawn_for(Sheet.of(width_mm, style)):
+        return _front(result, Words(FILE))
+
+
+def _front(result: SearchResult, say: Words) -> Figure:
     from vireport.figures.layout import blank, finished, round_ticks
     from vireport.figures.style import Color, sheet, style
 
@@ -394,12 +412,11 @@ def _front(result: SearchResult) -> Figure:
         axes.set_xticks(*round_ticks(0.0, margins[-1], min(WIDTH, sheet().across)))
         if share:
             axes.axvline(100 * share, color=Color.VERMILION, linestyle="--", zorder=1.5)
-        along = "smallest margin to the end of stable motion, in any input [%]"
-        axes.set_xlabel(fill(along, sheet().letters(sheet().across)))
+        axes.set_xlabel(fill(say("front_along"), sheet().letters(sheet().across)))
         axes.set_ylabel(f"{objective.words} [{objective.unit}]")
         low, high = (significant(cost(_costs(result)), 3) for cost in (min, max))
-        lines: list[tuple[str, str]] = [(f"1 % of margin costs {low} to {high} {objective.unit}", Color.BLUE)]
-        lines += [("dashed: the margin that is required", Color.VERMILION)] if share else []
+        lines: list[tuple[str, str]] = [(say("front_costs", low, high, objective.unit), Color.BLUE)]
+        lines += [(say("front_required"), Color.VERMILION)] if share else []
         return finished(figure, HEIGHT, lines, [])
 
 

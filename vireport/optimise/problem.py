@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vireport.base.errors import UsageError
 from vireport.design.point import DesignPoint
 from vireport.gate.designs import Designs, keeps_motion
-from vireport.gate.evidence import Limit
+from vireport.gate.evidence import Limit, Question
 from vireport.gate.requirements import OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
 from vireport.motions.events import CRITICAL, Event
 from vireport.physics.device import Device, Shaker
@@ -115,11 +115,22 @@ class Problem(Struct, frozen=True):
         return None if percent is None else percent / 100
 
     @property
+    def starts_by_itself(self) -> bool:
+        """Whether the device must come to its motion when it is switched on."""
+        return any(row.question is Question.FROM_REST and limit.kind is LimitKind.HELD for row, limit in self.required)
+
+    @property
     def is_costly(self) -> bool:
         """Whether a run of a design follows its motions, simulates it, or proves that all within tolerances work."""
         demands = [requirement.demand for requirement, _ in self.required]
         followed = any(demand.kind is LimitKind.WORDS or Need.SIMULATION in demand.needs for demand in demands)
         return followed or self.loaded.scenario.tolerances is not None
+
+    @property
+    def rules_out(self) -> bool:
+        """Whether cells are ruled out for what only a run judges."""
+        quantities = (requirement.quantity for requirement, _ in self.required)
+        return any(isinstance(quantity, OfRun) and quantity.may_meet is not None for quantity in quantities)
 
     def may_meet(self, t: Floats, share: float) -> Mask:
         """Which designs (cells, inputs) may have a margin, and meet what only a run judges; all others do not.

@@ -126,6 +126,11 @@ class SearchResult(Struct, frozen=True, eq=False):
     evidence: SearchEvidence
     built: JudgedDesign | None = None
 
+    @property
+    def shown(self) -> JudgedDesign | None:
+        """The design that page, terminal and best.yaml have: the rounded one, else the best, else the nearest."""
+        return self.built or self.best or self.nearest
+
 
 def optimise(problem: Problem, progress: Progress | None = None) -> SearchResult:
     """Find the best design, the evidence that it is, and the front of margin against the objective.

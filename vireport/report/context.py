@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
 from vireport.design.margins import Margin
@@ -23,7 +22,7 @@ from vireport.design.point import DesignPoint
 from vireport.design.solution import Solution
 from vireport.gate.alerts import Alert
 from vireport.gate.evidence import Criterion
-from vireport.gate.opening import WordedOpening
+from vireport.gate.opening import Opening, WordedOpening
 from vireport.motions.generation import ladder
 from vireport.motions.points import Point
 from vireport.motions.stability import determinant_of
@@ -151,8 +150,8 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         Where the scenario is the best design: what it was looked for in, and with what evidence; else nothing.
     templates : Path or None
         A folder whose words come before ours.
-    sentence : str
-        What it opens with instead of the sentence on the run, "" for that.
+    opens : Opening or None
+        What it opens with instead of what a run opens with.
     """
 
     study: Study
@@ -162,7 +161,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     search: tuple[str | Table, ...] = ()
     templates: Path | None = None
     template: str = "report.typ.j2"
-    sentence: str = ""
+    opens: Opening | None = None
     decimals: ClassVar[int] = DIGITS
     paper_title: ClassVar[str] = PAPER
 
@@ -222,8 +221,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def verdict(self) -> WordedOpening:
         """What the report opens with, in words."""
-        worded = self.study.opening.worded(self.templates)
-        return replace(worded, sentence=self.sentence) if self.sentence else worded
+        return (self.opens or self.study.opening).worded(self.templates)
 
     @property
     def proof(self) -> Picture | None:
