@@ -105,6 +105,17 @@ def test_next_to_a_critical_point_no_share_is_told() -> None:
     assert only.from_rest
 
 
+def test_of_a_capsule_that_lies_flat_the_motions_at_rest_have_no_part() -> None:
+    """A ball that stays at one membrane has no impacts left there, and the map no derivative at such a motion."""
+    swept = {"sweep__parameter": "inclination_deg", "sweep__from": 0.0, "sweep__to": 40.0}
+    solution = solved("horizontal", simulation=None, **swept)
+    families = atlas(Sweep(solution.device, Parameter.INCLINATION, 0.0, 40.0), Limits(1, 1))
+    assert [motion.word.letters for _, motion in families.at(0.0)] == ["B"]
+    found = attracting_motions(solution, disturbances_of(solution, None), families)
+    assert found is not None
+    assert [(each.name, each.share) for each in found.motions] == [("BT every forcing period", 1.0)]
+
+
 def test_a_motion_of_another_word_that_is_reached_from_rest_stands_there_without_families() -> None:
     solution, found = found_at("inclined", device__length_m=0.3)
     (only,) = found.motions

@@ -19,14 +19,13 @@ from vireport.base.records import brief
 from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import Disturbances
 from vireport.disturbances.from_rest import Destination, FromRest
-from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 from vireport.shocks.manifold import on_shocks, stable_manifold
 from vireport.shocks.returning import core_of, endings
-from vireport.shocks.withstood import Withstood
+from vireport.shocks.withstood import Withstood, stable_and_unstable
 from vireport.simulation.events import BOTTOM
 from vireport.simulation.starts import start_speed
 
@@ -160,11 +159,7 @@ def proved_of(
     refused = _refused(device, groups)
     if refused is not None:
         return Proved(unit, Arrival(reason=refused), unproved=refused)
-    at_design = design.motions
-    motions, companions = (
-        [motion_at(at_design, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
-        for rows in (at_design.stable_mask, at_design.admissible_mask & ~at_design.stable_mask)
-    )
+    motions, companions = stable_and_unstable(design, device)
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)
     say("proving that the motion is reached from rest")

@@ -22,6 +22,7 @@ from vireport.physics.groups import Groups
 from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
+from vireport.shocks.deviations import is_smooth
 from vireport.shocks.returning import Core, Elsewhere, core_of, endings, patient
 from vireport.shocks.shock import SCAN, LeastShock, least_shock
 from vireport.shocks.withstood import Withstood, stable_and_unstable
@@ -194,7 +195,7 @@ def _known(solution: Solution, disturbances: Disturbances, atlas: Atlas | None) 
         for _, motion in atlas.stable_at(design.value):
             add(stable, motion)
         for _, motion in atlas.at(design.value):
-            if all(motion.distance(earlier) > SAME for earlier in stable):
+            if is_smooth(motion) and all(motion.distance(earlier) > SAME for earlier in stable):
                 add(unstable, motion)
     reached = (disturbances.reached,) if disturbances.reached is not None else ()
     for followed in (*reached, *disturbances.by_starts):

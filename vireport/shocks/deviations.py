@@ -22,6 +22,14 @@ from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
 
+NO_VELOCITY = 1e-14
+"""Velocity before an impact [y_c] that rounding does not tell from none."""
+
+
+def is_smooth(motion: Motion) -> bool:
+    """Whether the map from impact to impact has derivatives at a motion: all its impacts have a velocity."""
+    return bool(np.abs(motion.velocity).min() > NO_VELOCITY)
+
 
 def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
     """Derivatives of time and velocity of each next impact by those of the one before, (N, 2, 2), Eqs. (A.1), (A.2).

@@ -19,6 +19,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.groups import Groups, by_wall
 from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
+from vireport.shocks.deviations import is_smooth
 from vireport.shocks.jitter import Jitter, NoJitter, jitter
 from vireport.shocks.manifold import ShockLine, on_shocks, stable_manifold
 from vireport.shocks.plane import OutcomePlane, shock_plane
@@ -219,13 +220,13 @@ def shocks_around(
 
 
 def stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
-    """The admissible motions at the design point."""
+    """The admissible motions at the design point, of the unstable ones those whose neighbourhood is known."""
     motions = design.motions
     stable, unstable = (
         [motion_at(motions, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
         for rows in (motions.stable_mask, motions.admissible_mask & ~motions.stable_mask)
     )
-    return stable, unstable
+    return stable, list(filter(is_smooth, unstable))
 
 
 def least_of(
