@@ -18,6 +18,8 @@ import pytest
 from browser import Browser
 from hypothesis import settings
 
+from vireport.base.additions import ADDITIONS
+
 if TYPE_CHECKING:
     from vireport.design.solution import Solution
     from vireport.study.study import Study
@@ -25,6 +27,21 @@ if TYPE_CHECKING:
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 LONGEST_QUICK = 0.3
 """Processor time above which a test is not a quick one [s]: twice what CONTRIBUTING asks, as machines differ."""
+
+OF_ADDITIONS = {
+    "atlas/test_given_words.py": {"map"},
+    "cli": {"compare", "map", "optimise", "explore"},
+    "figures/test_figures_for_papers.py": {"compare", "map", "optimise"},
+    "figures/test_readable_figures.py": {"compare", "map"},
+    "study/test_in_python.py": {"compare"},
+    "study/test_runs_with_friction.py": {"map"},
+    "study/test_runs_with_harmonics.py": {"map"},
+    "test_shown.py": {"compare", "map", "optimise"},
+    "wording/test_words.py": {"compare", "map"},
+}
+"""Tests of several rooms at once, with the additions that they need."""
+
+collect_ignore = [file for file, additions in OF_ADDITIONS.items() if not additions <= set(ADDITIONS)]
 
 NAMES = ("horizontal", "inclined", "inclined-forcing", "design-point")
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from typer.core import TyperCommand
 
-from vireport.base.additions import COMMANDS
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import UsageError
 from vireport.command.formats import RUN, CommandFormats
 from vireport.command.options import OptionPanel
@@ -66,7 +66,7 @@ class DeclaredCommand(Struct, frozen=True):
 @cache
 def declared_commands() -> tuple[DeclaredCommand, ...]:
     """The commands of the packages that are rows of `base.additions`."""
-    return tuple(import_module(f"vireport.{package}.command").COMMAND for package in COMMANDS)
+    return tuple(import_module(f"vireport.{package}.command").COMMAND for package, *_ in ADDITIONS.values())
 
 
 def formats_of(formats: CommandFormats, requested: list[str] | None) -> tuple[Task, ...]:

@@ -25,6 +25,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
+from vireport.base.additions import ADDITIONS
 from vireport.scenario.parameters import (
     LARGEST,
     SMALLEST,
@@ -128,19 +129,28 @@ REQUIRED: Any = ...
 
 
 def _key(
-    default: Any, title: str, unit: str, meaning: str, *, example: Any = None, beyond: str = "", **rules: Any
+    default: Any,
+    title: str,
+    unit: str,
+    meaning: str,
+    *,
+    example: Any = None,
+    beyond: str = "",
+    addition: str = "",
+    **rules: Any,
 ) -> Any:
     """Declare a key; the unit is "" where there is none and "1" for a pure number, the example that of its default.
 
-    What is beyond its range is refused with the reason `beyond`.
+    What is beyond its range is refused with the reason `beyond`. Without its `addition` the key is an unknown one.
     """
     example = default if example is None and default is not REQUIRED else example
+    extra = {"unit": unit, "beyond": beyond, "addition": addition}
     return Field(
         default,
         title=title,
         description=meaning,
         examples=None if example is None else [example],
-        json_schema_extra={name: text for name, text in (("unit", unit), ("beyond", beyond)) if text} or None,
+        json_schema_extra={name: text for name, text in extra.items() if text} or None,
         **rules,
     )
 
@@ -1232,7 +1242,11 @@ class Scenario(Block):
         max_length=MOST_EFFECTS,
     )
     design: WhenGiven[DesignBlock] | None = _key(
-        None, "Design", "", "What the best design is looked for in. It makes no difference to a run."
+        None,
+        "Design",
+        "",
+        "What the best design is looked for in. It makes no difference to a run.",
+        addition="optimise",
     )
 
     @property
@@ -1268,6 +1282,16 @@ class Scenario(Block):
         if parameter is Parameter.RESTITUTION:
             return (bottom + top) / 2
         return bottom if parameter is Parameter.RESTITUTION_BOTTOM else top
+
+
+def keys_left_out(model: type[Scenario]) -> list[str]:
+    """The keys of a file that belong to an addition which is taken out: they are unknown ones."""
+    extras = {name: field.json_schema_extra for name, field in model.model_fields.items()}
+    return [
+        name
+        for name, extra in extras.items()
+        if isinstance(extra, dict) and extra.get("addition", "") not in ("", *ADDITIONS)
+    ]
 
 
 class Sampling(StrEnum):

@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from vireport.base.additions import ADDITIONS
 from vireport.scenario.blocks import Scenario
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -58,8 +59,10 @@ def _declared(model: type[Scenario]) -> dict[str, Any]:
 def _plain(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
     """A schema as a person would write it: a choice of words where it belongs, and null as one more type."""
     node = {name: value for name, value in node.items() if name != "default" or value is not None}
+    node.pop("addition", None)
     for name in {"properties", "$defs"} & set(node):
-        node[name] = {key: _plain(value, words) for key, value in node[name].items()}
+        known = {key: value for key, value in node[name].items() if value.get("addition") in (None, *ADDITIONS)}
+        node[name] = {key: _plain(value, words) for key, value in known.items()}
     node = _spelled(node, words)
     kinds = [_spelled(kind, words) for kind in node.get("anyOf", [])]
     if kinds and "type" in kinds[0]:

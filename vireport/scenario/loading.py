@@ -19,6 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from pydantic import ValidationError
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import Mistake, ScenarioError, UsageError
 from vireport.base.reading import ReadingPlace
 from vireport.scenario.blocks import (
@@ -26,6 +27,7 @@ from vireport.scenario.blocks import (
     MapBlock,
     MapFile,
     Scenario,
+    keys_left_out,
 )
 from vireport.scenario.document import (
     LARGEST_FILE,
@@ -212,7 +214,7 @@ def load_any(source: str | Path, overrides: Overrides = (), allow_outside: bool 
     """Read a scenario, or a map where the file has a block `map` (see `load` and `load_map`)."""
     text, name = _contents(source)
     data: Any = _block_of_keys(text, name).data
-    if "map" not in data:
+    if "map" not in data or "map" not in ADDITIONS:
         return loads(text, name, overrides, ReadingPlace(str(Path(source).parent), allow_outside))
     return loads_map(text, name, overrides)
 
@@ -288,9 +290,11 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     ScenarioError
         With every mistake in it.
     """
-    file, findings = None, []
+    keys: Any = document.data
+    file, left_out = None, keys_left_out(model)
+    findings = [Finding(key, Kind.UNKNOWN, keys[key]) for key in left_out if key in keys]
     try:
-        file = model.model_validate(document.data)
+        file = model.model_validate({key: value for key, value in keys.items() if key not in left_out})
     except ValidationError as error:
         kinds = {"missing": Kind.MISSING, "extra_forbidden": Kind.UNKNOWN}
         for mistake in error.errors(include_url=False):

@@ -1,0 +1,138 @@
+"""Takes an addition out in a copy of the project, and shows that the rest stands without it.
+
+    python tools/take_out.py NAME [PYTEST ARGUMENT ...]
+
+Its packages go, with their tests, templates and pages of the documentation, its row of `base/additions.py`, its layer
+in the import contract and its names in `vireport/__init__.py`. Then the import contract is checked and the quick tests
+are run, but for those of several rooms at once that need the addition (`OF_ADDITIONS` of `tests/conftest.py`). The
+example gives the same results as with the addition, and a scenario with each of its keys ends with exit code 2.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from vireport.base.additions import ADDITIONS
+from vireport.scenario.blocks import Scenario
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLE = "examples/inclined.yaml"
+
+
+def copy_of_project(folder: Path) -> None:
+    """Copy the files that are under version control, as they are now."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in filter(None, listed.split("\0")):
+        if (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, folder / name)
+
+
+def remove(folder: Path, name: str) -> None:
+    """Take an addition out of a copy of the project."""
+    packages = ADDITIONS[name]
+    for package in packages:
+        shutil.rmtree(folder / "vireport" / package)
+        shutil.rmtree(folder / "tests" / package, ignore_errors=True)
+    for word in {name, *packages}:
+        for file in (f"docs/{word}.md", f"templates/{word}.typ.j2", f"templates/words/{word}.j2"):
+            (folder / file).unlink(missing_ok=True)
+        shutil.rmtree(folder / "templates" / word, ignore_errors=True)
+    for example in (folder / "examples").glob("*.yaml"):
+        if any(re.search(rf"^{key}:", example.read_text(encoding="utf-8"), re.MULTILINE) for key in keys_of(name)):
+            example.unlink()
+    either = "|".join(packages)
+    without_lines(folder / "vireport/base/additions.py", rf'^    "{name}": ')
+    without_lines(folder / "vireport/__init__.py", rf"^    from vireport\.({either})\.|^    \"vireport\.({either})\.")
+    names = [word for place, words in public_names().items() if place.split(".")[1] in packages for word in words]
+    if names:
+        without_lines(folder / "vireport/__init__.py", rf'^    "({"|".join(names)})",$')
+    contract = folder / "pyproject.toml"
+    layers = re.sub(rf" \| ({either})\b|\b({either}) \| ", "", contract.read_text(encoding="utf-8"))
+    contract.write_text(re.sub(rf'^  "({either})",\n', "", layers, flags=re.MULTILINE), encoding="utf-8")
+    contributing = folder / "CONTRIBUTING.md"
+    without_lines(contributing, rf"^\| `({either})` \|")
+
+
+def keys_of(name: str) -> list[str]:
+    """The keys of a scenario that are known where an addition is."""
+    extras = {key: field.json_schema_extra for key, field in Scenario.model_fields.items()}
+    return [key for key, extra in extras.items() if isinstance(extra, dict) and extra.get("addition") == name]
+
+
+def without_lines(file: Path, pattern: str) -> None:
+    """Delete the lines of a file that a pattern is in."""
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text("".join(line for line in lines if not re.search(pattern, line)), encoding="utf-8")
+
+
+def public_names() -> dict[str, list[str]]:
+    """The names that `import vireport` gives, by the module that defines them."""
+    text = (ROOT / "vireport" / "__init__.py").read_text(encoding="utf-8")
+    return {
+        module: re.findall(r'"(\w+)"', names)
+        for module, names in re.findall(r'^    "([\w.]+)": \((.*)\),$', text, re.M)
+    }
+
+
+def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run Python on the package of a folder."""
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    return subprocess.run([sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def results(folder: Path) -> Any:
+    """The results of the example, without what says where they were made."""
+    printed = run(folder, "-m", "vireport", "run", EXAMPLE, "--json")
+    data = json.loads(printed.stdout)
+    del data["provenance"]
+    return data
+
+
+def mistakes(folder: Path, name: str) -> list[str]:
+    """What is wrong in a copy without an addition; an empty list where all is as it should be."""
+    wrong = []
+    if run(folder, "-c", f"import vireport.{ADDITIONS[name][0]}").returncode == 0:
+        wrong.append("its package can still be imported")
+    if results(folder) != results(ROOT):
+        wrong.append(f"the results of {EXAMPLE} differ")
+    if run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
+        wrong.append(f"vireport {name} is still a command")
+    for key in keys_of(name):
+        refused = run(folder, "-m", "vireport", "run", EXAMPLE, "--json", "--set", f"{key}={{}}")
+        if refused.returncode != 2 or f"{key}: unknown key" not in refused.stderr:
+            wrong.append(f"the key {key} is not refused: {refused.stderr.strip()}")
+    return wrong
+
+
+def main() -> int:
+    """Take out the addition that is named; returns 0 where the rest stands."""
+    if sys.argv[1:2] == [] or sys.argv[1] not in ADDITIONS:
+        print(f"python tools/take_out.py NAME (allowed: {', '.join(ADDITIONS)})")
+        return 2
+    name, *arguments = sys.argv[1:]
+    with TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        copy_of_project(folder)
+        remove(folder, name)
+        wrong = mistakes(folder, name)
+        contract = run(folder, "-c", "from importlinter.cli import lint_imports; raise SystemExit(lint_imports())")
+        if contract.returncode:
+            wrong.append(f"the import contract is broken:\n{contract.stdout}")
+        tests = run(folder, "-m", "pytest", "-q", "-m", "not slow", *(arguments or ["-n", "auto"]))
+        if tests.returncode:
+            wrong.append(tests.stdout[-6000:])
+        print("\n".join(wrong) or f"without {name}: {tests.stdout.strip().splitlines()[-1]}")
+    return bool(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
