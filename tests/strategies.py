@@ -146,27 +146,3 @@ def _anywhere(parameter: Parameter) -> st.SearchStrategy[tuple[float, float]]:
     if parameter is not Parameter.INCLINATION:
         end = decades(*(float(np.log10(limit)) for limit in parameter.limits))
     return st.tuples(end, end).filter(lambda ends: abs(ends[1] - ends[0]) > 1e-8 * max(ends))
-
-
-@st.composite
-def valid_trees(draw: Any) -> dict[str, Any]:
-    """Scenarios as plain data that are valid, whatever the physics."""
-    positive, angle = st.floats(1e-15, 1e15), st.floats(0, 90)
-    ordered = st.tuples(positive, positive).filter(lambda pair: pair[0] < pair[1])
-    (ball, capsule), (ball_radius, active_radius) = draw(ordered), draw(ordered)
-    membrane = {"stiffness": draw(positive), "exponent": draw(st.floats(0, 20, exclude_min=True))}
-    membrane |= {"ball_radius_m": ball_radius, "active_radius_m": active_radius}
-    device = {"capsule_mass_kg": capsule, "ball_mass_kg": ball, "restitution": draw(st.floats(0, 1))}
-    parameter = draw(st.sampled_from(DRIVING))
-    ends = draw(st.tuples(*[st.floats(*parameter.limits)] * 2))
-    tree = {
-        "schema_version": 1,
-        "title": draw(st.none() | st.from_regex(r"[A-Z][a-z]{1,9}( [a-z]{1,9}){0,9}", fullmatch=True)),
-        "device": device | {"length_m": draw(positive), "membrane": draw(st.none() | st.just(membrane))},
-        "excitation": {"amplitude_n": draw(positive), "frequency_hz": draw(positive)},
-        "inclination_deg": draw(angle),
-        "period_ratio": draw(st.integers(1, 20)),
-    }
-    if ends[0] != ends[1]:
-        tree["sweep"] = {"parameter": parameter.value, "from": ends[0], "to": ends[1]}
-    return tree

@@ -9,7 +9,7 @@ import yaml
 from bad_scenarios import GOOD
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import valid_trees
+from strategies import solvable_trees
 
 from vireport.base.errors import ScenarioError
 from vireport.scenario.blocks import to_dict
@@ -21,7 +21,7 @@ REPEATABLE = settings(derandomize=True, max_examples=50, deadline=None)
 
 @pytest.mark.slow
 @REPEATABLE
-@given(valid_trees(), st.sampled_from([yaml.safe_dump, json.dumps]))
+@given(solvable_trees(), st.sampled_from([yaml.safe_dump, json.dumps]))
 def test_loading_the_plain_data_gives_the_same_scenario(tree, dump):
     scenario = loads(dump(tree)).scenario
     plain = to_dict(scenario)
