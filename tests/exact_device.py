@@ -7,6 +7,7 @@ from collections.abc import Container
 import mpmath as mp
 import numpy as np
 import pytest
+from raw_flights import Flights
 
 from vireport.design.point import around_length, design_point, motions_at
 from vireport.motions.error_bounds import one_to_one_bounds
@@ -19,7 +20,7 @@ from vireport.simulation.events import BOTTOM, check_model, follow_one
 from vireport.simulation.kernel import PHASE, VELOCITY
 
 
-class ExactDevice:
+class ExactDevice(Flights):
     """The flights and impacts of a device in 50 digits, by its inputs in SI and nothing of the package."""
 
     def __init__(self, device: Device) -> None:
@@ -31,52 +32,24 @@ class ExactDevice:
         self.gbar, self.friction = weight * mp.sin(across), mp.mpf(device.friction) * weight * mp.cos(across)
         self.unit = force / (2 * mass * mp.mpf(device.frequency_hz))
         self.restitution = device.restitution
-        self.parts = [(1, mp.mpf(1), mp.mpf(0))]
-        for order, percent, phase in ((own.order, *own.given) for own in device.harmonics):
-            share, angle = mp.mpf(percent) / 100, mp.radians(mp.mpf(phase))
-            self.parts.append((order, share * mp.cos(angle), -share * mp.sin(angle)))
+        given = ((own.order, *own.given) for own in device.harmonics)
+        self.parts = [
+            (1, mp.mpf(1), mp.mpf(0)),
+            *((order, mp.mpf(percent) / 100, mp.radians(mp.mpf(phase))) for order, percent, phase in given),
+        ]
 
-    def restitution_of(self, wall, v):
+    def restitution_of(self, wall, velocity):
         r = self.restitution
         if isinstance(r, float):
             return mp.mpf(r)
         stated = mp.mpf(r.bottom if wall > 0 else r.top)
         if isinstance(r, Restitutions):
             return stated
-        return stated * (wall * v * self.unit / mp.mpf(r.speed)) ** mp.mpf(r.exponent)
-
-    def force(self, t, k):
-        """The force over its amplitude by the time [t_c], integrated k times."""
-        x = [(j * mp.pi * t - k * mp.pi / 2, (j * mp.pi) ** k, a, b) for j, a, b in self.parts]
-        return sum((a * mp.cos(angle) + b * mp.sin(angle)) / scale for angle, scale, a, b in x)
-
-    def arrival(self, wall, t0, v, t1):
-        """Velocity at a later time, and by how much the ball then misses the other wall."""
-        after, s = -self.restitution_of(wall, v) * v, t1 - t0
-        gravity = self.gbar + wall * self.friction  # from the bottom, 1, Z falls: friction is against it
-        way = after * s + gravity * s * s / 2 + self.force(t1, 2) - self.force(t0, 2) - self.force(t0, 1) * s
-        return after + gravity * s + self.force(t1, 1) - self.force(t0, 1), way + wall * self.d
-
-    def missed(self, v0, v1, t0, t1, period=2):
-        at_top, up = self.arrival(1, t0, v0, t1)
-        at_bottom, down = self.arrival(-1, t1, v1, t0 + period)
-        return [at_top - v1, up, at_bottom - v0, down]
+        return stated * (wall * velocity * self.unit / mp.mpf(r.speed)) ** mp.mpf(r.exponent)
 
     def map_of(self, v0, t0, t1):
         """Trace and determinant of the return map, by differences of the flights."""
-        step = mp.mpf(10) ** -18
-
-        def lap(v, t):
-            at_top = mp.findroot(lambda x: self.arrival(1, t, v, x)[1], t1)
-            speed = self.arrival(1, t, v, at_top)[0]
-            end = mp.findroot(lambda x: self.arrival(-1, at_top, speed, x)[1], t0 + 2)
-            return self.arrival(-1, at_top, speed, end)[0], end
-
-        (a, c), (b, d) = (
-            [(p - q) / (2 * step) for p, q in zip(lap(v0 + x, t0 + y), lap(v0 - x, t0 - y), strict=True)]
-            for x, y in ((step, 0), (0, step))
-        )
-        return a + d, a * d - b * c
+        return self.multipliers((1, -1), v0, t0, (t1, t0 + 2))
 
 
 def held_motions(device: Device) -> int:

@@ -15,6 +15,8 @@ Parts = Sequence[tuple[int, float, float]]
 class Flights:
     """What happens between impacts, and at them; times are in half periods of the force."""
 
+    friction = mpf(0)
+
     def __init__(self, groups: Groups, harmonics: Parts) -> None:
         self.d, self.gbar = mpf(float(groups.d)), mpf(float(groups.gbar))
         self.r = [mpf(float(r)) for r in by_wall(groups.restitution)]
@@ -24,9 +26,15 @@ class Flights:
         """Acceleration at a time."""
         return self.gbar + sum(p * mp.cos(k * mp.pi * t + psi) for k, p, psi in self.parts)
 
-    def flown(self, velocity: mpf, start: mpf, t: mpf) -> tuple[mpf, mpf]:
-        """Velocity and way a time after another, from the velocity there."""
-        speed, way = velocity + self.gbar * t, velocity * t + self.gbar * t * t / 2
+    def restitution_of(self, wall: int, velocity: mpf) -> mpf:
+        """Restitution of an impact."""
+        return self.r[wall < 0]
+
+    def flown(self, wall: int, before: mpf, start: mpf, t: mpf) -> tuple[mpf, mpf]:
+        """Velocity and way a time after an impact on a wall, from the velocity before it."""
+        velocity = -self.restitution_of(wall, before) * before
+        gravity = self.gbar + wall * self.friction  # from the bottom, 1, Z falls: friction is against it
+        speed, way = velocity + gravity * t, velocity * t + gravity * t * t / 2
         for k, p, psi in self.parts:
             turn = k * mp.pi
             first, last = turn * start + psi, turn * (start + t) + psi
@@ -36,9 +44,15 @@ class Flights:
 
     def arrival(self, wall: int, other: int, velocity: mpf, start: mpf, guess: mpf) -> tuple[mpf, mpf]:
         """Velocity before the next impact, and its time."""
-        after, way = -self.r[wall < 0] * velocity, (other - wall) * self.d / 2
-        t = mp.findroot(lambda t: self.flown(after, start, t)[1] - way, guess - start)
-        return self.flown(after, start, t)[0], start + t
+        way = (other - wall) * self.d / 2
+        t = mp.findroot(lambda t: self.flown(wall, velocity, start, t)[1] - way, guess - start)
+        return self.flown(wall, velocity, start, t)[0], start + t
+
+    def missed(self, v0: mpf, v1: mpf, t0: mpf, t1: mpf, period: mpf = 2) -> list[mpf]:
+        """What is zero of a motion with one impact on each wall, by their velocities and times."""
+        at_top, up = self.flown(1, v0, t0, t1 - t0)
+        at_bottom, down = self.flown(-1, v1, t1, t0 + period - t1)
+        return [at_top - v1, up + self.d, at_bottom - v0, down - self.d]
 
     def lap(self, walls: Sequence[int], velocity: mpf, start: mpf, guesses: Sequence[mpf]) -> tuple[mpf, mpf]:
         """Velocity and time of the impact that ends a period, from the first; each next impact is near a guess."""

@@ -50,19 +50,16 @@ def flights_of(groups: Groups, parts: Parts) -> Flights:
     return Flights(groups, [(j, mpf(p), mpf(psi) * mp.pi / 180) for j, p, psi in parts])
 
 
-def missed(flights: Flights, bottom: mpf, top: mpf, start: mpf, up: mpf, n: int) -> list[mpf]:
-    """What is zero of a 1:1 motion."""
-    first = flights.flown(-flights.r[0] * bottom, start, up)
-    second = flights.flown(-flights.r[1] * top, start + up, 2 * n - up)
-    return [first[0] - top, first[1] + flights.d, second[0] - bottom, second[1] - flights.d]
-
-
 def exact(flights: Flights, motions: Motions, row: int, n: int) -> list[mpf]:
     """Velocities at bottom and top, time at the bottom and way up of the exact motion next to one in doubles."""
     start = mpf(float(motions.phi_bottom[row])) / mp.pi
     guess = [mpf(float(motions.velocity_bottom[row])), mpf(float(motions.velocity_top[row])), start]
     guess.append(2 * n * (mpf(1) / 2 + mpf(float(motions.u[row]))))
-    return list(mp.findroot(lambda *x: missed(flights, *x, n), guess, tol=mpf(10) ** -60))
+
+    def missed(bottom: mpf, top: mpf, start: mpf, up: mpf) -> list[mpf]:
+        return flights.missed(bottom, top, start, start + up, 2 * n)
+
+    return list(mp.findroot(missed, guess, tol=mpf(10) ** -60))
 
 
 def trace(flights: Flights, x: list[mpf], n: int) -> tuple[mpf, mpf]:
