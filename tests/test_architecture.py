@@ -109,6 +109,7 @@ DEFERRED = {
 """Modules of our own that a scenario without blocks for them does without."""
 
 
+@pytest.mark.slow
 def test_json_imports_nothing_heavy(example) -> None:
     loaded = imported_by("run", str(example("inclined")), "--json")
     assert "numpy" in loaded
@@ -123,6 +124,7 @@ def test_help_imports_no_physics(arguments: list[str]) -> None:
     assert not imported_by(*arguments) & (HEAVY | {"numpy"})
 
 
+@pytest.mark.slow
 def test_a_check_imports_nothing_heavy(example) -> None:
     assert not imported_by("check", str(example("inclined")), "--json") & HEAVY
     # What is left out is said in words of the templates.

@@ -58,6 +58,7 @@ def test_no_word_is_made_of_the_ball_that_rests() -> None:
     assert not atlas(pi + 0.01, sqrt(1 + pi**2) - 1e-9).families
 
 
+@pytest.mark.slow
 def test_a_little_restitution_changes_little() -> None:
     for restitution in (0.0, 1e-12):
         (family, *_) = atlas(3.2, 3.6, restitution, impacts=1, periods=1).families

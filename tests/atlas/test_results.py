@@ -283,6 +283,7 @@ def test_report_and_results_say_from_how_many_impacts_on_families_are_left_out(s
     assert cut.to_dict()["motions"]["followed_impacts"] == 2
 
 
+@pytest.mark.slow
 def test_pages_show_the_families_that_can_be_set_then_the_shortest_words_and_results_have_all(study, monkeypatch):
     from vireport.figures.pictures import pictures
 

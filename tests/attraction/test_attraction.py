@@ -653,6 +653,7 @@ def test_impacts_and_moments_that_are_proved_come_to_the_motion(monkeypatch: pyt
             section_again(groups, trap, fastest, (), halved, moments)
 
 
+@pytest.mark.slow
 def test_each_impact_of_a_cell_takes_one_of_its_ways() -> None:
     """Also of cells some of whose impacts lead to a touch, which have a way for each kind."""
     groups, _, trap = stable(3.6)
@@ -861,6 +862,7 @@ def test_what_is_proved_of_several_motions_is_the_least_and_refused_where_gravit
     assert prove_again(device(*at[:2], 1e-14), None, [good]).proved_m_s == 0
 
 
+@pytest.mark.slow
 def test_cells_that_are_only_claimed_to_be_proved_are_not_believed() -> None:
     """All that the plane begins with, up to beyond the least shock that leads out."""
     groups, _, trap = stable(3.6)

@@ -239,6 +239,7 @@ def test_a_report_is_that_of_a_run(bench: Served, folder: Path, tmp_path: Path) 
     assert bench.request("GET", "report/whole/results.json")[0] == 404
 
 
+@pytest.mark.slow
 def test_it_ends_at_ctrl_c_with_all_its_processes(tmp_path: Path) -> None:
     with serving(EXAMPLES / "design-point.yaml", tmp_path) as served:
         assert served.ask("study", {})["verdict"]

@@ -208,6 +208,7 @@ def test_margins_in_the_chart_are_those_of_a_run(over: str) -> None:
         assert abs(smallest.distance) == min(abs(end.distance) for end in design.along(k))
 
 
+@pytest.mark.slow
 def test_a_device_without_the_inputs_or_outside_has_no_design_point() -> None:
     drawn = charted("inclined", SMALL)
     for changed in ({DesignInput.LENGTH: None}, {DesignInput.LENGTH: 0.76}, {DesignInput.RESTITUTION: 0.39}):
@@ -360,6 +361,7 @@ def test_a_chart_opens_in_few_words_with_the_ends_along_its_axes_in_the_digits_o
         assert len(shown.split()[0].replace("°", "").replace(".", "").lstrip("0")) <= 4
 
 
+@pytest.mark.slow
 def test_a_chart_says_of_its_design_point_what_a_run_says(capsys) -> None:
     over = "length_m=0.65..0.75,inclination_deg=40..50"
     limits = ["--set", "motions={impacts: 2, periods: 1}"]

@@ -65,6 +65,7 @@ def test_the_same_input_gives_the_same_bytes(example, tmp_path: Path) -> None:
     assert set(digests[0]) == ALL
 
 
+@pytest.mark.slow
 def test_json_is_alone_on_stdout_and_writes_no_file(example, tmp_path: Path) -> None:
     run = vireport("run", str(example("inclined")), "--json", cwd=tmp_path)
     assert run.returncode == 0
@@ -285,6 +286,7 @@ def test_an_option_means_the_same_in_every_command() -> None:
     assert len({flag for flags in found for flag in flags}) == sum(map(len, found))
 
 
+@pytest.mark.slow
 def test_the_help_of_a_command_groups_its_options_as_that_of_the_others() -> None:
     for name in ("run", "compare", "map", "optimise", "identify", "verify"):
         text = vireport(name, "--help").stdout.decode()

@@ -116,6 +116,7 @@ def facts(comparison) -> list[str]:
     return [text for _, text in comparison.opening.worded().facts]
 
 
+@pytest.mark.slow
 def test_the_largest_margin_to_use_is_best_and_numbers_are_those_of_the_studies() -> None:
     ranked = inclinations().ranking
     rooms = [place.merits[Merit.MARGIN] for place in ranked]

@@ -272,6 +272,7 @@ def test_a_harmonic_is_taken_at_phases_of_which_none_is_much_worse() -> None:
     assert shift.least == pytest.approx(0.0224, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_without_gravity_the_worse_of_two_phases_counts() -> None:
     """The opposite ones are mirror images of them."""
     level = replace(PAPER, inclination_deg=0.0, length_m=0.3)

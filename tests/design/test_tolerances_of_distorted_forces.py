@@ -58,6 +58,7 @@ def test_harmonics_that_are_next_to_nothing_change_nothing() -> None:
         assert other.ranges[name] == pytest.approx(percentiles, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_worst_device_is_found_on_either_side_of_the_end_of_stable_motion() -> None:
     """The end is known to the last digit of a double."""
     device = design(*FORCE)

@@ -307,6 +307,7 @@ def test_an_empty_sweep_says_so_in_every_panel(figure: str) -> None:
     assert "no admissible 1:1 motion" in pictures_of("empty")[0].alt
 
 
+@pytest.mark.slow
 def test_the_design_point_is_marked() -> None:
     study = study_of("inclined")
     for panel in figure_of("inclined", "figure-2").axes[:3]:

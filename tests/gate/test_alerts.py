@@ -194,6 +194,7 @@ def test_that_no_amplitude_helps_is_said_once_where_it_is_so(
         assert f"the contact lasts {percent} % of a period" in saying[0].cause
 
 
+@pytest.mark.slow
 def test_deep_deflections_of_another_motion_are_told_where_no_1_1_motion_is_stable(example) -> None:
     text = example("inclined").read_text()
     over = {"device.length_m": 0.6, "motions.impacts": 4, "motions.periods": 2}

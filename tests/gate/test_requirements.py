@@ -254,6 +254,7 @@ def test_inclinations_up_to_the_period_doubling(sweep: dict[str, object]) -> Non
         assert criterion.outcome.margin == pytest.approx(end - to, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
     low, high = 0.65, 0.74
     points = [solved("inclined", device__length_m=float(value)) for value in np.linspace(low, high, 5)]

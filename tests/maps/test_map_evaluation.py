@@ -65,6 +65,7 @@ def test_every_cell_is_what_a_scenario_says() -> None:
     assert compared > 3
 
 
+@pytest.mark.slow
 def test_stability_changes_where_the_paper_says() -> None:
     text = HELD + "map:\n  axes:\n    - {path: inclination_deg, values: [0, 45]}\n    - {path: device.length_m, "
     d = np.array([0.18705, 0.18706, 0.4179, 0.4180])  # either side of B1: horizontal, and at 45 degrees

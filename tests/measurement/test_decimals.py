@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from vireport.measurement.decimals import decimal_rows
 
 from vireport.measurement import decimals
-from vireport.measurement.decimals import decimal_rows
 
 NUMBERS = st.from_regex(r"[+-]?([0-9]{1,9}(\.[0-9]{0,6})?|\.[0-9]{1,9})", fullmatch=True)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.integers(1, 4).flatmap(lambda k: st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=1, max_size=9)))
 def test_numbers_are_those_of_a_general_reader(rows: list[list[str]]) -> None:

@@ -79,6 +79,7 @@ def test_rounded_times_give_intervals_that_hold(case: tuple[float, float]) -> No
         assert abs(own.model.value_of(x) - 0.5) < stdtrit(own.freedom, 0.999) * own.deviation_of(x)
 
 
+@pytest.mark.slow
 def test_times_with_larger_errors_are_not_changed() -> None:
     device = device_of("inclined", device__length_m=0.42)
     own = truth(device, 150, 0, Impact(1, 1.0, 0.3))

@@ -255,6 +255,7 @@ def as_many_along_a_sweep(parameter: Parameter, parts: Parts, beta: float) -> No
         assert crossed == np.count_nonzero(motions.admissible_mask), (share, motions.u)
 
 
+@pytest.mark.slow
 def test_critical_points_have_the_trace_of_their_event_in_40_digits() -> None:
     for parts, beta in (((SECOND,), 45.0), ((SECOND, THIRD), 0.0), ((THIRD,), 0.0)):
         device = with_force(replace(INCLINED, inclination_deg=beta), *parts)

@@ -39,6 +39,7 @@ def printed(speed: float, membrane: Membrane) -> mpf:
     return (area / (mp.pi * rc**2)) ** 2 * uin - uin
 
 
+@pytest.mark.slow
 @given(st.floats(-8, 1.3), st.floats(1e-4, 0.1), st.floats(0.05, 0.98))
 def test_every_digit_of_the_printed_formulae(exponent: float, mass: float, ratio: float) -> None:
     speed = 10**exponent

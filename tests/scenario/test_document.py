@@ -203,6 +203,7 @@ def mistakes_of(text: str | bytes) -> tuple[Mistake, ...]:
 SYNTAX = list("abcde:-?[]{},#&*!|>'\"%@` \t\n\\~.019+<=")
 
 
+@pytest.mark.slow
 @REPEATABLE
 @given(st.text() | st.text(SYNTAX, max_size=60) | st.binary())
 @example("a: &a\n")

@@ -51,6 +51,7 @@ def test_jacobians_are_differences_of_the_simulation_and_those_of_the_closed_for
         np.testing.assert_allclose(slopes[:, 1], effects[i], rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_friction_that_vanishes_changes_nothing() -> None:
     plain, same = rubbed(0.0), rubbed(1e-12)
     assert least(same).jump == pytest.approx(least(plain).jump, abs=1e-11)

@@ -67,6 +67,7 @@ def test_where_nothing_leads_out_the_largest_that_was_tried_counts() -> None:
     assert replace(usual, shock=replace(usual.shock, jump=0.17)).jump_m_s == pytest.approx(0.17 * 3 / (2 * 0.1245 * 2))
 
 
+@pytest.mark.slow
 def test_jitter_is_told_per_membrane_and_grows_with_the_kicks() -> None:
     found, lines = judged(3.6)
     jitter = found["jitter"]
@@ -141,6 +142,7 @@ def test_a_ball_that_does_not_bounce_has_no_least_shock() -> None:
     assert "need a restitution" in found.shock_unknown
 
 
+@pytest.mark.slow
 def test_of_two_motions_the_least_shock_counts_and_all_jumps_tried() -> None:
     """The mirror images of a horizontal capsule are alike."""
     found = withstood_by(solved("horizontal", device__length_m=0.36), True, 1e-3)

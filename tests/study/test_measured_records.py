@@ -85,6 +85,7 @@ def test_a_computed_device_with_other_restitutions_is_many_standard_errors_off()
     assert other.largest_difference > 100
 
 
+@pytest.mark.slow
 def test_nothing_measured_is_in_no_results_and_imports_nothing():
     code = "import sys; from vireport.study.study import analyse; d = analyse(sys.argv[1], ('json',)).to_dict(); "
     code += "print('measured' in d, *(m for m in sys.modules if m.startswith('vireport') and 'measure' in m))"
@@ -178,6 +179,7 @@ def outside(tmp_path: Path, monkeypatch) -> Path:
     return tmp_path / "own/x.yaml"
 
 
+@pytest.mark.slow
 def test_a_record_outside_of_the_folder_is_read_where_that_is_allowed(outside: Path, capsys) -> None:
     assert main(["check", "x.yaml"]) == 2
     lines = capsys.readouterr().err.splitlines()

@@ -286,6 +286,7 @@ def test_what_the_plan_lists_is_computed_and_nothing_else(block: str | None, for
     assert set(calls) == ran
 
 
+@pytest.mark.slow
 def test_what_was_not_looked_for_is_null_and_says_why() -> None:
     plain, asked = (analyse(loads(DESIGN + more), ("json",)).to_dict() for more in ("", "disturbances: {}\n"))
     design = plain["design_point"]

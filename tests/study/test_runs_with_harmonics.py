@@ -140,6 +140,7 @@ def test_tolerances_are_sampled_and_nothing_is_said_to_be_proved(example) -> Non
     assert (plain["answer"], plain["proof_not_known_of"]) == ("proved", None)
 
 
+@pytest.mark.slow
 def test_the_worst_device_has_the_mean_of_two_restitutions_that_are_off_together(example) -> None:
     """In the report as well, which has a row for each input with a tolerance."""
     over = SECOND | {

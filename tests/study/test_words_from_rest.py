@@ -45,6 +45,7 @@ def listed(told: dict[str, object]) -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_of_a_distorted_force_and_membranes_that_differ() -> None:
     """It strikes the bottom three times; nothing that is followed from the 1:1 motions leads there."""
     assert listed(scenario(0.2, 0.5, 0.56, 5.0, FIFTH))
