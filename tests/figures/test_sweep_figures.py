@@ -446,7 +446,7 @@ def test_pictures_are_whole(name: str) -> None:
 
 def test_captions_say_what_is_drawn_in_two_sentences() -> None:
     two, four, seven, *_, margins = pictures_of("inclined")
-    assert "period doubling B1 at f = 1.906 Hz" in margins.caption
+    assert "period doubling B1 at f = 1.91 Hz" in margins.caption
     assert "inclination 0.3" in margins.alt
     for picture in (two, four, seven):
         assert sentences(picture.caption) == 2

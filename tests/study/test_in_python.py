@@ -107,11 +107,11 @@ def test_records_say_what_they_are_with_units(study_of: Callable[..., Study]) ->
     assert repr(design.margins[0]) == f"<Margin to {end}>"
     assert repr(design.motions) == "<Motions: 2, 2 admissible, 1 stable>"
     assert repr(design.voltages_by_motion) == "<Voltages of 2 motions: U_ave 16.33 kV to 42.84 kV>"
-    assert repr(solution.stable_ranges) == "(<StableInterval 0.629457 m < s ≤ 0.75 m>,)"
+    assert repr(solution.stable_ranges) == "(<StableInterval 0.629 m < s ≤ 0.75 m>,)"
     assert repr(solution.critical_points) == "(<Point B1: period doubling at 0.629457141012, d = 0.417960>,)"
     assert repr(solution.branches[1]).endswith("63 motions, s = 0.59 to 0.75 m, stable for 0.629457 to 0.75 m>")
     assert repr(solution.branches[0]).endswith("nowhere stable>")
-    assert "2 branches, critical points B1, stable for 0.629457 m < s ≤ 0.75 m, DesignPoint s" in repr(solution)
+    assert "2 branches, critical points B1, stable for 0.629 m < s ≤ 0.75 m, DesignPoint s" in repr(solution)
     assert repr(study.loaded).startswith("<Loaded ")
     assert repr(load(study.loaded.document.name, {"device.restitution": 0.6})).endswith(" with device.restitution=0.6>")
     (deep,) = (alert for alert in study.alerts if alert.code == "VR010")
