@@ -14,7 +14,7 @@ from vireport.extremes.rows import BOUND, CaseVerdict, as_text
 def main() -> None:
     """Print and record the catalogue."""
     outcomes = run_catalogue()
-    print(as_text(outcomes))
+    print(as_text(outcomes, every=True))
     answers = [outcome.found for outcome in outcomes if outcome.found.error is not None]
     usual = [found.error for found in answers if found.bound <= BOUND]
     record(

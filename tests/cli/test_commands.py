@@ -158,7 +158,11 @@ def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
     row = Case("test", "made up", refused, refusal="reason" if alone else "other")
     monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (row,))
     assert main(["verify", "--extremes"]) == (0 if alone else 1)
-    assert "made up" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert ("FAILED  test: made up: refused: a reason" in told) == (not alone)
+    assert ("All 1 extreme cases" in told) == alone
+    assert main(["verify", "--extremes", "-v"]) == (0 if alone else 1)
+    assert "test: made up: refused: a reason" in capsys.readouterr().out
     assert main(["verify", "--extremes", "--set", "inclination_deg=1"]) == 2
 
 

@@ -176,11 +176,22 @@ def test_text_is_for_a_terminal_and_the_data_are_json(monkeypatch) -> None:
     told: list[str] = []
     outcomes = run_catalogue(None, told.append)
     assert told == ["group: right", "group: wrong", "group: absent"]
-    right, wrong, absent, _, counts = as_text(outcomes).splitlines()
-    assert right == "passed  group: right: an answer, error 1.0e-13 < 1e-11"
-    assert re.fullmatch(r"FAILED  group: wrong: (another )+\.\.\., error 1\.0e-03 < 1e-11", wrong)
+    wrong, _, *summary = as_text(outcomes).splitlines()
+    assert summary[0] == "Of 2 extreme cases that apply to this device 1 failed."
+    assert re.fullmatch(
+        r"Checked: 2 answers against 40 digits, 0 others; Worst error: 0.001 \(allowed 1 × 10⁻¹¹\); Time: .*s",
+        summary[1],
+    )
+    assert summary[2] == "Cases that do not apply to this device: 1."
+    right, again, absent, *_ = as_text(outcomes, every=True).splitlines()
+    assert again == wrong
+    assert right == "passed  group: right: an answer, error 1.0e-13, allowed 1e-11"
+    assert re.fullmatch(r"FAILED  group: wrong: (another )+\.\.\., error 1\.0e-03, allowed 1e-11", wrong)
     assert absent == "does not apply  group: absent: no fold"
-    assert counts.startswith("3 cases: 1 passed, 1 failed, 1 does not apply; ")
+    well = as_text(outcomes[:1]).splitlines()
+    assert well[0] == "All 1 extreme cases that apply to this device pass."
+    assert len(well) == 2
+    assert as_text(outcomes[2:]) == "No extreme case applies to this device.\n"
     data = json.loads(json.dumps(as_data(outcomes), allow_nan=False))
     assert [(row["case"], row["error"], row["bound"], row["verdict"]) for row in data] == [
         ("right", 1e-13, 1e-11, "passed"),

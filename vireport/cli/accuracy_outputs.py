@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from vireport.base.encoding import json_text
-from vireport.checks.accuracy_tables import measurements, ranking
-from vireport.checks.workprecision import accuracy_data
-from vireport.membranes.compliance import compliance_data
+from vireport.checks.accuracy_tables import measurements, power, ranking
+from vireport.checks.methods import CLOSED, WHOLE
+from vireport.checks.workprecision import WorkPrecision, accuracy_data
+from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
+from vireport.gate.verdict import Status
+from vireport.membranes.compliance import Grade, compliance_data
 from vireport.membranes.compliance_tables import comparison_with_rigid, solvers_on_stiff_membranes, verdict
 from vireport.scenario.blocks import AccuracyBlock
 from vireport.scenario.loading import Loaded
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse
-from vireport.text.formatting import capital
 from vireport.text.tables import Table, plain_text
-from vireport.wording.templates import Words
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -29,7 +31,10 @@ NAMES = ("accuracy.json", "figure-accuracy.png", "figure-stiffness.png")
 """Files that may be written."""
 
 
-WORDS = Words("accuracy")
+_said = words_of("verify")
+
+AGREES = 1e-9
+"""Error up to which the solution is right: far below any digit that is shown, above what rounding leaves."""
 
 FORMATS = Task.PNG, Task.JSON
 """What a study of accuracy has."""
@@ -50,27 +55,77 @@ def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
     return analyse(loaded, FORMATS, progress)
 
 
-def text(study: Study, every: bool = False) -> str:
-    """What was measured, for the terminal; with `every`, each run in a row."""
-    return plain_text(_parts(study, every)).replace("*", "") + "\n"
+def accuracy_opening(study: Study) -> Opening:
+    """Choose what is said of a study that was `measured`: whether the solution is right, its worst error, its time."""
+    work = study.work
+    if work is None or work.benchmark is None:
+        why = "" if work is None else work.nothing
+        return Opening(Status.BAD, _said("word_nothing"), _said("nothing", why), (_soft_membranes(study),))
+    point, errors = work.benchmark.point, dict(_errors(work))
+    wrong = [key for key, error in errors.items() if not error <= AGREES]
+    names = [_said(key, point) for key in wrong or errors]
+    status, name = (Status.BAD, "departs") if wrong else (Status.GOOD, "agrees")
+    tiles = [Statement(Status.NEUTRAL, _said("tile_methods", len({run.method for run in work.runs}), len(work.runs)))]
+    if errors:
+        worst = max(errors, key=errors.__getitem__)
+        tiles.append(Statement(status, _said("tile_worst", power(errors[worst]), _said(worst, point))))
+    whole = work.without_guess()
+    if whole is not None and whole.seconds is not None:
+        tiles.append(Statement(Status.NEUTRAL, _said("tile_time", whole.seconds.median)))
+    facts = gravest([_soft_membranes(study), *_of_runs(work)])
+    return Opening(status, _said(f"word_{name}"), _said(name, names), facts, tuple(tiles))
 
 
-def _parts(study: Study, every: bool) -> Iterator[str | Table]:
+def _errors(work: WorkPrecision) -> Iterator[tuple[str, float]]:
+    """The largest error of each quantity of which the closed form and the whole sweep leave one."""
+    for quantity in work.quantities:
+        reached = [
+            runs[-1].errors[quantity.key]
+            for name in (CLOSED, WHOLE)
+            if (runs := [run for run in work.runs_of(name, quantity.task) if run.errors])
+        ]
+        if reached:
+            yield quantity.key, max(reached)
+
+
+def _soft_membranes(study: Study) -> Statement:
+    """Whether rigid impacts are good enough, or why that is not known."""
+    known = study.compliance
+    if known is None:
+        why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
+        return Statement(Status.NEUTRAL, _said("soft_membranes_left_out", why))
+    statuses = {None: Status.NEUTRAL, Grade.GOOD: Status.GOOD, Grade.CARE: Status.CAUTION}
+    return Statement(statuses.get(known.grade, Status.BAD), _said("soft_membranes", verdict(known)))
+
+
+def _of_runs(work: WorkPrecision) -> Iterator[Statement]:
+    """Methods that were not tried, whose runs gave no answer, and a machine on which times tell little."""
+    for name, why in work.absent:
+        yield Statement(Status.CAUTION, _said("not_tried", name, why))
+    failed = Counter(run.method for run in work.runs if run.failed)
+    if failed:
+        names = [_said("failed_of", name, count) for name, count in failed.items()]
+        yield Statement(Status.NEUTRAL, _said("failed", names))
+    if work.busy:
+        yield Statement(Status.CAUTION, Said("busy", (work.unsteadiness,), "accuracy"))
+
+
+def text(study: Study, tables: bool = False, every: bool = False) -> str:
+    """What was measured, for a terminal: the answer, and where asked for tables; with `every`, each run in a row."""
+    opening = accuracy_opening(study).worded()
+    told = [fact for _, fact in opening.facts[1:]]
+    parts = plain_text([*told, *_parts(study, every)]).replace("*", "") if tables or every else ""
+    return "\n\n".join(filter(None, ("\n".join(opening.lines), parts))) + "\n"
+
+
+def _parts(study: Study, every: bool) -> Iterator[Table]:
     if study.work is None:
         return
-    if study.work.nothing:
-        yield capital(study.work.nothing)
-    if study.work.busy:
-        yield WORDS("busy", study.work.unsteadiness)
     yield from measurements(study.work, every)
     yield from ranking(study.work)
-    if study.compliance is None:
-        why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
-        yield f"Compliant membranes: left out ({why})"
-        return
-    yield f"Compliant membranes: {verdict(study.compliance)}"
-    yield from comparison_with_rigid(study.compliance)
-    yield from solvers_on_stiff_membranes(study.compliance)
+    if study.compliance is not None:
+        yield from comparison_with_rigid(study.compliance)
+        yield from solvers_on_stiff_membranes(study.compliance)
 
 
 def data(study: Study, command: str) -> bytes:

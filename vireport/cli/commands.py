@@ -198,7 +198,7 @@ def verify(
         with progress(quiet, verbose) as say:
             outcomes = run_catalogue(loaded, say)
         code, failure = exit_status(outcomes)
-        data, text = (f"{json_text(as_data(outcomes))}\n", "") if json else ("", as_text(outcomes))
+        data, text = (f"{json_text(as_data(outcomes))}\n", "") if json else ("", as_text(outcomes, verbose))
         deliver(CommandOutcome(data, text, failure=failure, exit_code=code), quiet=quiet)
         return
     if output is None:
@@ -213,9 +213,8 @@ def verify(
     with progress(quiet, verbose) as say:
         study = accuracy_outputs.measured(loaded, say)
         files = accuracy_outputs.files(study, recorded(context), width_mm) if output is not None else {}
-    printed, text = (
-        (accuracy_outputs.data(study, recorded(context)), "") if json else ("", accuracy_outputs.text(study, every))
-    )
+    printed = accuracy_outputs.data(study, recorded(context)) if json else ""
+    text = "" if json else accuracy_outputs.text(study, verbose, every)
     deliver(CommandOutcome(printed, text, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 

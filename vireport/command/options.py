@@ -225,7 +225,12 @@ Figures = Annotated[
 Force = Annotated[bool, output_option("--force", help="Replaces also files that vireport did not write.")]
 Quiet = Annotated[bool, _messages("--quiet", "-q", help="Prints errors only, and what --json prints.")]
 Verbose = Annotated[
-    bool, _messages("--verbose", "-v", help="Writes each step with its seconds to standard error as it ends.")
+    bool,
+    _messages(
+        "--verbose",
+        "-v",
+        help="Prints tables as well, and each step with its seconds on standard error.",
+    ),
 ]
 
 NOT_RECORDED = {"output", "templates", "figures", "force", "quiet", "verbose", "scheduler", "workers"}

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
 from textwrap import shorten
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from vireport.base.errors import NumericalError, VireportError
+from vireport.gate.opening import Opening, Statement, words_of
+from vireport.gate.verdict import Status
+
+_said = words_of("verify")
 
 BOUND = 1e-11
 """Relative error that an answer may have where nothing is degenerate; most stay below 1e-13."""
@@ -108,16 +112,41 @@ def exit_status(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
     return 0, ""
 
 
-def as_text(outcomes: Sequence[CaseOutcome]) -> str:
-    """A line for each case; then how many there are of each verdict."""
+def opening_of_cases(outcomes: Sequence[CaseOutcome]) -> Opening:
+    """Choose what is said of the cases: whether all that apply pass, how many there are, the worst error, the time."""
+    applying = [outcome for outcome in outcomes if outcome.verdict is not CaseVerdict.DOES_NOT_APPLY]
+    failed = sum(outcome.verdict is CaseVerdict.FAILED for outcome in applying)
+    if not applying:
+        return Opening(Status.BAD, _said("word_none"), _said("none_applies"))
+    status = Status.BAD if failed else Status.GOOD
+    word, name = ("word_fail", "some_fail") if failed else ("word_pass", "all_pass")
+    given = (failed, len(applying)) if failed else (len(applying),)
+    absent = len(outcomes) - len(applying)
+    facts = (Statement(Status.NEUTRAL, _said("absent", absent)),) if absent else ()
+    return Opening(status, _said(word), _said(name, *given), facts, tuple(_tiles(applying)))
+
+
+def _tiles(applying: Sequence[CaseOutcome]) -> Iterator[Statement]:
+    answers = [own for own in applying if own.found.error is not None]
+    yield Statement(Status.NEUTRAL, _said("tile_cases", len(answers), len(applying) - len(answers)))
+    # Where cases have other bounds, that which comes nearest to its own.
+    worst = max(answers, key=lambda own: cast(float, own.found.error) / own.found.bound, default=None)
+    if worst is not None:
+        status = Status.BAD if worst.verdict is CaseVerdict.FAILED else Status.GOOD
+        yield Statement(status, _said("tile_worst_case", worst.found.error, worst.found.bound, worst.row.title))
+    yield Statement(Status.NEUTRAL, _said("tile_seconds", sum(own.seconds for own in applying)))
+
+
+def as_text(outcomes: Sequence[CaseOutcome], every: bool = False) -> str:
+    """The cases that failed, or every one, with a line each; then what is said of them together."""
     lines = []
     for row, verdict, found, _ in outcomes:
-        error = "" if found.error is None else f", error {found.error:.1e} < {found.bound:.0e}"
-        mark = verdict.upper() if verdict is CaseVerdict.FAILED else verdict
-        lines.append(f"{mark}  {row.title}: {shorten(found.text, LONGEST_CELL, placeholder=' ...')}{error}")
-    verdicts = [outcome.verdict for outcome in outcomes]
-    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in CaseVerdict if verdict in verdicts)
-    return "\n".join((*lines, "", f"{len(outcomes)} cases: {counts}; {sum(x.seconds for x in outcomes):.1f} s")) + "\n"
+        if every or verdict is CaseVerdict.FAILED:
+            error = "" if found.error is None else f", error {found.error:.1e}, allowed {found.bound:.0e}"
+            mark = verdict.upper() if verdict is CaseVerdict.FAILED else verdict
+            lines.append(f"{mark}  {row.title}: {shorten(found.text, LONGEST_CELL, placeholder=' ...')}{error}")
+    lines += [""] if lines else []
+    return "\n".join((*lines, *opening_of_cases(outcomes).worded().lines)) + "\n"
 
 
 def as_data(outcomes: Sequence[CaseOutcome]) -> list[dict[str, Any]]:
