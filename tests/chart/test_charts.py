@@ -157,7 +157,7 @@ def test_stable_motion_ends_on_a_curve_over_both_restitutions(name: str, ranges:
         device = own.device_at(at.tolist())
         motions, *_ = motions_at(device, Parameter.LENGTH)
         for k, varied in enumerate(own.inputs):
-            for margin in margins_of(device, motions, [line_of(varied, device)]).found:
+            for margin in margins_of(device, motions, [line_of(varied, device)]).margins:
                 if own.low[k] < (value := margin.sweep_value) < own.high[k]:
                     assert nearest(drawn, margin.event, k, float(at[1 - k]), value) < 1e-10
                     checked += 1

@@ -42,7 +42,7 @@ UNEQUAL = replace(INCLINED, restitution=Restitutions(0.49, 0.5))
 
 def found(device: Device) -> tuple[Motions, tuple[Distortion, ...], Margin]:
     motions, _, _ = motions_at(device, Parameter.LENGTH)
-    nearest = next(margin for margin in margins_of(device, motions).found if margin.ends_stability)
+    nearest = next(margin for margin in margins_of(device, motions).margins if margin.ends_stability)
     return motions, distortions(device, motions, nearest), nearest
 
 
@@ -168,7 +168,7 @@ def test_no_ray_of_many_is_shorter() -> None:
 def test_derivatives_of_an_end_are_those_of_the_end_with_a_little_of_a_harmonic() -> None:
     """Along the length, with harmonics of 1e-6 of either part: the end moves by what its derivative says."""
     motions, _, _ = found(INCLINED)
-    margin = next(x for x in margins_of(INCLINED, motions).found if x.parameter is DesignInput.LENGTH)
+    margin = next(x for x in margins_of(INCLINED, motions).margins if x.parameter is DesignInput.LENGTH)
     word, x = margin.point.motion.word, margin.point.motion
     unknown = np.array([*x.velocity, *x.time, INCLINED.length_m])
     for order in ORDERS:
@@ -286,7 +286,7 @@ def test_a_pitchfork_at_which_another_motion_takes_over_is_no_end() -> None:
 
 def test_a_pitchfork_moves_with_the_third_harmonic_and_opens_with_the_second() -> None:
     motions, _, _ = found(LEVEL)
-    margin = next(x for x in margins_of(LEVEL, motions).found if x.parameter is DesignInput.LENGTH and x.taken_over)
+    margin = next(x for x in margins_of(LEVEL, motions).margins if x.parameter is DesignInput.LENGTH and x.taken_over)
     assert margin.by_harmonics[2] is None
     velocity, start = float(margin.point.closed.velocity_bottom), margin.point.closed.phi_bottom / pi
 

@@ -12,7 +12,7 @@ from scipy.optimize import fsolve
 
 from vireport import analyse, load
 from vireport.design.effects import Effect, Shift, Unmoved, _ends, _least_margin, _Origin, shifts
-from vireport.design.lines import Line, along, stable_ones
+from vireport.design.lines import Line, model_on_line, stable_ones
 from vireport.design.point import design_point
 from vireport.design.speed_law import falling, with_law
 from vireport.motions.diagram import solve
@@ -193,7 +193,7 @@ def test_motions_of_a_law_fulfil_its_equations() -> None:
         motions = design_point(device, None).motions
         law = falling(device, motions, -0.1)
         ((motion, u),) = with_law(law, stable_ones(device, motions))
-        line = along(Line.LENGTHS, law, FLOATS)
+        line = model_on_line(Line.LENGTHS, law, FLOATS)
         assert np.abs(residuals(motion.word, [*motion.velocity, *motion.time, 0.0], line)).max() < 1e-10
         assert abs(u - motions.u[motions.stable_mask][0]) < 0.05
 
@@ -342,7 +342,7 @@ def test_where_friction_stops_the_ball_on_its_way_the_end_is_not_known() -> None
     level = replace(PAPER, inclination_deg=0.0, length_m=0.5554)
     found = shifts(level, design_point(level, None), (Effect(LeftOut.FRICTION, 0.02), Effect(LeftOut.CAPSULE)), True)
     rubbed, free = found.rows
-    assert not rubbed.known
+    assert not rubbed.computed
     assert rubbed.value is None
     assert rubbed.least == pytest.approx(0.155, abs=1e-3)  # up to where it stops motion is known to be stable
     assert found.worst is free

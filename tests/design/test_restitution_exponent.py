@@ -69,7 +69,7 @@ def test_derivatives_are_those_of_the_ends_of_other_devices(device: Device) -> N
         values, step = [], 1e-5 * device.value_of(varied)
         for sign in (-1, 1):
             other = device.with_values({varied: device.value_of(varied) + sign * step})
-            found = margins_of(other, motions_at(other, Parameter.LENGTH)[0], [Line.FREQUENCIES], (-1.0,)).found
+            found = margins_of(other, motions_at(other, Parameter.LENGTH)[0], [Line.FREQUENCIES], (-1.0,)).margins
             values.append(next(margin.sweep_value for margin in found if margin.event is end.event))
         assert end.derivatives[varied] == pytest.approx((values[1] - values[0]) / (2 * step), rel=1e-6), varied
 

@@ -29,7 +29,7 @@ from vireport.disturbances.from_rest import (
     unpressed,
 )
 from vireport.disturbances.ramp import ramped
-from vireport.disturbances.windows import along, outcomes_at, window
+from vireport.disturbances.windows import outcomes_at, over_sweep, window
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions
@@ -356,7 +356,7 @@ def test_the_stretches_of_a_sweep_join_and_have_the_outcome_that_is_told(monkeyp
     def outcomes(values):
         return outcomes_at(PAPER, Parameter.AMPLITUDE, values, False)
 
-    stretches = along(3.55, 3.7, outcomes)
+    stretches = over_sweep(3.55, 3.7, outcomes)
     assert [part.start for part in stretches[1:]] == [part.end for part in stretches[:-1]]
     assert (stretches[0].start, stretches[-1].end) == (3.55, 3.7)
     assert len(stretches) > 1

@@ -77,7 +77,7 @@ def test_a_strip_has_the_outcomes_from_rest_where_they_are() -> None:
         OutcomeRange(start, end, FromRest(destination))
         for start, end, destination in zip(ends, ends[1:], outcomes, strict=False)
     )
-    study = replace(study, disturbances=Disturbances(None, along=along))
+    study = replace(study, disturbances=Disturbances(None, over_sweep=along))
     figure, device = figure_2(study), study.solution.device
     *panels, below = figure.axes
     assert not any(panel.patches for panel in panels)

@@ -42,7 +42,7 @@ def arc_on(length: float) -> Arc:
     branch = solve(sweep).branches[0]
     curve, x = branch.family.curve, branch.family.x[len(branch.family.x) // 2]
     start = PathPoint(curve, x, curve.tangent(x))
-    return Arc(start, curve.beside(Arc(start, start), length))
+    return Arc(start, curve.neighbour(Arc(start, start), length))
 
 
 @pytest.mark.parametrize("stairs", [0.0056, 0.0164, 0.11, 7.1e-6, 8.6e-9])

@@ -8,7 +8,7 @@ import pytest
 from conftest import first
 from msgspec.structs import replace
 
-from vireport.design.lines import LINES, Line, along
+from vireport.design.lines import LINES, Line, model_on_line
 from vireport.motions.orbits import orbits
 from vireport.motions.periodicity import linearised, residuals, trace, weighted_trace
 from vireport.motions.polish import DECIMALS, in_decimals
@@ -193,7 +193,7 @@ def test_lines_keep_the_speed_at_which_restitutions_are_stated(line: Line) -> No
     """In m/s: its number of y_c changes with that unit; and the slopes are the derivatives."""
     law = SpeedLaw(0.5, 0.6, -0.1, 4.9)
     device = Device(0.1245, law, 9.8, 0.6934, 3.0, 2.0, 45.0)
-    along_line, step = along(line, device, FLOATS), 1e-6
+    along_line, step = model_on_line(line, device, FLOATS), 1e-6
     value = device.value_of(line.value[0])
     if line in (Line.LENGTHS, Line.FREQUENCIES, Line.FORCES, Line.MASSES):
         factor = {Line.FREQUENCIES: 1.02**0.5, Line.FORCES: 1 / 1.02}.get(line, 1.02)

@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from vireport.design.effects import Effect, shifts
-from vireport.design.lines import Line, along, ends_along, stable_ones
+from vireport.design.lines import Line, ends_along, model_on_line, stable_ones
 from vireport.design.point import design_point
 from vireport.design.speed_law import Falling, falling
 from vireport.motions.paths import Curve
@@ -142,7 +142,7 @@ def test_multipliers_of_a_cycle_are_those_of_the_motion() -> None:
     device = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
     motions = design_point(device, None).motions
     law = falling(device, motions, -0.1)
-    origin = along(Line.LENGTHS, law, FLOATS).origin
+    origin = model_on_line(Line.LENGTHS, law, FLOATS).origin
     ((motion, _),) = stable_ones(device, motions)
     curve = Curve(motion.word, Falling(origin), -0.01, 0.1, 1.0)
     *_, (_, x, _, _) = ends_along(curve, motion, 1.0, False)

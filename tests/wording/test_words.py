@@ -195,7 +195,7 @@ FIXED, FREE = thing(recoils=False, harmonics=()), thing(recoils=True, harmonics=
 
 def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
     """A shift of the nearest end by something that the model leaves out."""
-    given = {"left": 0.01, "stable": True, "known": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
+    given = {"left": 0.01, "stable": True, "computed": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
     given = {"absence": None} | given
     effect = thing(left_out=LeftOut[left_out], size=given["size"], speed_m_s=given["speed_m_s"])
     return thing(effect=effect, **given)
@@ -1542,7 +1542,7 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     (
         "effects",
         "left",
-        (shift("FRICTION", left=None, stable=False, known=False),),
+        (shift("FRICTION", left=None, stable=False, computed=False),),
         "not known: the ball stops on its way",
     ),
     ("compliant", "head", ("critical",), "critical point"),

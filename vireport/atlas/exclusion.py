@@ -119,7 +119,7 @@ class FlightTimeCells(Struct, frozen=True, eq=False):
 
 
 class Exclusion(Struct, frozen=True):
-    """What the motions are that are looked for.
+    """The search for motions of some words by excluding cells of flight times.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class Exclusion(Struct, frozen=True):
         return finest
 
     def left(self, cells: list[FlightTimeCells]) -> list[FlightTimeCells]:
-        """What is left of the cells of each sequence."""
+        """Cells of flight times that are not excluded, for each word."""
         cells = [self._ordered(part) for part in cells]
         corner, counts = np.concatenate([part.corner for part in cells], axis=1), [len(part) for part in cells]
         period = np.repeat([2.0 * part.word.periods for part in cells], counts)
@@ -221,7 +221,7 @@ class Exclusion(Struct, frozen=True):
         return np.asarray(np.all(beyond, axis=0))
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
-        """Which cells may hold motions of the sweep."""
+        """Which cells of flight times may hold motions of the sweep."""
         word, rows = self.words[0], np.arange(len(period))
         x = solution(word, _boxes(corner, side), self.model.r, AFFINE, period)
         rows, x = self._solved(rows, x)

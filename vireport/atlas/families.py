@@ -159,7 +159,7 @@ class _Search(Struct):
 
     @property
     def sweep(self) -> Sweep:
-        """What is swept."""
+        """The sweep along which families are followed."""
         return self.diagram.sweep
 
     def one_to_one(self, periods: int) -> BifurcationDiagram:
@@ -261,7 +261,7 @@ class _Search(Struct):
         return [*self.on_bottom(periods), *self.words(3, periods)]
 
     def by_exclusion(self, words: tuple[Word, ...]) -> Iterator[Motion]:
-        """Candidates of one word that lie on no family known; each must be explored before the next is asked for."""
+        """Candidates of one word that lie on no family so far; explore one before taking the next."""
         exclusion = Exclusion(self.model, self.low, self.high, words)
         cells = exclusion.cells()
         while cells:
@@ -365,7 +365,7 @@ class _Search(Struct):
         return Atlas(self.sweep, self.limits, *parts, followed)
 
     def _completeness(self) -> Iterator[Completeness]:
-        """What is claimed of the words that are looked for."""
+        """Whether all families of a word were found, for each word in the limits."""
         horizontal, numbers = self.model.level.horizontal, range(1, self.limits.impacts + 1)
         harmonics = self.model.harmonics
         closed = [] if horizontal or harmonics else ["B"]
@@ -425,7 +425,7 @@ def _images(family: Family, word: Word, mirror: bool) -> Iterator[Floats]:
 
 
 def _squares(flights: Floats) -> Floats:
-    """Squares of the space of flight times that a line through points passes, and all beside."""
+    """Squares of the space of flight times that a line through points passes, and their neighbours."""
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(flights, axis=1)).max(axis=0))])
     fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
     line = np.stack([np.interp(fine, way, flight) for flight in flights])

@@ -241,7 +241,7 @@ class Candidates(Struct, frozen=True, eq=False):
         return Candidates(self.word, *parts, self.r)
 
     def coordinate(self, level: Level) -> Floats:
-        """What orders a sweep."""
+        """Coordinate that orders the motions of a sweep."""
         return np.asarray(self.gbar if level.held is Held.D else self.d)
 
     def motion(self, i: int, level: Level) -> Motion:

@@ -36,7 +36,7 @@ class Cells(Struct, frozen=True, eq=False):
 
     @property
     def area(self) -> Floats:
-        """Product of the sides of each."""
+        """Area of each rectangle, the product of its sides."""
         return np.asarray(np.prod(self.high - self.low, axis=0))
 
     def halves(self, coordinate: Ints) -> Cells:

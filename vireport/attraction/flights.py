@@ -212,7 +212,7 @@ def next_impacts(groups: Groups[Any], sets: Sets, guesses: Floats) -> ImpactSets
     way, at = _ends(groups, sets, guesses)
     rows = np.flatnonzero(at.proved)
     if rows.size:
-        at.proved[rows] = _met(way[rows], at.wall[rows] != sets.wall[rows], at.duration[rows]).surely_free
+        at.proved[rows] = _touches(way[rows], at.wall[rows] != sets.wall[rows], at.duration[rows]).surely_free
     return at
 
 
@@ -239,9 +239,9 @@ def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tu
     rows = np.flatnonzero(past.proved)
     if not rows.size:
         return rows, past[rows], past[rows]
-    touch = _met(way[rows], past.wall[rows] != sets.wall[rows], past.duration[rows])
+    touch = _touches(way[rows], past.wall[rows] != sets.wall[rows], past.duration[rows])
     once = (touch.near != touch.far) & (touch.first > 0) & (touch.last < 1) & ~touch.beyond
-    rows, touch = rows[once], _Met(*(column[once] for column in touch))
+    rows, touch = rows[once], _Touches(*(column[once] for column in touch))
     flights, since = way[rows], sets.since[rows]
     passed = since + (past.duration[rows] - since) * between(touch.first, touch.last, TIME, SYMBOLS)
     speed = flights.speed(passed, flights.waves(passed)[0])
@@ -295,7 +295,7 @@ def _forgotten(x: Affine) -> Affine:
     return Affine(x.centre, linear, x.radius + rest)
 
 
-class _Met(NamedTuple):
+class _Touches(NamedTuple):
     """Where flights may meet a membrane before their ends, as shares of their time, arrays (k,).
 
     Attributes
@@ -316,12 +316,12 @@ class _Met(NamedTuple):
 
     @property
     def surely_free(self) -> Mask:
-        """Which flights surely meet none."""
+        """Which flights surely meet no membrane before their ends."""
         return ~(self.near | self.far | self.beyond)
 
 
 @np.errstate(all="ignore")
-def _met(way: _Flights, far: Mask, duration: Affine) -> _Met:
+def _touches(way: _Flights, far: Mask, duration: Affine) -> _Touches:
     """Where the ball may meet a membrane before the end of its flight.
 
     The flight is cut into parts, and those are halved that are open. Next to a membrane, where the distance is zero at
@@ -329,7 +329,7 @@ def _met(way: _Flights, far: Mask, duration: Affine) -> _Met:
     """
     count, parts, since = len(far), 1, way.sets.since
     near, far_one, beyond = np.zeros((3, count), dtype=bool)
-    touch = _Met(near, far_one, beyond, np.full(count, np.inf), np.full(count, -np.inf))
+    touch = _Touches(near, far_one, beyond, np.full(count, np.inf), np.full(count, -np.inf))
     # From a membrane the ball leaves with no velocity at least; a shock may have any.
     leaves = (since.reach == 0) | (way.speed(since, way.waves(since)[0]).lower > 0)
     row, place = np.arange(count), np.zeros(count, dtype=np.intp)

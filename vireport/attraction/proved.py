@@ -80,7 +80,7 @@ class Arrival(Struct, frozen=True, eq=False):
 
     @property
     def proved(self) -> bool:
-        """Whether it is proved."""
+        """Whether the ball is proved to come to a motion."""
         return self.trap is not None
 
     @property
@@ -271,7 +271,7 @@ class ProvedRegion(Struct, frozen=True, eq=False):
 
 
 class Rechecked(Struct, frozen=True):
-    """What a proof comes to that is gone through once more.
+    """The result of going through a proof once more.
 
     Attributes
     ----------

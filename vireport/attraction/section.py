@@ -97,12 +97,12 @@ class Section(Struct, frozen=True, eq=False):
 
     @property
     def cells(self) -> int:
-        """How many are proved."""
+        """Number of proved cells."""
         return int(np.count_nonzero(self.halved == PROVED))
 
     @property
     def name(self) -> str:
-        """The motion, in words."""
+        """Word and period of the motion that impacts are proved to come to."""
         return self.trap.motion.word.name
 
 
@@ -190,7 +190,7 @@ def _ways(
     return ways, halved, flights
 
 
-class _Known:
+class _Covered:
     """The part of the section that is known to come to the region, as sums over a grid."""
 
     def __init__(self, cells: Cells, fastest: float) -> None:
@@ -205,7 +205,7 @@ class _Known:
         self.sums[1:, 1:] = np.concatenate([covered, covered]).cumsum(axis=0, dtype=np.int32).cumsum(axis=1)
 
     def holds(self, box: Floats) -> Mask:
-        """Which boxes (n, 4) are surely in it as a whole."""
+        """Which boxes of impacts (n, 4) are surely covered by proved cells."""
         defined = np.isfinite(box).all(axis=1) & (box[:, 1] - box[:, 0] < PERIOD / 2)
         box = np.where(defined[:, None], box, 0.0)
         low, high = box[:, ::2].T - BESIDE, box[:, 1::2].T + BESIDE
@@ -231,13 +231,13 @@ def _spread(cells: Cells, rows: Mask, ways: _Ways, fastest: float, rounds: int |
         count = np.count_nonzero(proved)
         if count == before:
             break
-        before, region = int(count), _Known(cells[proved], fastest)
+        before, region = int(count), _Covered(cells[proved], fastest)
         good[~good] = np.any([region.holds(ways.box[~good, k]) for k in range(RETURNS)], axis=0)
     return proved
 
 
 class _Task(Struct, frozen=True, eq=False):
-    """What is to be proved of which device, and how."""
+    """A proof about the section of one device: its groups, the region to be reached, and the rests that lead there."""
 
     groups: Groups[float]
     trap: Trap
@@ -297,11 +297,11 @@ def proved_section(
         order = np.argsort(-halving.cells.area[left], kind="stable")[:MOST_HALVED]
         halving.halve(left[order], widest[order])
     cells = halving.cells[halving.code == PROVED]
-    moments, switch_on = _switched_on(task, _Known(cells, fastest))
+    moments, switch_on = _switched_on(task, _Covered(cells, fastest))
     return Section(trap, fastest, halving.codes, moments, _share(cells, fastest), switch_on)
 
 
-def _switched_on(task: _Task, region: _Known) -> tuple[Ints, float]:
+def _switched_on(task: _Task, region: _Covered) -> tuple[Ints, float]:
     """The cells of moments of switching on, and the share of all moments that is proved."""
     halving, first = Halving(_first_moments()), 0
     for turn in range(HALVINGS + 1):
@@ -313,7 +313,7 @@ def _switched_on(task: _Task, region: _Known) -> tuple[Ints, float]:
     return halving.codes, _share_of_moments(halving.cells[halving.code == PROVED])
 
 
-def _arrives(task: _Task, cells: Cells, region: _Known) -> Mask:
+def _arrives(task: _Task, cells: Cells, region: _Covered) -> Mask:
     """Which cells come to the region, as they are or by way of what is known."""
     proved = np.ones(len(cells), dtype=bool)
     if len(cells):
@@ -350,7 +350,7 @@ def section_again(
     if len(cells):
         ways, _, _ = task.ways(cells)
         cells = cells[_spread(cells, np.ones(len(cells), dtype=bool), ways, fastest)]
-    region, switched_on = _Known(cells, fastest), list[Cells]()
+    region, switched_on = _Covered(cells, fastest), list[Cells]()
     for parts, code in generations(_first_moments(), moments):
         if (code > 0).any():
             raise ValueError("moments of switching on have one coordinate")

@@ -70,7 +70,7 @@ class Survived(Struct, frozen=True, eq=False):
 
     @property
     def cells(self) -> int:
-        """How many are proved."""
+        """Number of proved cells."""
         return int(np.count_nonzero(self.halved == PROVED))
 
 

@@ -71,7 +71,7 @@ class Trap(Struct, frozen=True, eq=False):
     slowest: float
 
     def holds(self, wall: Any, time: Affine, velocity: Affine) -> Mask:
-        """Which sets of states before impacts are surely in it."""
+        """Which sets of states before impacts lie surely in the region."""
         late, fast = self.deviations(time, velocity)
         return np.asarray((wall == self.motion.word.walls[0]) & (self.size(late, fast) <= self.radius))
 

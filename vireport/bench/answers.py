@@ -87,7 +87,7 @@ def margins_answer(loaded: Loaded) -> dict[str, Any]:
     design = solution_of(Device.of(loaded.scenario), None, None, True, margins=False).design
     assert design is not None
     ends = margins_of(Device.of(loaded.scenario), design.motions)
-    told = [margin_data(margin) for margin in ends.found]
+    told = [margin_data(margin) for margin in ends.margins]
     return {
         "margins": [{key: margin[key] for key in margin if key != "label"} for margin in told],
         "unresolved": list(ends.unresolved),

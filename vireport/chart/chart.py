@@ -24,7 +24,7 @@ from vireport.chart.network import (
 )
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, straight_sweeps
 from vireport.chart.regions import NarrowBand, Regions, narrow_bands, pieces, regions_of
-from vireport.design.lines import along, line_of
+from vireport.design.lines import line_of, model_on_line
 from vireport.design.point import motions_at
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
@@ -238,7 +238,7 @@ def _followed_starts(line: StraightSweep, word: Word) -> Iterator[LocusStart]:
     k, plane = line.varied, line.plane
     for value in line.stations(STATIONS):
         device = plane.device_at(line.inputs(value).tolist())
-        moved = along(line_of(plane.inputs[k], device), device, FLOATS)
+        moved = model_on_line(line_of(plane.inputs[k], device), device, FLOATS)
         low, high = float(plane.low[k]) - value, float(plane.high[k]) - value
         curve = Curve(word, moved, low, high, high - low)
         motions, *_ = motions_at(device, Parameter.LENGTH)

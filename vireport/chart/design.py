@@ -140,6 +140,6 @@ def _ends(device: Device, plane: Plane, stable: StableMotion) -> list[End]:
     lines = list(dict.fromkeys(line_of(varied, device) for varied in plane.inputs))
     return [
         End(plane.inputs.index(each.parameter), each.event, each.sweep_value, each.error_bound, each.taken_over)
-        for each in margins.margins_of(device, motions, lines).found
+        for each in margins.margins_of(device, motions, lines).margins
         if each.parameter in plane.inputs
     ]

@@ -48,12 +48,12 @@ own."""
 
 
 def factor_of(device: Device) -> Mapping[DesignInput, int]:
-    """Which factor an input of a device is part of."""
+    """The factor of a device that an input is part of."""
     return OF_FREE_CAPSULE if device.recoils else FACTOR_OF
 
 
 class Region(Struct, frozen=True, eq=False):
-    """Every device between two.
+    """The devices within the tolerances: all between two ends of each factor.
 
     A device of the region is counted by a share of each factor, between 0 and 1: how far the inputs of a factor are
     from their `start` to their `end`, all of them alike. As each factor grows with its share, none of its values is
@@ -74,7 +74,7 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def factors(self) -> int:
-        """How many factors there are."""
+        """Number of factors."""
         return len(set(factor_of(self.design).values()))
 
     @property
@@ -85,7 +85,7 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def design_shares(self) -> Floats:
-        """Where the design is, shape (factors, 1)."""
+        """Shares of the factors at the design, shape (factors, 1)."""
         shares = np.full((self.factors, 1), 0.5)
         low, high = (ends[DesignInput.INCLINATION] for ends in (self.start, self.end))
         shares[FACTOR_OF[DesignInput.INCLINATION]] = (self.design.inclination_deg - low) / (high - low or 1.0)
@@ -98,7 +98,7 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def corners(self) -> Floats:
-        """Where all factors are at an end, shape (factors, k)."""
+        """Shares of the devices at whose inputs all factors are at an end, shape (factors, k)."""
         held = [] if self.parts_membranes else [FACTOR_OF[varied] for varied in RESTITUTIONS[1:]]
         ends = [[0.0] if factor in held else [0.0, 1.0] for factor in range(self.factors)]
         return np.stack(np.meshgrid(*ends, indexing="ij")).reshape(self.factors, -1)

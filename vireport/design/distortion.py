@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.design.lines import Followed, Line, LineCurve, along, carried, ends_along, mirrored, stable_ones
+from vireport.design.lines import Followed, Line, LineCurve, carried, ends_along, mirrored, model_on_line, stable_ones
 from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, resting, solved_end
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
@@ -62,7 +62,7 @@ STILL = -0.1
 
 
 class Distortion(Struct, frozen=True):
-    """The least harmonic of one order that ends stable motion, beside those that the force has.
+    """The least harmonic of one order that ends stable motion, added to those of the force.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Ray(Struct, frozen=True, eq=False):
     @staticmethod
     def of(device: Device, order: int, phase: float, ops: Any) -> Ray:
         """The ray of one phase, in a kind of number; the phase is that of the nearest double."""
-        origin = along(Line.LENGTHS, device, ops).origin
+        origin = model_on_line(Line.LENGTHS, device, ops).origin
         return Ray(origin, order, ops.exact(cos(phase)), -ops.exact(sin(phase)))
 
     @property
@@ -117,7 +117,7 @@ class Ray(Struct, frozen=True, eq=False):
         return self.at((1.0,)).horizontal
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups at a share."""
+        """Groups of the device with a share of the harmonic."""
         (share,) = varied
         grown = Harmonic(self.order, share * self.cosine, share * self.sine)
         # It is the last of the harmonics, whether or not the force had something of it.
@@ -132,7 +132,7 @@ class Ray(Struct, frozen=True, eq=False):
 
 
 class _End(Struct, frozen=True, eq=False):
-    """Where a stable motion ends on a ray.
+    """The end of a stable motion on a ray of growing harmonics.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class _End(Struct, frozen=True, eq=False):
 
     @property
     def share(self) -> float:
-        """The harmonic over the force."""
+        """Share of the harmonic in the force, at the end."""
         return float(self.x[-1])
 
 
@@ -310,7 +310,7 @@ class _Border(Struct, frozen=True, eq=False):
         return end
 
     def end(self, way: float, limit: float) -> _End | None:
-        """Where stable motion ends on a ray, short of a share."""
+        """Find the end of stable motion on a ray of harmonics, short of a share."""
         curve = LineCurve(self.motion.word, self._ray(way, FLOATS), -LARGEST, limit, 1.0)
         for event, x, symmetric, taken_over in ends_along(
             curve, self.motion, 1.0, self.symmetric and self.order % 2 == 1

@@ -23,10 +23,10 @@ from vireport.design.lines import (
     Ending,
     Followed,
     Line,
-    along,
     endings,
     line_of,
     mirrored,
+    model_on_line,
     reach,
     stable_ones,
     value_at,
@@ -61,7 +61,7 @@ ALIKE = 0.25
 
 
 class Effect(Struct, frozen=True):
-    """Something left out, of a size.
+    """Something that the model leaves out, of a size.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Effect(Struct, frozen=True):
     speed_m_s: float | None = None
 
     @staticmethod
-    def asked(blocks: Sequence[EffectBlock] | None) -> tuple[Effect, ...]:
+    def requested(blocks: Sequence[EffectBlock] | None) -> tuple[Effect, ...]:
         """Those that a scenario asks for; the usual ones where it asks for none."""
         if blocks is None:
             return USUAL
@@ -138,7 +138,7 @@ class Shift(Struct, frozen=True):
         return endless if self.left is None else self.left
 
     @property
-    def known(self) -> bool:
+    def computed(self) -> bool:
         """Whether it is known if the design point has stable motion with the effect."""
         return self.absence is not Unmoved.STOPS
 
@@ -170,7 +170,7 @@ class Shifts(Struct, frozen=True, eq=False):
     @property
     def worst(self) -> Shift | None:
         """The one that leaves the least margin."""
-        computed = (shift for shift in self.rows if shift.known)
+        computed = (shift for shift in self.rows if shift.computed)
         return min(computed, key=lambda shift: shift.room, default=None)
 
 
@@ -270,7 +270,7 @@ def shifts(
             shift = min(listed, key=lambda shift: shift.room)
             least = _least_with(origin, design, effect) if in_any_input else None
             # Up to where the ball stops motion is known to be stable; nothing is where it stops at the design point.
-            rows.append(replace(shift, least=least if shift.known or least else None))
+            rows.append(replace(shift, least=least if shift.computed or least else None))
     return Shifts(end, tuple(rows))
 
 
@@ -409,5 +409,5 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
 def _value(device: Device, varied: DesignInput, end: Ending) -> float:
     """The value of an input where a motion ends."""
     position = float(end.x[-1])
-    groups = along(end.line, device, FLOATS).at((position,))
+    groups = model_on_line(end.line, device, FLOATS).at((position,))
     return float(value_at(device, varied, position, groups, FLOATS))

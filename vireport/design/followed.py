@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.records import brief
-from vireport.design.lines import LOSES_STABILITY, Line, along, extent, line_of, value_at
+from vireport.design.lines import LOSES_STABILITY, Line, extent, line_of, model_on_line, value_at
 from vireport.motions.error_bounds import point_bounds
 from vireport.motions.events import Event
 from vireport.motions.paths import Curve, PathPoint, follow
@@ -60,7 +60,7 @@ class FollowedMotion(Struct, frozen=True, eq=False):
 
     @property
     def name(self) -> str:
-        """Its word and period."""
+        """Word and period of the motion."""
         return self.motion.word.name
 
     @property
@@ -70,12 +70,12 @@ class FollowedMotion(Struct, frozen=True, eq=False):
 
     @property
     def stability(self) -> Stability:
-        """Its type."""
+        """Type of the motion's stability."""
         return STABILITIES[int(classify(self.trace, self.decay))]
 
     @property
     def ends(self) -> tuple[str, str]:
-        """What ends it below and above, in words."""
+        """Events that end the stable motion below and above, in words."""
         return _words(self.below), _words(self.above)
 
     @property
@@ -114,7 +114,7 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
     least, most = extent(line, device, d, gbar)
     if line in (Line.LENGTHS, Line.FREQUENCIES, Line.FORCES, Line.MASSES):
         least, most = max(least, -FARTHEST), min(most, FARTHEST)
-    curve = Curve(motion.word, along(line, device, FLOATS), least, most, 1.0)
+    curve = Curve(motion.word, model_on_line(line, device, FLOATS), least, most, 1.0)
     x = curve.at(curve.vector(replace(motion, coordinate=0.0)), 0.0)
     # Without the distances to both ends: a horizontal capsule is at the least inclination.
     if x is None or min(curve.margins(x)[2:]) <= 0 or not curve.stability(x).attracts:

@@ -61,7 +61,7 @@ class Line(Enum):
 
     @property
     def keeps_symmetry(self) -> bool:
-        """Whether a device that is its own mirror image stays so along it."""
+        """Whether a device that is its own mirror image stays so on the line."""
         return self not in (Line.GRAVITY, Line.RESTITUTION_BOTTOM, Line.RESTITUTION_TOP)
 
     @staticmethod
@@ -101,7 +101,7 @@ class AlongLine(Struct, frozen=True, eq=False):
         return self.origin.horizontal and self.line.keeps_symmetry
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups at a position."""
+        """Groups of the device at a position on the line."""
         (position,), (d, gbar, r, harmonics, _) = varied, self.origin
         friction = None if self.origin.friction is None else self._friction(position)
         match self.line:
@@ -204,7 +204,7 @@ def line_of(varied: DesignInput, device: Device) -> Line:
     return next(line for line in Line if varied in line.value)
 
 
-def along(line: Line, device: Device, ops: Any) -> AlongLine:
+def model_on_line(line: Line, device: Device, ops: Any) -> AlongLine:
     """A line through a device, all of whose inputs are given, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
@@ -347,7 +347,7 @@ def endings(
             flat = mirrored(device) and line.keeps_symmetry
             if flat and u < 0:
                 continue  # the mirror image of another
-            curve = LineCurve(motion.word, along(line, device, FLOATS), low, high, 1.0)
+            curve = LineCurve(motion.word, model_on_line(line, device, FLOATS), low, high, 1.0)
             for sign in signs:
                 if (low if sign < 0 else high) != 0:
                     ends = ends_along(curve, motion, sign, flat and u == 0)

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.design.lines import LINES, Ending, Line, along, endings, mirrored, stable_ones, value_at
+from vireport.design.lines import LINES, Ending, Line, endings, mirrored, model_on_line, stable_ones, value_at
 from vireport.motions.conditions import Condition, held_at_once, stopped
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
@@ -95,7 +95,7 @@ class Margin(Struct, frozen=True, eq=False):
 
     @property
     def event(self) -> Event:
-        """What happens at the critical point."""
+        """Event at the critical point."""
         return self.point.event
 
     @property
@@ -110,23 +110,23 @@ class Margin(Struct, frozen=True, eq=False):
 
     @property
     def sweep_value(self) -> float:
-        """Where the critical point is, in the input's unit."""
+        """Value of the input at the critical point, in its unit."""
         return self.point.sweep_value
 
 
 class Margins(Struct, frozen=True, eq=False):
-    """What is known of where stable motions end.
+    """Margins of stable motions, and the inputs along which their ends are not resolved.
 
     Attributes
     ----------
-    found : tuple of Margin
+    margins : tuple of Margin
         To where they end and to where another takes over, nearest first; of the ends of two mirror images one, where
         they end together.
     unresolved : tuple of DesignInput
         Inputs along which rounding does not resolve a motion up to its end.
     """
 
-    found: tuple[Margin, ...]
+    margins: tuple[Margin, ...]
     unresolved: tuple[DesignInput, ...]
 
 
@@ -190,7 +190,7 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
     with in_decimals():
         try:
             solved, rests, touches = solved_end(
-                lambda ops: along(end.line, device, ops), device.period_ratio, end.event, end.x, end.symmetric
+                lambda ops: model_on_line(end.line, device, ops), device.period_ratio, end.event, end.x, end.symmetric
             )
         except (NumericalError, ArithmeticError):
             return [
@@ -269,7 +269,7 @@ def solved_end(
 
 def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
     """The end of a motion as it was located, where it does not settle in decimals."""
-    n, position, line = device.period_ratio, float(end.x[-1]), along(end.line, device, FLOATS)
+    n, position, line = device.period_ratio, float(end.x[-1]), model_on_line(end.line, device, FLOATS)
     motion, (d, gbar, *_) = end_motion(n, end.x), line.at((position,))
     u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
     numbers = {"u": u, "phi_bottom": pi * float(end.x[2]), "d": float(d), "gbar": float(gbar)}
@@ -303,7 +303,7 @@ class OwnGroups:
         self.like = groups
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups of some numbers."""
+        """Groups of the device with some numbers in place."""
         return self.like.with_numbers(varied)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:

@@ -55,7 +55,7 @@ class MeasuredShare(Struct, frozen=True):
 
     @property
     def share(self) -> float:
-        """Of the samples."""
+        """Share of stable devices among the samples."""
         return self.stable / self.samples
 
     @property

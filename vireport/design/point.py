@@ -213,7 +213,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
     if not margins:
         return DesignPoint(*solved, (), (), (), lost=lost)
     ends = margins_of(device, motions)
-    distances = list(ends.found) if diagram is not None else _labelled(ends.found)
+    distances = list(ends.margins) if diagram is not None else _labelled(ends.margins)
     for point in diagram.critical_points if diagram is not None else ():
         same = [k for k, margin in enumerate(distances) if _same_motion(margin, point, chosen)]
         for k in same:
@@ -398,7 +398,7 @@ def ending_beyond(
     if len(rows) == 1 and first is not None and sign * (first.sweep_value - value) > 0:
         return first  # the design point's stable motions are all stable here still, where only one is
     for row in rows:
-        margins = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).found
+        margins = margins_of(device, motions.select([row]), [line], (line.sense(varied) * sign,)).margins
         ends.append(next((end.point for end in margins if end.parameter is varied and end.ends_stability), None))
     if not ends or None in ends:
         return None

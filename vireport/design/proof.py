@@ -244,7 +244,7 @@ class Proof(Struct, frozen=True, eq=False):
 
     @property
     def boxes(self) -> int:
-        """How many are proved."""
+        """Number of proved boxes."""
         return len(self.motions.T)
 
 

@@ -78,7 +78,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def sweep(self) -> Sweep | None:
-        """What is varied."""
+        """The sweep; None of a design point alone."""
         return self.diagram.sweep if self.diagram is not None else None
 
     @property
@@ -93,7 +93,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def critical_points(self) -> tuple[Point, ...]:
-        """Where the type of motion changes along the sweep."""
+        """Critical points of the sweep, where the type of motion changes."""
         return self.diagram.critical_points if self.diagram is not None else ()
 
     @cached_property

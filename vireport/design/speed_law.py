@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.design.lines import Followed, Line, along, carried, mirrored
+from vireport.design.lines import Followed, Line, carried, mirrored, model_on_line
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve, PathPoint, follow
@@ -102,7 +102,7 @@ def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
     stable : sequence of Followed
         With constant restitutions.
     """
-    model = Falling(along(Line.LENGTHS, device, FLOATS).origin)
+    model = Falling(model_on_line(Line.LENGTHS, device, FLOATS).origin)
     most = -float(device.restitution.exponent)
     return carried(model, -BEHIND, most, stable, device.period_ratio, mirrored(device))
 
@@ -147,7 +147,7 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
     """
     most, flat = -float(device.restitution.exponent), mirrored(device)
     word = Word.of("BT", device.period_ratio)
-    curve = Solutions(word, Falling(along(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
+    curve = Solutions(word, Falling(model_on_line(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
     starts = []
     for row in range(len(constant_ones)):
         x = curve.vector(motion_at(constant_ones, row, device.period_ratio))
@@ -257,7 +257,7 @@ def _solved(device: Device, motion: Motion, symmetric: bool) -> Solved:
     """A motion of the law, in decimals."""
     exponent = device.restitution.exponent
     return solve_motion(
-        lambda ops: Falling(along(Line.LENGTHS, device, ops).origin),
+        lambda ops: Falling(model_on_line(Line.LENGTHS, device, ops).origin),
         motion,
         lambda x, groups, ops: x[-1] + ops.exact(exponent),
         symmetric,

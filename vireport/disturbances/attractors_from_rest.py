@@ -26,7 +26,7 @@ BLOCKS = 96, 160, 256
 
 
 class AttractorFromRest(Struct, frozen=True, eq=False):
-    """What a ball from rest comes to at a value of an input.
+    """The motion or state that a ball from rest ends in, at one value of an input.
 
     Attributes
     ----------

@@ -72,7 +72,7 @@ class Disturbances(Struct, frozen=True, eq=False):
         Where switching on at once does not reach it, though one is stable.
     window : Window or None
         How far the outcome stays around the design point.
-    along : tuple of OutcomeRange
+    over_sweep : tuple of OutcomeRange
         The outcomes along the sweep.
     recovery : Recovery or None
         Of the slowest stable 1:1 motion at the design point.
@@ -85,7 +85,7 @@ class Disturbances(Struct, frozen=True, eq=False):
         Where neither a 1:1 motion is stable nor such a motion reached: stable ones that a few starts come to.
     sampled : tuple of OutcomeRange
         The outcomes at a few values of a sweep in which no 1:1 motion is stable, where there is neither a design point
-        nor `along`.
+        nor `over_sweep`.
     """
 
     from_rest: FromRest | None
@@ -93,7 +93,7 @@ class Disturbances(Struct, frozen=True, eq=False):
     share: float | None = None
     ramp: Ramp | None = None
     window: Window | None = None
-    along: tuple[OutcomeRange, ...] = ()
+    over_sweep: tuple[OutcomeRange, ...] = ()
     recovery: Recovery | None = None
     no_recovery: NoRecovery | None = None
     reached: FollowedMotion | None = None
@@ -103,17 +103,17 @@ class Disturbances(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     @property
-    def values_along(self) -> int:
+    def values_over_sweep(self) -> int:
         """Values along the sweep at which the outcome was looked for, before edges were located."""
         from vireport.disturbances.windows import ALONG
 
-        return ALONG if self.along else len(self.sampled)
+        return ALONG if self.over_sweep else len(self.sampled)
 
     @property
-    def outcomes_along(self) -> tuple[FromRest, ...]:
+    def outcomes_over_sweep(self) -> tuple[FromRest, ...]:
         """The outcomes at these values, each once, in the order of the sweep."""
         outcomes: list[FromRest] = []
-        for stretch in (*self.along, *self.sampled):
+        for stretch in (*self.over_sweep, *self.sampled):
             if all(stretch.outcome.kind != other.kind for other in outcomes):
                 outcomes.append(stretch.outcome)
         return tuple(outcomes)
@@ -147,7 +147,7 @@ def disturbances_of(
     design, device = solution.design, solution.device
     strip = _along(solution, compiled) if windows else ()
     if design is None:
-        return Disturbances(None, along=strip, sampled=() if strip else _sampled(solution, compiled))
+        return Disturbances(None, over_sweep=strip, sampled=() if strip else _sampled(solution, compiled))
     groups, targets = device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(design.motions)
     recovered, ratio = recovery_of(solution), device.period_ratio
     recovery, no_recovery = (recovered, None) if isinstance(recovered, Recovery) else (None, recovered)
@@ -205,9 +205,9 @@ def _along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
     sweep = solution.sweep
     if sweep is None:
         return ()
-    from vireport.disturbances.windows import along, outcomes_at
+    from vireport.disturbances.windows import outcomes_at, over_sweep
 
-    return along(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
+    return over_sweep(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
 
 
 def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:

@@ -136,7 +136,7 @@ def targets_of(
 
 
 class FromRest(Struct, frozen=True):
-    """What a device comes to that is switched on.
+    """The motion or state in which the ball ends when a device is switched on.
 
     Attributes
     ----------
@@ -182,7 +182,7 @@ class FromRest(Struct, frozen=True):
 
     @property
     def decided(self) -> bool:
-        """Whether rounding tells what it comes to."""
+        """Whether the end of the ball does not hang on rounding."""
         return self.destination is not Destination.UNDECIDED
 
     @property
@@ -295,7 +295,7 @@ def started(
     again: bool = True,
     released: bool = False,
 ) -> FromRest:
-    """What a ball comes to from some state.
+    """Follow a ball from a state at an impact or in flight, and name the motion or state in which it ends.
 
     Parameters
     ----------

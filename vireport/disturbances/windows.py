@@ -137,7 +137,7 @@ def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: b
 
 
 def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, compiled: bool) -> list[FromRest]:
-    """What each of many devices comes to from rest.
+    """The motions or states in which the balls of many devices end from rest.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def _first_edge(around: FromRest, near: float, end: float, parts: int, value: fl
     return Edge(near, beyond, accumulates)
 
 
-def along(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, ...]:
+def over_sweep(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, ...]:
     """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
     values = np.linspace(min(start, end), max(start, end), ALONG)
     reached = outcomes(values)

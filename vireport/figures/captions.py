@@ -237,7 +237,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
 
 def _share_from_rest(study: Study) -> float | None:
     """Share of the sweep on which the ball comes to a 1:1 motion from rest; None where that was not looked for."""
-    along = study.disturbances.along if study.disturbances is not None else ()
+    along = study.disturbances.over_sweep if study.disturbances is not None else ()
     if not along:
         return None
     reached = sum(stretch.end - stretch.start for stretch in along if stretch.outcome.reached)

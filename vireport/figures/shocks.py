@@ -40,7 +40,7 @@ def picture(study: Study, withstood: Withstood, templates: Path | None = None) -
     device = study.solution.device
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     try:
-        plane, lines = shocks_around(groups, study.attracting.told, withstood.shock)
+        plane, lines = shocks_around(groups, study.attracting.recognised, withstood.shock)
     except NumericalError:  # another stable motion is too near a critical point for its returns to be told
         return None
     if plane.share(0) == 1:

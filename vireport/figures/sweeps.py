@@ -522,7 +522,7 @@ def _marker_scale(simulated: PairedImpacts) -> float:
 def _outcomes(drawing: Drawing) -> tuple[OutcomeRange, ...]:
     """The outcomes from rest along the sweep, where they were looked for."""
     disturbances = drawing.study.disturbances
-    return disturbances.along if disturbances is not None else ()
+    return disturbances.over_sweep if disturbances is not None else ()
 
 
 def _draw_outcomes(axes: Axes, drawing: Drawing) -> None:

@@ -264,7 +264,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         """What it comes to along a sweep without a design point, each once; empty where that was not looked for."""
         if self.disturbances is None or self.solution.design is not None:
             return ()
-        return self.disturbances.outcomes_along
+        return self.disturbances.outcomes_over_sweep
 
     @property
     def reached(self) -> FollowedMotion | None:

@@ -410,7 +410,7 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
     if shifts is None or shifts.end is None:
         raise NumericalError(NOT_STABLE if shifts is None or shifts.absence is None else str(shifts.absence))
     for shift in shifts.rows:
-        if not shift.known and shift.least is None:
+        if not shift.computed and shift.least is None:
             raise NumericalError(f"{shift.effect.left_out}: {shift.absence}")
     known = [(shift.least, shift.effect) for shift in shifts.rows if shift.least is not None]
     if not known:
@@ -430,7 +430,7 @@ def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
     kept, device, share = np.ones(designs.count, dtype=bool), designs.device, limit.value / 100
     if device.law is not None or device.rubs:
         return kept
-    for effect in Effect.asked(designs.scenario.effects):
+    for effect in Effect.requested(designs.scenario.effects):
         varied = OF_RESTITUTION.get(effect.left_out)
         if varied is not None:
             rows = np.flatnonzero(kept)

@@ -71,7 +71,7 @@ class Passed(Struct, frozen=True):
 
 
 def _passed(u: Any, phi: Any, n: int, harmonics: Sequence[Harmonic], ops: Any, divided: bool) -> Passed:
-    """What the force does on the way up.
+    """Impulse and path of the force in the flight from bottom to top.
 
     The phase that passes is a = pi n (1 + 2u), so that sums and differences follow from the half of what u adds, with
     all digits where u is small.

@@ -52,7 +52,7 @@ class Branch(Struct, frozen=True, eq=False):
 
     @property
     def number(self) -> int:
-        """Number of the family."""
+        """Number of the branch, which its family has."""
         return self.family.number
 
 

@@ -30,7 +30,7 @@ Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
 
 
 class Condition(Struct, frozen=True):
-    """What holds where an event occurs.
+    """The equation that holds where an event of a motion occurs.
 
     Attributes
     ----------

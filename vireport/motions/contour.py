@@ -165,7 +165,7 @@ class Contour(Struct, frozen=True, eq=False):
 
     @property
     def start(self) -> float:
-        """Parameter at the beginning."""
+        """Parameter of the curve at its beginning."""
         return 0.0
 
     @property
@@ -272,7 +272,7 @@ def _corrected(surface: LevelHeight, u: Floats, phi: Floats, normal: tuple[Float
 
 
 def _grid(surface: LevelHeight) -> tuple[Floats, Floats]:
-    """Steps of u and of the phase."""
+    """Grid lines of u and of the phase on which the surface is sampled."""
     highest = surface.order
     even = np.linspace(-EDGE, EDGE, PER_PERIOD * surface.n * highest + 1)
     decades = 10.0 ** np.arange(TINIEST, COARSEST, 1 / PER_DECADE)
@@ -443,7 +443,7 @@ def _extent(surface: LevelHeight, u: float, phi: float, reach: float) -> float:
 def _next_to(
     surface: LevelHeight, guess: Floats, wide: Floats, way: Floats, side: float = 0.0
 ) -> tuple[Floats, Floats]:
-    """The point of the curve beside a guess, and its direction there, in coordinates over `wide`.
+    """The point of the curve nearest to a guess, and its direction there, in coordinates over `wide`.
 
     That has the height growing to one `side` of it; or, where that is 0, is the one which is nearer to `way`.
     """

@@ -43,7 +43,7 @@ class BifurcationDiagram(Struct, frozen=True, eq=False):
 
     @property
     def sweep(self) -> Sweep:
-        """What is varied."""
+        """The sweep whose motions these are."""
         return self.curve.sweep
 
 
@@ -125,7 +125,7 @@ def _near_admissible(branch: Branch, row: int) -> bool:
 
 
 class TableRow(Struct, frozen=True, eq=False):
-    """One row of Table 1.
+    """One row of Table 1: an interval of a branch with one type of motion.
 
     Attributes
     ----------

@@ -94,8 +94,8 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] |
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), ROUNDED
-    harmonics, strength = _known(sweep.device.harmonics), _strength(sweep.device.harmonics)
-    phi, level = Rounded(m.phi_bottom, delta_phi), _as_known(sweep.level)
+    harmonics, strength = _harmonics(sweep.device.harmonics), _strength(sweep.device.harmonics)
+    phi, level = Rounded(m.phi_bottom, delta_phi), _enclosed_level(sweep.level)
     if level.varied is None:
         orbit = orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops, harmonics, level.friction)
     else:
@@ -173,7 +173,7 @@ def _known_restitution(restitution: Any) -> Any:
     return Restitutions(bottom, top, slope)
 
 
-def _known(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
+def _harmonics(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
     """Harmonics with the error to which their parts are known."""
     return tuple(
         Harmonic(
@@ -203,12 +203,12 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
         from vireport.motions.contour import Surface
 
         h, phi = h / max(harmonic.order for harmonic in harmonics), Rounded(m.phi_bottom)
-        residual = level_value(level_polynomial(_as_known(level), u, r, n, _known(harmonics), ops), phi, ops)
+        residual = level_value(level_polynomial(_enclosed_level(level), u, r, n, _harmonics(harmonics), ops), phi, ops)
         height = Surface(level, m.restitution, n, harmonics)
         _, _, slope_phi = height.gradient(m.u, m.phi_bottom)
         slope_u = (height.value(m.u + h, m.phi_bottom) - height.value(m.u - h, m.phi_bottom)) / (2 * h)
     else:
-        a, b, c = level_terms(_as_known(level), coefficients(u, r, n, ops), u, r, n, ops)
+        a, b, c = level_terms(_enclosed_level(level), coefficients(u, r, n, ops), u, r, n, ops)
 
         def condition(u: Floats) -> Any:
             a, b, c = level_terms(level, coefficients(u, m.restitution, n), u, m.restitution, n)
@@ -231,7 +231,7 @@ def _bouncing_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
 
     level, r, harmonics = sweep.level, sweep.device.restitution, sweep.device.harmonics
     plane = Bounces(level, r, sweep.device.period_ratio, harmonics)
-    enclosed = replace(plane, level=_as_known(level), r=each(r, Rounded), harmonics=_known(harmonics))
+    enclosed = replace(plane, level=_enclosed_level(level), r=each(r, Rounded), harmonics=_harmonics(harmonics))
     residual = enclosed.height(Rounded(m.u), Rounded(m.phi_bottom), ROUNDED)
     _, slope_u, slope_phi = plane.gradient(m.u, m.phi_bottom)
     reach = CURVATURE * _largest(residual) / (slope_u**2 + slope_phi**2)
@@ -239,7 +239,7 @@ def _bouncing_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     return np.where(free, 0.0, reach * np.abs(slope_u)), np.where(free, 0.0, reach * np.abs(slope_phi))
 
 
-def _as_known(level: Level) -> Level:
+def _enclosed_level(level: Level) -> Level:
     """A level with the error to which the groups that it holds are known; a horizontal one is exact."""
     friction = None if level.friction is None else level.friction.each(_of_groups)
     value = level.value if level.horizontal else _of_groups(level.value)
@@ -273,7 +273,12 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
         For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
     """
     word = curve.word
-    enclosed = replace(model, level=_as_known(model.level), r=each(model.r, Rounded), harmonics=_known(model.harmonics))
+    enclosed = replace(
+        model,
+        level=_enclosed_level(model.level),
+        r=each(model.r, Rounded),
+        harmonics=_harmonics(model.harmonics),
+    )
     conditions = residuals(word, [Rounded(column) for column in x.T], enclosed, ROUNDED)
     _, gbar, *_ = model.groups(np.abs(x[:, -1]))
     bounds = _distances(
@@ -305,7 +310,7 @@ class _Fixed(Struct, frozen=True):
     groups: Groups[Any]
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """Its groups."""
+        """The groups, whatever varies."""
         return self.groups
 
 

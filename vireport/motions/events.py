@@ -33,7 +33,7 @@ class Event(StrEnum):
 
     @property
     def words(self) -> str:
-        """Name for the reader."""
+        """Name of the event in words."""
         names = {Event.NODE_FOCUS: "node to focus", Event.DEGENERATE_DOUBLING: "degenerate period doubling"}
         return names.get(self, self.replace("_", " "))
 

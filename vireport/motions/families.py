@@ -109,7 +109,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def model(self) -> Model:
-        """What its sweep holds."""
+        """The groups along the sweep of the family."""
         return model_of(self.sweep, FLOATS)
 
     def stability(self, trace: float, coordinate: float) -> Stability:
@@ -252,7 +252,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
 
 class Claim(StrEnum):
-    """What is claimed of the families of a word."""
+    """Whether the families of one word are complete, and on what evidence."""
 
     COMPLETE = "complete"
     """All are found, but for those closer to a found one than the resolution, and in flight times not decided."""

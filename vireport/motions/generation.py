@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 class Generation(Struct, frozen=True, eq=False):
-    """What the motions of a family generate.
+    """Voltage and energy that the motions of a family generate.
 
     Attributes
     ----------

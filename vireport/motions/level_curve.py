@@ -311,7 +311,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
 
     @property
     def harmonics(self) -> tuple[Harmonic, ...]:
-        """Those of the force."""
+        """Harmonics of the force."""
         return self.sweep.device.harmonics
 
     @property
@@ -325,7 +325,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
 
     @property
     def speed(self) -> float:
-        """What impact velocities are measured by."""
+        """Scale of the impact velocities of all motions on the level."""
         if self.level.d is not None:
             return float(1 + self.level.d / self.n + self.level.value * self.n)
         most = float(max(by_wall(self.r)))

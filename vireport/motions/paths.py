@@ -117,7 +117,7 @@ class PathPoint(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def trace(self) -> float:
-        """The trace, see `Path.trace`."""
+        """Trace of the motion's Jacobian, see `Path.trace`."""
         return self.path.trace(self.x)
 
     @cached_property
@@ -127,7 +127,7 @@ class PathPoint(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def margin(self) -> float:
-        """The least of `Path.margins`."""
+        """Least margin of the motion to a touch or a stop, see `Path.margins`."""
         return float(min(self.path.margins(self.x)))
 
 
@@ -163,7 +163,7 @@ class Arc(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def middle(self) -> PathPoint:
-        """The cubic in the middle."""
+        """Point in the middle of the cubic arc."""
         return self.at(self.length / 2)
 
     def guess(self, size: float) -> Floats:
@@ -197,7 +197,7 @@ class Path(Struct, frozen=True, eq=False):
     @property
     @abstractmethod
     def scale(self) -> Floats:
-        """What each unknown is measured by."""
+        """Scale by which each unknown is divided."""
 
     @abstractmethod
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
@@ -307,7 +307,7 @@ class Path(Struct, frozen=True, eq=False):
         """The direction of the path, of either sign."""
         return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
 
-    def beside(self, arc: Arc, size: float) -> PathPoint:
+    def neighbour(self, arc: Arc, size: float) -> PathPoint:
         """The motion next to a point of an arc, or beyond its end.
 
         Raises
@@ -327,13 +327,13 @@ class Path(Struct, frozen=True, eq=False):
     def located(
         self, arc: Arc, value: Callable[[PathPoint], float], tolerance: float = LOCATED
     ) -> tuple[float, PathPoint]:
-        """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `beside`."""
+        """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `neighbour`."""
         if value(arc.start) == value(arc.end):
             return 0.0, arc.start  # it begins there, to rounding, and what varies does not change the function
         evaluated, (guess, slope) = {}, arc.crossing(value)
 
         def on_path(size: float) -> float:
-            evaluated[size] = self.beside(arc, size)
+            evaluated[size] = self.neighbour(arc, size)
             return value(evaluated[size])
 
         size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, tolerance)
@@ -415,7 +415,7 @@ def follow(path: Path, start: PathPoint, until: frozenset[Event] = frozenset()) 
     while len(trail.points) < MOST_POINTS and step > SHORTEST_STEP:
         step = min(step, path.reach(arc.end))
         try:
-            new = Arc(arc.end, path.beside(arc, arc.length + step))
+            new = Arc(arc.end, path.neighbour(arc, arc.length + step))
             strain = path.strain(new)
             if strain <= 1:
                 if _advance(path, trail, new, until):
@@ -718,18 +718,18 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         excess = self._excess(condition)
         low, high = (share - SEARCHED) * arc.length, (share + SEARCHED) * arc.length
         first, second = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        values = [side * excess(self.beside(arc, size)) for size in (first, second)]
+        values = [side * excess(self.neighbour(arc, size)) for size in (first, second)]
         for _ in range(SECTIONS):
             # The golden section keeps one of the two in the part that is left, where it is the other one.
             if values[0] < values[1]:
                 high, second = second, first
                 first = high - GOLDEN * (high - low)
-                values = [side * excess(self.beside(arc, first)), values[0]]
+                values = [side * excess(self.neighbour(arc, first)), values[0]]
             else:
                 low, first = first, second
                 second = low + GOLDEN * (high - low)
-                values = [values[1], side * excess(self.beside(arc, second))]
-        return self.beside(arc, (low + high) / 2)
+                values = [values[1], side * excess(self.neighbour(arc, second))]
+        return self.neighbour(arc, (low + high) / 2)
 
 
 def _along(point: PathPoint) -> float:

@@ -36,7 +36,7 @@ class Grouped(Protocol):
     """What varies of a device, and how the groups depend on it."""
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups."""
+        """Groups of the device at what varies."""
 
 
 class Varied(Grouped, Protocol):

@@ -79,7 +79,7 @@ class Places(NamedTuple):
 
     @staticmethod
     def joined(parts: Iterable[Places]) -> Places:
-        """All of several."""
+        """Places of several, one after the other."""
         nothing = Places(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0), np.empty(0, dtype=np.intp))
         return Places(*map(np.concatenate, zip(nothing, *parts, strict=True)))
 
@@ -134,7 +134,7 @@ class Bends(NamedTuple):
         )
 
     def of_pairs(self) -> Bends:
-        """Those of rows of twice the width."""
+        """Bounds of rows of twice the width, the larger of each pair."""
         return Bends(*(np.maximum(bound[:, :, ::2], bound[:, :, 1::2]) for bound in self))
 
 
@@ -192,7 +192,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
 
     @staticmethod
     def of(groups: Groups[Any], r: Any, n: int) -> MotionPlane:
-        """The plane of design points."""
+        """Make the plane of motions of some design points."""
         d, gbar = groups.d, groups.gbar
         friction = None if groups.friction is None else np.broadcast_to(groups.friction, d.shape)
         bottom, top = by_wall(r)
@@ -205,7 +205,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
 
     @property
     def orders(self) -> Floats:
-        """Of the sine and the harmonics."""
+        """Orders of the sine and of the harmonics."""
         return np.array([float(harmonic.order) for harmonic in (SINE, *self.harmonics)])
 
     @property

@@ -138,7 +138,7 @@ class Point(Struct, frozen=True, eq=False):
 
     @property
     def detail(self) -> str:
-        """What happens there, to a 1:1 motion."""
+        """Name of the event of a 1:1 motion in words."""
         return DETAILS[self.event if self.rest is None else Event.ZERO_VELOCITY, self.rest]
 
 

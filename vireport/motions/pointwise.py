@@ -165,7 +165,7 @@ def _different(r: Any) -> list[Any]:
 
 
 def _is(r: Any, value: Any) -> Mask:
-    """Which design points have a restitution, or both."""
+    """Which design points have a given restitution, or pair of restitutions."""
     if not isinstance(r, Restitutions):
         return np.asarray(r == value)
     return np.asarray((r.bottom == value.bottom) & (r.top == value.top))
@@ -414,7 +414,7 @@ class Points(Struct, frozen=True, eq=False):
         return sine * sine + cosine * cosine - f.delta * f.delta, sine, cosine, f.delta
 
     def value_and_slope(self, which: Ints, u: Floats) -> tuple[Floats, Floats]:
-        """G and its derivative."""
+        """Value of G and its derivative by u."""
         f = self.value(which, u + 1j * IMAGINARY_STEP)[0]
         return f.real, f.imag / IMAGINARY_STEP
 

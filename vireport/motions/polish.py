@@ -106,7 +106,7 @@ def newton(
 
 
 def _near(guess: Sequence[Any]) -> str:
-    """The motion sought, in words."""
+    """Words for the motion at which Newton's method fails."""
     return f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}"
 
 
@@ -137,7 +137,7 @@ def _inverse(matrix: Floats) -> Floats:
 
 
 class Solved(Struct, frozen=True, eq=False):
-    """A motion in decimals.
+    """A motion solved in decimal numbers.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 class Stability(StrEnum):
-    """Table 1's types of a motion.
+    """Type of a motion, as in Table 1.
 
     An unstable focus cannot be: ``|lambda| = r^2 < 1`` where the eigenvalues are complex.
 
@@ -44,7 +44,7 @@ class Stability(StrEnum):
 
     @property
     def criteria(self) -> str:
-        """Table 1's criteria."""
+        """Criterion of the type, as in Table 1."""
         return (
             f"Delta {'<' if self is Stability.STABLE_FOCUS else '>'} 0 and |lambda_i| {'<' if self.attracts else '>'} 1"
         )

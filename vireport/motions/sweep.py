@@ -48,7 +48,7 @@ def settable(start: float, end: float, off: tuple[float, float] = NO_TOLERANCE) 
 
 
 class Held(Enum):
-    """What a sweep leaves as it is."""
+    """The group, or ratio of groups, that a sweep holds constant."""
 
     GBAR = "gbar"
     """Held in a sweep over the length or the frequency, and in any sweep of a horizontal capsule."""
@@ -90,11 +90,11 @@ class Level(Struct, frozen=True, eq=False):
 
     @property
     def holds_d(self) -> bool:
-        """Whether d is the same all along it."""
+        """Whether d is constant over the sweep."""
         return self.held in (Held.D, Held.BOTH)
 
     def symmetric(self, r: Any, harmonics: Sequence[Harmonic]) -> bool:
-        """Whether the device of the level is its own mirror image all along it.
+        """Whether the device is its own mirror image over the whole sweep.
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
 
 
 class _Rubbed(Struct, frozen=True, eq=False):
-    """What friction changes in a level above each q.
+    """Terms that friction adds to a level above each q.
 
     Notes
     -----
@@ -169,7 +169,7 @@ class _Rubbed(Struct, frozen=True, eq=False):
 
     level: Level
     friction: Friction
-    own: Rubbing
+    rubbing: Rubbing
     share: Any
     """G, divided as g is."""
 
@@ -185,10 +185,10 @@ class _Rubbed(Struct, frozen=True, eq=False):
     def term(self, a: Any, gbar: Any, d: Any) -> Any:
         """A coefficient of the sine or the cosine, by those of the level, gbar and d without friction."""
         if self.level.held is Held.RATIO:
-            return a + self.friction.by_gbar * (self.own.d * gbar - self.own.gbar * d)
+            return a + self.friction.by_gbar * (self.rubbing.d * gbar - self.rubbing.gbar * d)
         if type(self.friction.by_d) is int:
             return a
-        return a + self.friction.by_d * (self.share * d - self.own.d * a)
+        return a + self.friction.by_d * (self.share * d - self.rubbing.d * a)
 
     def held(self, c: Any) -> Any:
         """The number that the level is, by that without friction."""
@@ -270,7 +270,7 @@ class Sweep(Struct, frozen=True):
 
     @property
     def level(self) -> Level:
-        """What stays the same along the sweep."""
+        """The level of the surface of motions that the sweep holds."""
         level = self.level_in(ARRAYS)
         friction = None if level.friction is None else level.friction.each(float)
         return Level(

@@ -39,7 +39,7 @@ class Limits(Struct, frozen=True):
     periods: int
 
     def __post_init__(self) -> None:
-        """Refuse limits beyond reason.
+        """Refuse limits of impacts and periods that are out of range.
 
         Raises
         ------

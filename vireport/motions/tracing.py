@@ -106,7 +106,7 @@ class Piece(Struct, frozen=True, eq=False):
     event: NDArray[np.int8]
 
     def condition_at(self, row: int) -> Condition | None:
-        """What holds at a row."""
+        """The condition that holds at a row of the piece."""
         return None if self.event[row] < 0 else COLUMNS[self.event[row]]
 
     def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
@@ -205,7 +205,7 @@ Ends = tuple[tuple[float, int], tuple[float, int]]
 
 
 def _locate_ends(curve: LevelCurve, runs: list[Run]) -> list[Ends]:
-    """Where each run ends and which condition fails there."""
+    """Locate the ends of runs of admissible motions, and the condition that fails at each."""
     edges = [(run.strand, w, beyond) for run in runs for w, beyond in ((run.w[0], run.before), (run.w[-1], run.after))]
     which = np.array([strand for strand, _, _ in edges], dtype=np.intp)
     good = np.array([w for _, w, _ in edges])
@@ -360,7 +360,7 @@ def _mirrored(curve: LevelCurve, piece: Piece) -> bool:
 
 
 def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> Iterator[Mark]:
-    """What happens on a piece, in order."""
+    """The events on a piece of the curve, in order."""
     last = len(piece.w) - 1
     beginnings = [row % (last + 1) for row in at_symmetry]
     for row, k in enumerate(piece.event):

@@ -113,7 +113,7 @@ Brackets = Iterator[tuple[Ints, Floats, Floats, NDArray[np.bool_]]]
 
 
 def _crossing(way: Flight, phase: Floats, nearest: bool) -> Brackets:
-    """Where flights from one membrane to the other turn.
+    """Turning points of flights from one membrane to the other.
 
     A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
     in pairs, around an extremum of Z' of the other sign: where Z' is positive at such an extremum of an upward

@@ -90,8 +90,8 @@ class AttractingMotions(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     @property
-    def told(self) -> list[Motion]:
-        """Motions whose returns are told."""
+    def recognised(self) -> list[Motion]:
+        """Motions to which the share of returning starts is known."""
         return [motion.motion for motion in self.motions if motion.motion is not None and motion.share is not None]
 
     @property
@@ -118,7 +118,7 @@ def attracting_motions(
     withstood: Withstood | None = None,
     least_m_s: float | None = None,
 ) -> AttractingMotions | None:
-    """Set the stable motions of a design point beside one another, by compiled code.
+    """Compare the stable motions of a design point, by compiled code: shares of starts, and least shocks.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def attracting_motions(
         return None
     at = Parameter.LENGTH, device.length_m
     groups = device.groups(*at).as_floats()
-    stable, unstable = _known(solution, disturbances, atlas)
+    stable, unstable = _both_kinds(solution, disturbances, atlas)
     cores, why = list[Core](), dict[int, str]()
     for k, motion in enumerate(stable):
         try:
@@ -178,7 +178,9 @@ def attracting_motions(
     return AttractingMotions(tuple(attracting), STARTS, elsewhere, unit, time_unit)
 
 
-def _known(solution: Solution, disturbances: Disturbances, atlas: Atlas | None) -> tuple[list[Motion], list[Motion]]:
+def _both_kinds(
+    solution: Solution, disturbances: Disturbances, atlas: Atlas | None
+) -> tuple[list[Motion], list[Motion]]:
     """The stable motions at the design point, and the unstable ones, each once."""
     design, device = solution.design, solution.device.constant_restitution("the other stable motion")
     if design is None:

@@ -74,7 +74,7 @@ class Basins(Struct, frozen=True, eq=False):
 def basins_of(
     groups: Groups[float], motions: Sequence[Motion], velocity_unit: float, points: int = 257, compiled: bool = True
 ) -> Basins | None:
-    """Which impacts on the bottom membrane lead to which motion; None where returns to one cannot be told.
+    """The basins of stable motions among impacts on the bottom membrane; None where returns to one are not resolved.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 class Arrivals(NamedTuple):
-    """Where flights end, arrays (n,).
+    """The impacts that end flights, as arrays (n,).
 
     Attributes
     ----------

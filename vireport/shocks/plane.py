@@ -39,7 +39,7 @@ Starts = Callable[[Floats, Floats], Floats]
 
 
 class OutcomePlane(Struct, frozen=True, eq=False):
-    """Where starts on a regular grid end.
+    """The motions and states in which starts on a regular grid end.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ class Recogniser:
         self.outcomes.append(attractor)
 
     def __call__(self, rows: Floats) -> Ints:
-        """The outcome of each start."""
+        """Index of the outcome of each start, after learning motions that were not known."""
         outcome = self._known(rows)
         for _ in range(REPRESENTATIVES):
             unknown = np.flatnonzero(outcome == Elsewhere.UNKNOWN)

@@ -50,7 +50,7 @@ NEAREST = 0.99
 
 
 class Elsewhere(IntEnum):
-    """Where starts end that end in none of the motions asked about; numbers below those of motions."""
+    """Ends of starts in no motion with a core, as numbers below those of cores."""
 
     UNKNOWN = -1
     RESTS = -2
@@ -86,7 +86,7 @@ class Core(Struct, frozen=True, eq=False):
 
 
 def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Core:
-    """The core of a stable motion.
+    """Find the core of a stable motion: the largest one tried that the simulated map takes into itself.
 
     Raises
     ------

@@ -67,7 +67,7 @@ BUDGET = 20_000
 
 
 class Effort(NamedTuple):
-    """How many shocks are tried.
+    """The effort of a search for the least shock: how many shocks it tries.
 
     Attributes
     ----------
@@ -296,7 +296,7 @@ class _Search:
         self.durations = self.motion.durations
 
     def leads_out(self, impact: int, delay: Floats, jump: Floats) -> NDArray[np.bool_]:
-        """Which shocks do not return.
+        """Which shocks to the motion lead out of its basin.
 
         Of a horizontal device one jump leaves the ball without drift, floating for ever; all beside it return.
         """
@@ -392,7 +392,7 @@ class _Search:
             off[(rows[0, :, WALL] != companion.word.walls[0]) | (np.arange(len(off)) == 0)] = inf
             return off
 
-        def along(jump: float, passage: int) -> float:
+        def deviation(jump: float, passage: int) -> float:
             away = deviations(jump, passage)[-1]
             return float(away @ across) if np.isfinite(away).all() else inf
 
@@ -403,12 +403,12 @@ class _Search:
             if distance[passage] > NEAR:
                 return None
             first, second = jump, jump * (1 + 1e-10)
-            before_value, value = along(first, passage), along(second, passage)
+            before_value, value = deviation(first, passage), deviation(second, passage)
             for _ in range(SECANTS):
                 if value == before_value or not np.isfinite(value + before_value):
                     break
                 first, second, before_value = second, second - value * (second - first) / (value - before_value), value
-                value = along(second, passage)
+                value = deviation(second, passage)
                 if abs(second - first) <= SETTLED:
                     break
             if not np.isfinite(second):
@@ -440,7 +440,7 @@ class _Search:
         return min(leading_out, key=lambda shock: abs(shock.jump), default=None), 8 * size / count
 
     def attractor(self, shock: Shock) -> Attractor:
-        """What the device does after a shock."""
+        """The motion or state that follows a shock."""
         row = shocked(self.groups, self.motion, shock.impact, np.array([shock.delay]), np.array([shock.jump]))[0]
         start = start_of(row)
         if not self.compiled:  # most are known soon, and the budget of all takes the interpreter a second

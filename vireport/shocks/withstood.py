@@ -104,7 +104,7 @@ class Withstood(Struct, frozen=True, eq=False):
 
     @property
     def jitter_unknown(self) -> str:
-        """Why there is no jitter, though it was asked for; "" otherwise."""
+        """Why the requested jitter was not computed; "" where it was, or none was requested."""
         return self.jitter.reason if isinstance(self.jitter, NoJitter) else ""
 
     @property
@@ -192,7 +192,7 @@ def withstood_by(
 def shocks_around(
     groups: Groups[float], motions: Sequence[Motion], least: LeastShock
 ) -> tuple[OutcomePlane, list[ShockLine]]:
-    """What shocks to a motion lead to, and which lead onto the unstable motion beside it.
+    """The plane of shocks to a motion, and the shocks that lead onto an unstable motion.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ class SimulatedMotion(Struct, frozen=True, eq=False):
 
     @property
     def period(self) -> int:
-        """In forcing periods."""
+        """Period of the motion in forcing periods."""
         return _periods(self.impacts)
 
     @property
@@ -397,23 +397,23 @@ def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
     return complex(large), complex(determinant / large if large != 0 else 0.0)
 
 
-Told = tuple[str, float, bool]
+Struck = tuple[str, float, bool]
 """The letter of an impact, its speed, and whether the ball settles or rides after it."""
 
 
 def word_of(rows: Array) -> list[str]:
     """Letters of the impacts; ever slower hops that end in a ride are one letter with a tilde."""
-    return _letters(_told(rows))
+    return _letters(_struck(rows))
 
 
-def _told(rows: Array) -> list[Told]:
+def _struck(rows: Array) -> list[Struck]:
     """What a word is made of. As plain numbers: each turn of a cycle has its word, and rows of arrays are slow."""
     stays = (rows[:, RIDING] + rows[:, SETTLING] > 0).tolist()
     walls = ["B" if wall > 0 else "T" for wall in rows[:, WALL].tolist()]
     return list(zip(walls, np.abs(rows[:, VELOCITY]).tolist(), stays, strict=True))
 
 
-def _letters(impacts: Sequence[Told]) -> list[str]:
+def _letters(impacts: Sequence[Struck]) -> list[str]:
     letters: list[str] = []
     falling, last = 0, inf  # impacts on this membrane at the end, each slower than the one before
     for letter, speed, stays in impacts:
@@ -436,7 +436,7 @@ def chain_growth(model: Array, rows: Array, compiled: bool = False) -> float:
 def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> SimulatedMotion:
     """Motion that starts where its word does; of equal words, with the fastest impact."""
     n = len(rows)
-    impacts = _told(rows)
+    impacts = _struck(rows)
     letters = _letters(impacts)
     word = min("".join(letters[i:] + letters[:i]) for i in range(len(letters)))
     turns = [i for i in range(n) if "".join(_letters(impacts[i:] + impacts[:i])) == word]

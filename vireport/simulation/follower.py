@@ -65,7 +65,7 @@ class Trajectory:
 
 
 def twins(row: Array, count: int) -> Iterator[tuple[float, float, float, float]]:
-    """Starts a few roundings beside an impact: what comes of them alike, rounding has not decided."""
+    """Starts a few roundings from an impact: where they end alike, rounding does not decide the end."""
     for off in TWINS[:count]:
         wall, position, velocity, phase = as_start(row)
         yield wall, position, velocity * (1 + off), phase

@@ -63,7 +63,7 @@ class Conditions(NamedTuple):
 
 
 class Stage(Struct, frozen=True, eq=False):
-    """The motion at one value.
+    """The motion at one value of a parameter that changes slowly.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Stage(Struct, frozen=True, eq=False):
 
     @property
     def untold(self) -> bool:
-        """Whether the motion has no cycle that is told: it is not periodic, or so long that rounding decides."""
+        """Whether no cycle of the motion is known: it is not periodic, or so long that rounding decides."""
         return self.attractor.cycle is None and self.attractor.outcome in (Outcome.APERIODIC, Outcome.STICKING)
 
     def distance(self, other: Stage, mirror: bool = False) -> float:
@@ -112,7 +112,7 @@ class Jump(Struct, frozen=True, eq=False):
 
 
 class Course(Struct, frozen=True, eq=False):
-    """What is met on the way: the motions at the values asked for, in their order, and the jumps between them."""
+    """The result of a slow sweep: the motions at its values, in their order, and the jumps between them."""
 
     stages: tuple[Stage, ...]
     jumps: tuple[Jump, ...]
@@ -177,7 +177,7 @@ class _Track(Struct, frozen=True, eq=False):
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 
     def apart(self, stage: Stage, other: Stage) -> bool:
-        """Whether motions are not the same; one that is not periodic may stay beside the other for long, and leave."""
+        """Whether two motions differ; one that is not periodic may stay near the other for long, and leave."""
         if stage.distance(other) > CLOSE:
             return True
         periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.untold)

@@ -165,7 +165,7 @@ def _hop(flight: Leg, end: float) -> float:
 
 
 def _signed(more: More) -> More:
-    """What harmonics add where y is -Z."""
+    """Parts of the harmonics with their signs changed, for a flight in which y is -Z."""
     if more is None:
         return None
     return more[0], -more[1]

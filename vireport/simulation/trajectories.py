@@ -84,7 +84,7 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
 
 
 class Portrait(Struct, frozen=True, eq=False):
-    """A simulated motion in full.
+    """A motion with its path over time, to be drawn.
 
     Attributes
     ----------

@@ -458,7 +458,7 @@ def disturbances_data(
         "along_sweep": [
             {"from": part.start, "to": part.end, "outcome": part.outcome.destination}
             | {"word": part.outcome.word or None, "periods": part.outcome.periods or None}
-            for part in (*found.along, *found.sampled)
+            for part in (*found.over_sweep, *found.sampled)
         ],
     }
     return {
@@ -650,7 +650,7 @@ def effects_data(found: Shifts) -> dict[str, Any]:
                 "moved_relative": shift.relative,
                 "margin_left": shift.left,
                 "least_margin": None if shift.least is None else _finite(shift.least),
-                "stable": shift.stable if shift.known else None,
+                "stable": shift.stable if shift.computed else None,
                 "reason": shift.absence,
             }
             for shift in found.rows

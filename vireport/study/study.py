@@ -488,7 +488,7 @@ def _with_basins(study: Study) -> Study:
         return study
     device = study.solution.device
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    return replace(study, basins=basins_of(groups, study.attracting.told, study.attracting.velocity_unit))
+    return replace(study, basins=basins_of(groups, study.attracting.recognised, study.attracting.velocity_unit))
 
 
 def _with_proof(study: Study, say: Progress) -> Study:
@@ -587,7 +587,7 @@ def _with_effects(study: Study) -> Study:
         return study
     required = study.scenario.requirements
     asked = required is not None and required.margin_with_effects_percent is not None
-    found = shifts(study.solution.device, design, Effect.asked(study.scenario.effects), asked)
+    found = shifts(study.solution.device, design, Effect.requested(study.scenario.effects), asked)
     at = own.end_of(found.end.parameter, found.end.point) if own is not None and found.end is not None else None
     if own is None or at is None or found.end is None:
         return replace(study, effects=found)
