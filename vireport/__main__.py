@@ -7,13 +7,9 @@ a traceback, nor in the exit code 1, which means that a requirement is not met.
 from __future__ import annotations
 
 import errno
-import gc
 import os
 import signal
 import sys
-
-FULL_SEARCHES = 1000
-"""Searches of what is younger between two searches of everything for cycles; by default there are ten."""
 
 
 def entry() -> int:
@@ -33,8 +29,6 @@ def entry() -> int:
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
         # Figures look the same whatever the user has set: what cannot be read of it must not end a run.
         os.environ.update(MATPLOTLIBRC=os.devnull, MPLBACKEND="agg")
-        # A search of all that there is for cycles takes 10 to 20 ms, mostly of modules, and finds next to nothing.
-        gc.set_threshold(*gc.get_threshold()[:2], FULL_SEARCHES)
         from vireport.cli.app import main
 
         code = main(sys.argv[1:])
@@ -50,8 +44,6 @@ def entry() -> int:
         code = interrupts.exit_code()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # nothing is left that could be interrupted
-    # All that is left ends with the process: to look through it for cycles once more takes a tenth of a report's time.
-    gc.freeze()
     return code
 
 

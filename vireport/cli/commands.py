@@ -120,7 +120,9 @@ def run(
     require_writable(folder, file_names(formats), force)
     tell_lacking(loaded, formats, quiet)
     with progress(quiet, verbose) as say:
-        outcome = run_outcome(loaded, formats, command, templates, say, certify, before, earlier, paper, width_mm)
+        outcome = run_outcome(
+            loaded, formats, command, templates, say, certify, before, earlier, paper, width_mm, bool(format_)
+        )
     deliver(outcome, folder, quiet)
 
 

@@ -15,7 +15,7 @@ from vireport.base.progress import portion
 from vireport.command.outcome import CommandOutcome
 from vireport.gate.evidence import unmet
 from vireport.scenario.loading import Loaded
-from vireport.study.plan import FIGURE_FORMATS, FIGURES, Task
+from vireport.study.plan import FIGURE_FORMATS, FIGURES, FIGURES_OF_PAGES, Task
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import branches_csv, worst_scenario
 from vireport.study.study import Study, analyse, results_json, with_certificates
@@ -73,6 +73,7 @@ def run_outcome(
     earlier: Earlier | None,
     paper: str,
     width_mm: float | None = None,
+    every_figure: bool = True,
 ) -> CommandOutcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
@@ -97,6 +98,8 @@ def run_outcome(
         Of the PDF: a4 or letter.
     width_mm : float, optional
         Of figures for a column of a paper.
+    every_figure : bool
+        Whether the figures that are on the pages are files of their own as well.
     """
     study = analyse(loaded, formats, portion(say, 0.0, ANALYSED_SHARE))
     if certify:
@@ -115,7 +118,7 @@ def run_outcome(
 
         changed = diff(baseline, study)
         summary, changes = f"{summary}\n{diff_text(changed)}", changes_table(changed)
-    files = run_files(study, command, templates, say, changes, paper, width_mm=width_mm)
+    files = run_files(study, command, templates, say, changes, paper, width_mm=width_mm, every_figure=every_figure)
     outcome = _judged(study, printed, _certificates(study), files, summary)
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, earlier), stale=file_names(formats), beside=file_names(others))
@@ -136,11 +139,13 @@ def run_files(
     more: tuple[Picture, ...] = (),
     width_mm: float | None = None,
     opens: Opening | None = None,
+    every_figure: bool = True,
 ) -> dict[str, bytes]:
     """The files of a study by their names, its figures as wide as a column of a paper where a width is given.
 
     The reports tell what has changed since a baseline, if there is one, and of the search for the best design, if it is
-    one, with `more` pictures, and begin with what `opens` it, if that is not a run.
+    one, with `more` pictures, and begin with what `opens` it, if that is not a run. Without `every_figure` those of the
+    pages are no files.
     """
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
     pictures = more
@@ -160,7 +165,8 @@ def run_files(
         drawn = {picture.name: picture for picture in pictures}
         report = Report(study, drawn, origin, changes, search, templates, opens=opens)
         drawn_in = {task for task in NAMES if plan.runs(task)}
-        files |= render_files(report, drawn_in, templates, paper, lambda: _data_files(study, provenance))
+        on_pages = () if every_figure else FIGURES_OF_PAGES
+        files |= render_files(report, drawn_in, templates, paper, lambda: _data_files(study, provenance), on_pages)
     else:
         files |= _data_files(study, provenance)
     if plan.runs(Task.JUNIT):

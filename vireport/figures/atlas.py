@@ -151,10 +151,9 @@ def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:
             fit_vertically([axes])
         letter_panels(panels[:, 0], 0, axis.scales_on_top)
         axis.dress(panels[:, 0])
-        figure.align_ylabels(panels[:, 0])
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
         head = [(conditions(study), Color.BLACK)]
-        return finished(figure, height, head, _legends(looks, families, []))
+        return finished(figure, height, head, _legends(looks, families, []), aligned=panels[:, 0])
 
 
 def _measured(axes: Axes, axis: SweepAxis, study: Study) -> list[Entry]:

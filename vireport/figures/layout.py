@@ -5,7 +5,7 @@ Matplotlib's tight layout places the panels; the heading is put over them, and l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from string import ascii_lowercase
 from textwrap import fill
 from typing import Any
@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.transforms import Bbox, ScaledTranslation
 from msgspec import Struct
 
 from vireport.figures.curves import Floats
@@ -60,6 +61,9 @@ LEAST_RANGE = 1e-6
 """Range over size up to which values are the same but for rounding errors."""
 
 
+AT_LABEL = {"bottom": (0.5, 0.0), "top": (0.5, 1.0), "left": (0.0, 0.5), "right": (1.0, 0.5)}
+"""Where the label of an axis is on the frame of its panel, by its side, as shares of width and height."""
+
 HANDLE = 0.4
 """Width of the line before a name in a legend [in]."""
 
@@ -86,6 +90,7 @@ def finished(
     lines: Sequence[tuple[str, str]],
     legends: Iterable[Sequence[Entry]],
     labels: Sequence[tuple[Axes, Sequence[Label]]] = (),
+    aligned: Sequence[Axes] = (),
 ) -> Figure:
     """Write the heading of a figure, lay the figure out and write the labels of its panels.
 
@@ -99,6 +104,8 @@ def finished(
     legends : iterable of sequence of Entry
         Each begins a line.
     labels : sequence of (Axes, sequence of Label)
+    aligned : sequence of Axes
+        Panels above one another, the labels of whose vertical axes are in one line.
     """
     page = sheet()
     heading: list[Artist] = [
@@ -113,7 +120,9 @@ def finished(
     # of it smaller. In one step, tight layout would give the heading's room to the panels.
     figure.set_figheight(height)
     pads: dict[str, Any] = {side: pad * PER_INCH / page.text for side, pad in PADS.items()}
+    before = {panel: panel.bbox.frozen() for panel in figure.axes}
     figure.tight_layout(**pads)
+    _fix_labels(before, aligned)
     under, share = figure.subplotpars, height / total
     figure.set_figheight(total)
     figure.subplots_adjust(top=share * under.top, bottom=share * under.bottom)
@@ -131,6 +140,28 @@ def finished(
     FigureCanvasAgg(figure)
     figure.dpi = DPI
     return figure
+
+
+def _fix_labels(before: Mapping[Axes, Bbox], aligned: Collection[Axes]) -> None:
+    """Leave the labels of all axes where the layout has put them; else every drawing measures all ticks for them again.
+
+    `before` has the panels with their places as they were measured.
+    """
+    apart: dict[Axis, tuple[Axes, float, float]] = {}
+    for panel, box in before.items():
+        axes_of_panel: list[Axis] = [x for axes in (panel, *panel.child_axes) for x in (axes.xaxis, axes.yaxis)]
+        for axis in axes_of_panel:
+            if axis.get_label_text():
+                (x, y), side = axis.label.get_position(), str(axis.get_label_position())
+                frame = {"bottom": box.y0, "top": box.y1, "left": box.x0, "right": box.x1}[side]
+                apart[axis] = (panel, x - frame, 0.0) if side in ("left", "right") else (panel, 0.0, y - frame)
+    farthest = min((apart[axes.yaxis][1] for axes in aligned if axes.yaxis in apart), default=0.0)
+    for axis, (panel, dx, dy) in apart.items():
+        if panel in aligned and axis is panel.yaxis:
+            dx = farthest
+        shift = ScaledTranslation(dx / PER_INCH, dy / PER_INCH, panel.figure.dpi_scale_trans)
+        at = AT_LABEL[axis.get_label_position()]
+        axis.set_label_coords(*at, transform=panel.transAxes + shift)
 
 
 def _filled(text: str) -> str:

@@ -97,12 +97,11 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
             labels.append((axes, [Label(str(k), x, y, color=color) for k, ((x, y), color) in numbered]))
             fit_vertically([axes])
         _dress(panels[-1, 0], shown, along)
-        figure.align_ylabels(panels[:, 0])
         letters = sheet().letters(sheet().across)
         names = (fill(f"{k} {literal(name)}", letters) for k, name in enumerate(drawings, 1))
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
         legends = [scenarios, [*stability_legend(shown), *point_legend(shown)]]
-        return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels)
+        return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels, panels[:, 0])
 
 
 def has_stable(drawing: Drawing) -> bool:

@@ -14,6 +14,7 @@ from vireport.figures.captions import held, pictured, shown_along
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture, Sheet, drawn_for
+from vireport.figures.style import style as styled
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.motions.families import Atlas
 from vireport.motions.points import model_of
@@ -56,7 +57,7 @@ def pictures(
         For another width.
     """
     require_study(study)
-    with drawn_for(Sheet.of(width_mm, style)):
+    with drawn_for(Sheet.of(width_mm, style)), styled():
         drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
         drawn += [*_design(study, templates), *measured_pictures(study, templates)]
     return tuple(sorted(drawn, key=lambda picture: picture.name))

@@ -70,8 +70,7 @@ def figure_stiffness(study: Compliance) -> Figure:
                 along.set_major_formatter(lambda value, _: factor_text(value))
         _errors(errors, study, shown)
         names = _rates(rates, study)
-        figure.align_ylabels([errors, rates])
-        return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)])
+        return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)], [errors, rates])
 
 
 def picture(study: Compliance, templates: Path | None = None) -> Picture:

@@ -301,14 +301,13 @@ def sweep_figure(
             if panels.size > 1:
                 letter_panels(panels[: len(rows), k], k * len(rows), drawing.axis.scales_on_top)
             drawing.axis.dress(panels[:, k], len(drawings), fill(remarks[k], letters) if remarks else "")
-        page.align_ylabels(panels[: len(rows), 0])
         crowded = max(len(drawing.events) for drawing in drawings) / ROOM_FOR
         height = HEIGHTS[figure] * sum(heights) * max(1.0, crowded) + AXES_HEIGHT
         # Of one study the caption says what the letters of critical points mean.
         points = point_legend(drawings) if titles else []
         if not titles and any(drawing.design_at is not None for drawing in drawings):
             legends[0].append(DESIGN_ENTRY)
-        return finished(page, height, lines, [*legends, points], labels)
+        return finished(page, height, lines, [*legends, points], labels, panels[: len(rows), 0])
 
 
 class _Row(Struct, frozen=True):

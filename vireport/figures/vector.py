@@ -1,17 +1,24 @@
-"""A figure as a drawing in SVG, and the sizes of texts: each is measured once for all figures, laid out and drawn."""
+"""A figure as a drawing in SVG and in pixels, and the sizes of texts: each is measured once for all figures.
+
+A figure is laid out and drawn once, in SVG; its lines, markers and texts are then drawn again in pixels where they are.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import lru_cache
 from io import StringIO
 from typing import Any, Literal
 
 from matplotlib.backend_bases import FigureCanvasBase, RendererBase
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
+from matplotlib.transforms import Affine2D
+from msgspec import Struct
 
 PER_INCH = 72
 """Points, in which figures are laid out and drawn."""
@@ -40,14 +47,85 @@ class _Ruler(RendererBase):
         return text_size(s, prop, bool(ismath))
 
 
+Stroke = Callable[[Any], None]
+"""What draws a line, markers or a text in pixels."""
+
+
 class _Drawing(_Ruler, RendererSVG):
-    """What draws in SVG, without a group around each artist and the identifier of that."""
+    """What draws in SVG, without a group around each artist and the identifier of that, and records what it draws.
+
+    Parameters
+    ----------
+    width, height : float
+        Of the figure [pt].
+    file : StringIO
+    dpi : float
+        Pixels to an inch of images, and of what is recorded.
+    """
+
+    def __init__(self, width: float, height: float, file: StringIO, dpi: float) -> None:
+        nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        super().__init__(width, height, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
+        self.strokes: list[Stroke] = []
+        self.recorded = True
+        self._scale = Affine2D().scale(dpi / PER_INCH)
 
     def open_group(self, s: str, gid: str | None = None) -> None:
         pass
 
     def close_group(self, s: str) -> None:
         pass
+
+    def draw_path(self, gc: Any, path: Any, transform: Any, rgbFace: Any = None) -> None:
+        own, place = self._kept(gc), self._placed(transform)
+        self.strokes.append(lambda pixels: pixels.draw_path(own, path, place, rgbFace))
+        super().draw_path(gc, path, transform, rgbFace)  # type: ignore[no-untyped-call]
+
+    def draw_markers(
+        self,
+        gc: Any,
+        marker_path: Any,
+        marker_trans: Any,
+        path: Any,
+        trans: Any,
+        rgbFace: Any = None,
+    ) -> None:
+        own, form, places = self._kept(gc), self._placed(marker_trans), self._placed(trans)
+        self.strokes.append(lambda pixels: pixels.draw_markers(own, marker_path, form, path, places, rgbFace))
+        super().draw_markers(gc, marker_path, marker_trans, path, trans, rgbFace)  # type: ignore[no-untyped-call]
+
+    def draw_text(
+        self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
+    ) -> None:
+        own, at = self._kept(gc), self._scale.transform((x, y))
+        self.strokes.append(lambda pixels: pixels.draw_text(own, *at, s, prop, angle, ismath, mtext))
+        super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)  # type: ignore[no-untyped-call]
+
+    def draw_image(self, *args: Any, **kwargs: Any) -> None:
+        self.recorded = False
+        super().draw_image(*args, **kwargs)  # type: ignore[no-untyped-call]
+
+    def draw_path_collection(self, *args: Any, **kwargs: Any) -> None:
+        self.recorded = False
+        super().draw_path_collection(*args, **kwargs)  # type: ignore[no-untyped-call]
+
+    def draw_gouraud_triangles(self, *args: Any, **kwargs: Any) -> None:
+        self.recorded = False
+        super().draw_gouraud_triangles(*args, **kwargs)  # type: ignore[no-untyped-call]
+
+    def _kept(self, gc: Any) -> Any:
+        """A copy of a graphics context, which Matplotlib uses again, for pixels."""
+        own: Any = self.new_gc()
+        own.copy_properties(gc)
+        if (clip := gc.get_clip_rectangle()) is not None:
+            own.set_clip_rectangle(clip.transformed(self._scale))
+        if gc.get_clip_path()[0] is not None:
+            self.recorded = False
+        return own
+
+    def _placed(self, transform: Any) -> Any:
+        """Where a transform, which may change with the figure, leads to in pixels."""
+        return transform.frozen() + self._scale
 
 
 class LayoutCanvas(FigureCanvasBase):
@@ -60,12 +138,35 @@ class LayoutCanvas(FigureCanvasBase):
         return self._ruler
 
 
-def drawing(figure: Figure) -> tuple[str, str]:
-    """The view box of a figure, and its drawing as elements of SVG, the same in every run."""
+class Drawn(Struct, frozen=True, eq=False):
+    """A figure as it was drawn.
+
+    Attributes
+    ----------
+    box : str
+        The view box in SVG.
+    elements : str
+        The elements of SVG, the same in every run.
+    strokes : tuple of callable, optional
+        What draws it in pixels; None where it holds more than lines, markers and texts.
+    """
+
+    box: str
+    elements: str
+    strokes: tuple[Stroke, ...] | None
+
+    @property
+    def size(self) -> tuple[str, str]:
+        """Width and height [pt], as they are written."""
+        _, _, width, height = self.box.split()
+        return width, height
+
+
+def drawing(figure: Figure) -> Drawn:
+    """Draw a figure that is laid out."""
     file, dpi = StringIO(), figure.dpi
     figure.dpi = PER_INCH  # as it was laid out, so that nothing moves
-    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    renderer: Any = _Drawing(*figure.bbox.size, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
+    renderer: Any = _Drawing(*figure.bbox.size, file, dpi)
     figure.draw(renderer)
     renderer.finalize()
     figure.dpi = dpi
@@ -74,5 +175,15 @@ def drawing(figure: Figure) -> tuple[str, str]:
     head = _HEAD.match(text)
     if head is None:
         raise ValueError("Matplotlib wrote an SVG file without a head that is known")
-    elements = _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n"))
-    return f"0 0 {head['width']} {head['height']}", re.sub(r"\n\s*", "\n", elements)
+    elements = re.sub(r"\n\s*", "\n", _NEEDLESS.sub("", text[head.end() :].removesuffix("</svg>\n")))
+    strokes = tuple(renderer.strokes) if renderer.recorded else None
+    return Drawn(f"0 0 {head['width']} {head['height']}", elements, strokes)
+
+
+def pixels(drawn: Drawn, dpi: float) -> Any:
+    """What was drawn, in pixels: an image of four channels."""
+    width, height = (float(side) * dpi / PER_INCH for side in drawn.size)
+    renderer: Any = RendererAgg(width, height, dpi)  # type: ignore[no-untyped-call]
+    for stroke in drawn.strokes or ():
+        stroke(renderer)
+    return renderer.buffer_rgba()

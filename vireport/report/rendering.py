@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Set
+from collections.abc import Callable, Collection, Iterable, Iterator, Set
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -57,11 +57,12 @@ def render_files(
     templates: Path | None = None,
     paper: str = "a4",
     meanwhile: Callable[[], dict[str, bytes]] = dict,
+    on_pages: Collection[str] = (),
 ) -> dict[str, bytes]:
     """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png, svg and figure-pdf.
 
-    Typst sets the PDF while Python draws the other files and makes those that `meanwhile` gives. The other parameters
-    and the errors are those of `render_pdf`.
+    Typst sets the PDF while Python draws the other files and makes those that `meanwhile` gives. Figures that are
+    `on_pages` alone are no files. The other parameters and the errors are those of `render_pdf`.
     """
     files = dict[str, bytes]()
     with _offline(), ThreadPoolExecutor(max_workers=1) as beside:
@@ -76,7 +77,8 @@ def render_files(
         )
         if "html" in formats:
             files["report.html"] = _page(report, source, templates)
-        for name, picture in report.pictures.items():
+        alone = {name: picture for name, picture in report.pictures.items() if name not in on_pages}
+        for name, picture in alone.items():
             if "png" in formats:
                 files[f"{name}.png"] = picture.png
             if "figure-pdf" in formats:

@@ -108,6 +108,9 @@ FIGURES = (
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
 
+FIGURES_OF_PAGES = (Task.FIGURE_ANSWER, Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_CYCLE)
+"""Figures that are on the pages of a run; as files of their own they are written where formats are asked for."""
+
 FIGURE_FORMATS = (Task.PNG, Task.SVG, Task.FIGURE_PDF)
 """In which each figure is a file of its own."""
 
