@@ -24,8 +24,11 @@ def accept_ctrl_c() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def vireport(*arguments: str, stdin: bytes = b"", cwd: Path | None = None) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run([sys.executable, "-m", "vireport", *arguments], input=stdin, capture_output=True, cwd=cwd)
+def vireport(
+    *arguments: str, stdin: bytes = b"", cwd: Path | None = None, **environment: str
+) -> subprocess.CompletedProcess[bytes]:
+    command, env = [sys.executable, "-m", "vireport", *arguments], os.environ | environment
+    return subprocess.run(command, input=stdin, capture_output=True, cwd=cwd, env=env)
 
 
 FIGURES = {f"figure-{name}.png" for name in ("2", "4", "7")}
@@ -57,9 +60,10 @@ def test_a_design_point_draws_no_bifurcation_figure(example, tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(example, tmp_path: Path) -> None:
+    """In another process, at another place of the Earth, with other hashes."""
     digests = []
-    for folder in ("one", "two"):
-        vireport(str(example("horizontal")), "-o", str(tmp_path / folder))
+    for folder, given in (("one", {}), ("two", {"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"})):
+        vireport(str(example("horizontal")), "-o", str(tmp_path / folder), **given)
         digests.append({p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in (tmp_path / folder).iterdir()})
     assert digests[0] == digests[1]
     assert set(digests[0]) == ALL
@@ -296,11 +300,8 @@ def test_the_help_of_a_command_groups_its_options_as_that_of_the_others() -> Non
         assert text.index("--set") < text.index("\nOutput:") < text.index("--json") < text.index("\nMessages:")
 
 
-def test_version_and_help() -> None:
+def test_version_and_no_command() -> None:
     assert vireport("--version").stdout.startswith(b"vireport ")
-    text = vireport("--help").stdout.decode()
-    for command in ("run", "compare", "map", "optimise", "explore", "identify", "verify", "check", "init", "explain"):
-        assert command in text
     assert vireport().returncode == 2
 
 

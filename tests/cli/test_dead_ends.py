@@ -151,12 +151,6 @@ def test_a_ball_that_never_leaves_the_membrane_is_said_to_rest(capsys) -> None:
     assert json.loads(capsys.readouterr().out)["disturbances"]["from_rest"]["outcome"] == "at_rest"
 
 
-def test_a_length_in_millimetres_is_asked_about(capsys) -> None:
-    assert main(["run", INCLINED, "--json", "--set", "device.length_m=300"]) == 0
-    causes = [alert["cause"] for alert in json.loads(capsys.readouterr().out)["alerts"] if alert["code"] == "VR015"]
-    assert "300 mm, which is 0.3 m?" in causes[0]
-
-
 WRONG_UNITS = (
     "device.length_m=650",
     "device.ball_mass_kg=5.2",

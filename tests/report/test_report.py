@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
 import re
-import subprocess
-import sys
 from io import BytesIO
 from math import pi, radians, sin
 from pathlib import Path
@@ -255,26 +251,6 @@ def test_free_text_is_text(example) -> None:
     assert squeeze("a<b>&\"'#[x].yaml") in text
     (attached,) = pdf.attachments["scenario.yaml"]
     assert attached.decode() == model.listing
-
-
-@pytest.mark.slow
-def test_same_input_same_bytes(example, tmp_path: Path, model) -> None:
-    here = [hashlib.sha256(part(model("inclined"))).hexdigest() for part in (render_html, render_pdf)]
-    code = (
-        "import hashlib, sys, test_report as t\n"
-        "from vireport.scenario import load\n"
-        "model = t.model_of(t.analyse(load(sys.argv[1])))\n"
-        "print(*(hashlib.sha256(part(model)).hexdigest() for part in (t.render_html, t.render_pdf)))"
-    )
-    environment = {
-        **os.environ,
-        "PYTHONHASHSEED": "7",
-        "PYTHONPATH": os.pathsep.join(map(str, (ROOT, Path(__file__).parent, Path(__file__).parent.parent))),
-        "TZ": "Asia/Tokyo",
-    }
-    command = [sys.executable, "-c", code, str(example("inclined"))]
-    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
-    assert run.stdout.split() == here
 
 
 @pytest.mark.slow
