@@ -802,13 +802,15 @@ HARMONICS = (
     bad(
         "a harmonic and a best design",
         good_but(12, "  frequency_hz: 2.0\n  harmonics: [{order: 2, percent: 1, phase_deg: 0}]")
-        + "design: {maximise: margin_percent, vary: [{path: device.length_m, from: 0.3, to: 0.9}]}\naccuracy: {}\n",
+        + "design: {maximise: margin_percent, vary: [{path: device.length_m, from: 0.3, to: 0.9}]}\naccuracy: {}\n"
+        "disturbances: {prove: true}\n",
         (
             21,
             "design",
             "it knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)",
         ),
         (22, "accuracy", "it knows a force that is a sine alone"),
+        (23, "disturbances.prove", "it knows a force that is a sine alone"),
     ),
 )
 
@@ -829,13 +831,22 @@ FRICTION = (
         "friction and what does not know it",
         "0.1",
         "motions: {}\nrequirements: {word: BT, inclination_from_deg: 20, inclination_to_deg: 30}\n"
-        "tolerances: {length_m: 0.01}\ndisturbances: {prove: true}\n",
+        "tolerances: {length_m: 0.01}\ndisturbances: {prove: true}\naccuracy: {}\n",
         (21, "motions", _RUBS),
         (22, "requirements.word", _RUBS),
         (22, "requirements.inclination_from_deg", _RUBS),
         (22, "requirements.inclination_to_deg", _RUBS),
         (23, "tolerances", _RUBS),
         (24, "disturbances.prove", _RUBS),
+        (25, "accuracy", _RUBS),
+    ),
+    bad(
+        "friction of a ball that does not bounce, along a sweep of the inclination",
+        good_but(7, "  length_m: 0.7\n  friction: 0.1")
+        .replace("restitution: 0.5", "restitution: 0")
+        .replace("parameter: length_m", "parameter: inclination_deg"),
+        (6, "device.restitution", "got 0: a ball that does not bounce is known without friction only"),
+        (18, "sweep.parameter", "along a sweep of the inclination, with which friction changes"),
     ),
 )
 
@@ -888,6 +899,21 @@ FALLING = (
         (24, "requirements.inclination_from_deg", _RUBS),
         (24, "requirements.inclination_to_deg", _RUBS),
         (25, "effects.0.effect", "the restitution falls with speed already, by"),
+    ),
+    falling(
+        "a restitution that falls, and what knows constant ones alone",
+        _LAW,
+        "accuracy: {}\ndisturbances: {}\ntolerances: {length_m: 0.01}\n",
+        (18, "sweep", _FALLS),
+        (22, "accuracy", _FALLS),
+        (23, "disturbances", _FALLS),
+        (24, "tolerances", _FALLS),
+    ),
+    bad(
+        "a restitution of 0 that falls",
+        good_but(7, f"  length_m: 0.7\n  {_LAW}").replace("restitution: 0.5", "restitution: 0"),
+        (6, "device.restitution", "got 0, which has no restitution that falls with speed"),
+        (18, "sweep", _FALLS),
     ),
 )
 

@@ -109,25 +109,6 @@ def test_where_nothing_is_stable_it_is_not_said_that_there_is_none() -> None:
     assert "There may be others." in cause
 
 
-@pytest.mark.parametrize(
-    "over",
-    [
-        *({block: {}} for block in ("accuracy", "disturbances")),
-        {"tolerances": {"length_percent": 1}},
-        {"requirements": {"inclination_from_deg": 40, "inclination_to_deg": 50}},
-        {"sweep": {"parameter": "length_m", "from": 0.6, "to": 0.8}},
-        {"device.friction": 0.1},
-        {"device.restitution": 0.0},
-        {"effects": [{"effect": "restitution_exponent", "exponent": -0.1}]},
-    ],
-    ids=lambda over: next(iter(over)),
-)
-def test_what_knows_constant_restitutions_is_refused_with_the_key(over, example) -> None:
-    with pytest.raises(ScenarioError, match=NAMED):
-        load(example("inclined"), POINT | FALLS | over)
-    load(example("inclined"), POINT | over)
-
-
 def test_what_is_called_from_python_refuses_as_well(falling, example) -> None:
     solution = falling.solution
     asked = load(example("inclined"), {"disturbances": {}}).scenario.disturbances

@@ -9,7 +9,7 @@ from conftest import EXAMPLES
 from msgspec.structs import replace
 
 from vireport.atlas.families import atlas
-from vireport.base.errors import ScenarioError, UsageError
+from vireport.base.errors import UsageError
 from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
@@ -91,24 +91,6 @@ def test_a_report_says_of_an_end_at_a_stop_that_the_motion_may_go_on() -> None:
     assert study.solution.design.endings()[0].event is Event.STOP
     page = render_html(Report(study, {}, provenance_of(study.loaded, "test"))).decode()
     assert "it may go on, with stops, as stable as before" in page
-
-
-@pytest.mark.parametrize(
-    "over",
-    [
-        *({block: {}} for block in ("motions", "accuracy")),
-        {"disturbances": {"prove": True}},
-        {"tolerances": {"length_percent": 1}},
-        {"requirements": {"word": "BT"}},
-        {"sweep": {"parameter": "inclination_deg", "from": 10, "to": 60}},
-        {"device.restitution": 0.0},
-    ],
-    ids=lambda over: next(iter(over)),
-)
-def test_what_knows_no_friction_is_refused_with_the_key(over, example) -> None:
-    with pytest.raises(ScenarioError, match=NAMED):
-        load(example("inclined"), RUBS | over)
-    load(example("inclined"), {"device.friction": 0.0} | over)
 
 
 def test_what_is_called_from_python_refuses_as_well(rubbed) -> None:

@@ -10,7 +10,7 @@ import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
 
-from vireport.base.errors import ScenarioError, UsageError
+from vireport.base.errors import UsageError
 from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
@@ -82,17 +82,6 @@ def test_an_even_harmonic_leaves_out_the_symmetric_family(example) -> None:
     assert why[Task.SYMMETRIC] == "the force has an even harmonic: no motion is symmetric"
     odd = {"excitation.harmonics": [{"order": 3, "percent": 2.0, "phase_deg": 0.0}]}
     assert Task.SYMMETRIC not in {step.task for step in plan(load(example("horizontal"), odd).scenario).left_out}
-
-
-@pytest.mark.parametrize(
-    "block",
-    [{"accuracy": {}}, {"disturbances": {"prove": True}}],
-    ids=lambda block: next(iter(block)),
-)
-def test_blocks_that_know_a_sine_alone_are_refused_with_the_key(block, example) -> None:
-    with pytest.raises(ScenarioError, match=NAMED):
-        load(example("inclined"), SECOND | block)
-    load(example("inclined"), NOTHING | block)
 
 
 def test_what_is_called_from_python_refuses_as_well(distorted, example) -> None:
