@@ -9,7 +9,7 @@ from devices import case
 from vireport.physics.device import Device
 from vireport.scenario.parameters import Parameter
 from vireport.shocks.basin import basins_of
-from vireport.shocks.plane import Recogniser
+from vireport.shocks.returning import Recogniser
 from vireport.simulation.attractors import Outcome, find_attractor
 from vireport.simulation.events import BOTTOM, Impact, start_of
 

@@ -17,7 +17,8 @@ from vireport.base.records import brief
 from vireport.base.shares import share_interval
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
-from vireport.shocks.plane import OutcomePlane, Recogniser, coloured
+from vireport.shocks.plane import OutcomePlane, coloured
+from vireport.shocks.returning import Recogniser
 from vireport.simulation.events import BOTTOM
 from vireport.simulation.kernel import TURN
 from vireport.simulation.starts import start_speed

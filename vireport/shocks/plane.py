@@ -1,6 +1,6 @@
 """The plane of shocks: what a shock leads to, by its moment and size.
 
-Coloured by quadtree: only cells whose corners differ, and those beside them, are looked into.
+Coloured by quadtree: only cells whose corners differ, and their neighbours, are looked into.
 """
 
 from __future__ import annotations
@@ -14,22 +14,15 @@ from numpy.typing import NDArray
 from vireport.base.records import brief
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
-from vireport.shocks.returning import NEAREST, Core, Elsewhere, core_of, endings
+from vireport.shocks.returning import Recogniser
 from vireport.shocks.shock import shocked
-from vireport.simulation.attractors import Attractor, find_attractor
-from vireport.simulation.events import start_of
+from vireport.simulation.attractors import Attractor
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 COARSEST = 16
 """Cells of the first grid along either axis, up to a factor of 2."""
-
-BUDGET = 20_000
-"""Impacts until a motion counts as one that is not periodic."""
-
-REPRESENTATIVES = 3
-"""Of starts that end in no known motion: how many are followed for long, each time that there are some."""
 
 UNKNOWN = -1
 """What stands where nothing has been evaluated yet."""
@@ -48,7 +41,7 @@ class OutcomePlane(Struct, frozen=True, eq=False):
     outcome : ndarray of int (m, n)
         Index into `outcomes`.
     outcomes : tuple of Attractor
-        The motions and states that were met, those that were given first.
+        The motions and states in which starts end, first those of the motions that are known before.
     evaluated : int
         Points of the grid that were simulated; the others lie in cells that are taken to be of one outcome.
     """
@@ -112,69 +105,6 @@ def shock_plane(
 
     x, y = np.linspace(0.0, period, points), np.linspace(-largest, largest, points)
     return coloured(Recogniser(groups, motions, compiled, workers), x, y, starts)
-
-
-class Recogniser:
-    """Tells where starts end, and learns motions that it did not know."""
-
-    def __init__(self, groups: Groups[float], motions: Sequence[Motion], compiled: bool, workers: int = 1) -> None:
-        self.groups, self.compiled, self.workers = groups, compiled, workers
-        self.cores: list[Core] = []
-        self.outcomes: list[Attractor] = []
-        self.place: list[int] = []  # of each core among the outcomes
-        self.elsewhere: dict[Elsewhere, int] = {}
-        for motion in motions:
-            self._learn(motion, self._attractor(self._on(motion)))
-
-    def _on(self, motion: Motion) -> Floats:
-        return np.array([motion.word.walls[0], 0.0, motion.velocity[0], motion.phase[0]])
-
-    def _attractor(self, row: Floats) -> Attractor:
-        return find_attractor(self.groups, start_of(row), BUDGET, self.compiled)
-
-    def _learn(self, motion: Motion, attractor: Attractor) -> None:
-        self.cores.append(core_of(self.groups, motion, self.compiled))
-        self.place.append(len(self.outcomes))
-        self.outcomes.append(attractor)
-
-    def __call__(self, rows: Floats) -> Ints:
-        """Index of the outcome of each start, after learning motions that were not known."""
-        outcome = self._known(rows)
-        for _ in range(REPRESENTATIVES):
-            unknown = np.flatnonzero(outcome == Elsewhere.UNKNOWN)
-            if not len(unknown):
-                break
-            attractor = self._attractor(rows[unknown[0]])
-            cycle = attractor.cycle
-            if cycle is None or cycle.sticks or cycle.growth > NEAREST:
-                # What does not settle, or not within the patience, is one outcome, whatever it is called.
-                outcome[unknown[0]] = self._at(Elsewhere.UNKNOWN, attractor)
-                continue
-            self._learn(cycle.motion(self.groups.d), attractor)
-            outcome[unknown] = self._known(rows[unknown])
-        rest = outcome == Elsewhere.UNKNOWN
-        if rest.any():
-            outcome[rest] = self._at(Elsewhere.UNKNOWN, None, rows[rest][0])
-        return outcome
-
-    def _known(self, rows: Floats) -> Ints:
-        ends = endings(self.groups, rows, self.cores, self.workers, self.compiled)
-        # Ends below zero are kinds, not places: without a motion known before there is no place at all.
-        outcome = np.where(ends >= 0, np.array([*self.place, UNKNOWN])[np.maximum(ends, 0)], ends)
-        for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):
-            of_kind = ends == kind
-            if of_kind.any():
-                outcome[of_kind] = self._at(kind, None, rows[of_kind][0])
-        return outcome
-
-    def _at(self, kind: Elsewhere, attractor: Attractor | None, row: Floats | None = None) -> int:
-        """The place of an outcome that is none of the motions, which is followed once."""
-        if kind not in self.elsewhere:
-            if attractor is None and row is not None:
-                attractor = self._attractor(row)
-            self.elsewhere[kind] = len(self.outcomes)
-            self.outcomes.append(attractor)  # type: ignore[arg-type]
-        return self.elsewhere[kind]
 
 
 def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarsest: int = COARSEST) -> OutcomePlane:

@@ -1,4 +1,4 @@
-"""Where many starts end: in the motion they were knocked out of, in another one, at rest, or in none.
+"""The ends of many starts: the motion that they were knocked out of, another one, rest, or none of these.
 
 A start has returned once it is in the core of a stable motion, a neighbourhood that the map takes into itself; so most
 are known after a few impacts, and no start is followed until it has settled.
@@ -20,7 +20,8 @@ from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
 from vireport.shocks.deviations import flight_matrices, growth, lap_matrix, stationary
-from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.attractors import Attractor, find_attractor
+from vireport.simulation.events import as_starts, check_model, follow_impacts, start_of
 from vireport.simulation.kernel import CREEPING, FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL
 
 Floats = NDArray[np.float64]
@@ -47,6 +48,12 @@ LINGERS, LONGEST = 1e-9, 8000
 
 NEAREST = 0.99
 """Modulus of the larger multiplier up to which a core is looked for: beyond it is tiny, and a minute is not enough."""
+
+BUDGET = 20_000
+"""Impacts until a motion counts as one that is not periodic."""
+
+REPRESENTATIVES = 3
+"""Of starts that end in no known motion: how many are followed for long, each time that there are some."""
 
 
 class Elsewhere(IntEnum):
@@ -223,9 +230,7 @@ def _followed(
         rode[active[rides]] = rows[rides, at, WALL].astype(np.int64)
         ends[active] = label
         stays = (label == Elsewhere.UNKNOWN) & ~rides & (summary[:, 2] != CREEPING)
-        active = active[stays]
-        states = np.zeros((len(active), 4))
-        states[:, 0], states[:, 2], states[:, 3] = last[stays, WALL], last[stays, VELOCITY], last[stays, PHASE]
+        active, states = active[stays], as_starts(last[stays])
         used, block = used + block, min(2 * block, MOST)
     return ends, rode
 
@@ -239,8 +244,71 @@ def _released(groups: Groups[float], wall: int, cores: Sequence[Core], compiled:
         release = np.array([[float(wall), 0.0, 0.0, pressed]])
         model = check_model(groups)
         rows, _ = follow_impacts(model, release, 1, None, 1, compiled)
-        start = np.zeros((1, 4))
-        start[:, 0], start[:, 2], start[:, 3] = rows[:, -1, WALL], rows[:, -1, VELOCITY], rows[:, -1, PHASE]
-        ends, rode = _followed(groups, start, cores, 1, compiled)
+        ends, rode = _followed(groups, as_starts(rows[:, -1]), cores, 1, compiled)
         futures[wall] = int(ends[0]) if rode[0] == 0 else _released(groups, int(rode[0]), cores, compiled, futures)
     return futures[wall]
+
+
+class Recogniser:
+    """The ends of starts in many rounds: a motion that some of them settle on is known in all rounds to come.
+
+    Core k is that of the motion `outcomes[place[k]]`, whose places are in the order in which motions became known; the
+    outcomes that are no such motion have their places in `elsewhere`.
+    """
+
+    def __init__(self, groups: Groups[float], motions: Sequence[Motion], compiled: bool, workers: int = 1) -> None:
+        self.groups, self.compiled, self.workers = groups, compiled, workers
+        self.cores: list[Core] = []
+        self.outcomes: list[Attractor] = []
+        self.place: list[int] = []  # of each core among the outcomes
+        self.elsewhere: dict[Elsewhere, int] = {}
+        for motion in motions:
+            self._learn(motion, self._attractor(self._on(motion)))
+
+    def _on(self, motion: Motion) -> Floats:
+        return np.array([motion.word.walls[0], 0.0, motion.velocity[0], motion.phase[0]])
+
+    def _attractor(self, row: Floats) -> Attractor:
+        return find_attractor(self.groups, start_of(row), BUDGET, self.compiled)
+
+    def _learn(self, motion: Motion, attractor: Attractor) -> None:
+        self.cores.append(core_of(self.groups, motion, self.compiled))
+        self.place.append(len(self.outcomes))
+        self.outcomes.append(attractor)
+
+    def __call__(self, rows: Floats) -> Ints:
+        """Index of the outcome of each start, after learning motions that were not known."""
+        outcome = self._known(rows)
+        for _ in range(REPRESENTATIVES):
+            unknown = np.flatnonzero(outcome == Elsewhere.UNKNOWN)
+            if not len(unknown):
+                break
+            attractor = self._attractor(rows[unknown[0]])
+            cycle = attractor.cycle
+            if cycle is None or cycle.sticks or cycle.growth > NEAREST:
+                # What does not settle, or not within the patience, is one outcome, whatever it is called.
+                outcome[unknown[0]] = self._at(Elsewhere.UNKNOWN, rows[unknown[0]], attractor)
+                continue
+            self._learn(cycle.motion(self.groups.d), attractor)
+            outcome[unknown] = self._known(rows[unknown])
+        rest = outcome == Elsewhere.UNKNOWN
+        if rest.any():
+            outcome[rest] = self._at(Elsewhere.UNKNOWN, rows[rest][0])
+        return outcome
+
+    def _known(self, rows: Floats) -> Ints:
+        ends = endings(self.groups, rows, self.cores, self.workers, self.compiled)
+        # Ends below zero are kinds, not places: without a motion known before there is no place at all.
+        outcome = np.where(ends >= 0, np.array([*self.place, Elsewhere.UNKNOWN])[np.maximum(ends, 0)], ends)
+        for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):
+            of_kind = ends == kind
+            if of_kind.any():
+                outcome[of_kind] = self._at(kind, rows[of_kind][0])
+        return outcome
+
+    def _at(self, kind: Elsewhere, start: Floats, attractor: Attractor | None = None) -> int:
+        """Place of an outcome that is no motion with a core; the first start that leads there is followed for it."""
+        if kind not in self.elsewhere:
+            self.elsewhere[kind] = len(self.outcomes)
+            self.outcomes.append(self._attractor(start) if attractor is None else attractor)
+        return self.elsewhere[kind]

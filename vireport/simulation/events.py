@@ -354,6 +354,11 @@ def as_start(row: Array) -> tuple[float, float, float, float]:
     return float(row[WALL]), 0.0, float(row[VELOCITY]), float(row[PHASE])
 
 
+def as_starts(rows: Array) -> Array:
+    """Rows of impacts, each of its own ball, as starts of their continuations, (n, 4)."""
+    return np.stack([rows[:, WALL], np.zeros(len(rows)), rows[:, VELOCITY], rows[:, PHASE]], axis=1)
+
+
 def _ordered(rows: Array, count: Array) -> Array:
     """Unroll the rings: impact i of a trajectory was written to row i mod keep."""
     keep = rows.shape[1]
