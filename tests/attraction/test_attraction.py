@@ -39,9 +39,9 @@ from vireport.attraction.release import PRECISIONS, reaches
 from vireport.attraction.section import (
     Section,
     _arrives,
+    _Covered,
     _first_cells,
     _first_moments,
-    _Known,
     _Task,
     _ways,
     proved_section,
@@ -689,7 +689,7 @@ def test_a_box_is_known_where_all_of_it_is() -> None:
     random, fastest, parts = np.random.default_rng(15), 1.6, 8
     tiles = np.stack(np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")).reshape(2, -1)
     size, held = np.array([[2 / parts], [fastest / parts]]), random.random(parts**2) < 0.7
-    known = _Known(Cells(tiles * size, (tiles + 1) * size, np.zeros(parts**2, np.intp))[held], fastest)
+    known = _Covered(Cells(tiles * size, (tiles + 1) * size, np.zeros(parts**2, np.intp))[held], fastest)
     low = random.uniform([[0], [0]], [[4], [0.9 * fastest]], (2, 3000))
     high = low + random.uniform(1e-6, 0.4, (2, 3000)) * [[1], [fastest]]
     whole = np.ones(3000, dtype=bool)
@@ -704,7 +704,7 @@ def test_a_box_is_known_where_all_of_it_is() -> None:
 def test_a_ball_that_comes_to_rest_is_proved_to_arrive_only_where_that_membrane_releases_it_to_the_motion() -> None:
     groups, _, trap = stable(3.0)
     moments = _first_moments()
-    nothing = _Known(moments[np.zeros(len(moments), dtype=bool)], 1.9)
+    nothing = _Covered(moments[np.zeros(len(moments), dtype=bool)], 1.9)
     never, top, bottom = (
         _arrives(_Task(groups, trap, 1.9, rests, True), moments, nothing) for rests in ((), (-1,), (1,))
     )
