@@ -84,6 +84,17 @@ def test_arrays_tell_what_a_run_tells_of_motion_and_requirements(overrides: tupl
     assert told == {False, True}
 
 
+FALLING = "device.restitution_exponent=-0.05", "device.restitution_speed_m_s=5", "device.length_m=0.6"
+UNLIKE = "device.restitution=", "device.restitution_bottom=0.5", "device.restitution_top=0.52"
+
+
+@pytest.mark.parametrize("varied", [DesignInput.LENGTH, DesignInput.RESTITUTION])
+@pytest.mark.parametrize("over", [FALLING, (*UNLIKE, *FALLING)])
+def test_of_a_restitution_that_falls_with_speed_a_run_tells_of_each_value(over, varied: DesignInput) -> None:
+    study = study_with(over)
+    assert may_work(study, varied, float(study.solution.device.value_of(varied)) * np.array([0.9, 1.1])).all()
+
+
 def test_a_design_that_works_needs_no_change() -> None:
     assert changes(study_with(())) is None
 

@@ -84,15 +84,21 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def motions(self) -> PointwiseMotions:
-        """All motions, stable or not; with derivatives where an input is complex."""
-        groups = self._groups
-        shared = max(map(np.ndim, by_wall(self.device.restitution))) == 0
+        """All motions, stable or not; with derivatives where an input is complex.
+
+        Raises
+        ------
+        UsageError
+            Of a restitution that falls with speed.
+        """
+        device, groups = self.device.constant_restitution("what many designs come to"), self._groups
+        shared = max(map(np.ndim, by_wall(device.restitution))) == 0
         with np.errstate(all="ignore"):
             if np.iscomplexobj(groups.d):
-                return differentiated_motions(groups, self.device.period_ratio)
+                return differentiated_motions(groups, device.period_ratio)
             # A restitution that all share is passed as one number: motions are then found five times as fast.
-            known = groups._replace(restitution=self.device.restitution) if shared else groups
-            return find_motions(known, self.device.period_ratio)
+            known = groups._replace(restitution=device.restitution) if shared else groups
+            return find_motions(known, device.period_ratio)
 
     @cached_property
     def rows(self) -> Ints:
