@@ -201,7 +201,7 @@ def _on_the_answer(x: Results) -> Iterator[Said]:
     """The texts of that figure, beside the names of both membranes."""
     low, high = sorted((x.sweep["from"], x.sweep["to"]))
     for label, value in _ends(x):
-        yield Said(f"{label} {{}}", swept(x, value, digits_of(x, x.parameter, value, 6)))
+        yield Said(f"{label} {{}}", swept(x, value, digits_of(x, x.parameter, value, 3)))
     at = getattr(x.device, x.parameter)
     if at is None or not low <= at <= high:
         return
@@ -263,7 +263,7 @@ def cycle_faults(x: Results, figure: Figure) -> Iterator[str]:
             if not np.allclose(drawn[looks[words].get_color()], points, rtol=CLOSE, atol=0):
                 yield f"{where}, {words}: {points} are not drawn"
         title = axes.get_title(loc="left")
-        yield from filter(None, [Said(f"impact on the {where}: area {{}}", Amount(energy, "J", 4)).faults(title)])
+        yield from filter(None, [Said(f"impact on the {where}: area {{}}", Amount(energy, "J", 3)).faults(title)])
 
 
 def captions(x: Results) -> Iterator[tuple[str, Said]]:
@@ -277,28 +277,28 @@ def captions(x: Results) -> Iterator[tuple[str, Said]]:
         along = speeds_along(x) or [speeds(x, branch, k) for branch, k in motions(x, False)]
         for side, name in enumerate(("bottom", "top")):
             found = [pair[side] for pair in along]
-            yield "figure-answer", Said(f"at the {name} {{}} to {{}} m/s", number(min(found), 6), number(max(found), 6))
+            yield "figure-answer", Said(f"at the {name} {{}} to {{}} m/s", number(min(found), 3), number(max(found), 3))
         ranges = [inequality(x, part, x.parameter) for part in x.data["stable_range"]]
         amounts = [amount for part in ranges for amount in part.amounts]
         yield "figure-answer", Said(f"Stable: {'; '.join(part.words for part in ranges) or 'nowhere'}.", *amounts)
         kinds = {point["label"]: WORDS_OF[point["kind"]] for point in x.points}
         for label, value in _ends(x):
-            place = swept(x, value, digits_of(x, x.parameter, value, 6))
+            place = swept(x, value, digits_of(x, x.parameter, value, 3))
             yield "figure-answer", Said(f"{kinds[label].capitalize()} {label} at {{}}.", place)
     if x.stable and x.device.membrane["thickness_m"] is not None:
         bias, of = Amount(x.device.membrane["bias_voltage_v"], "V"), x.device.membrane
-        breaking = Amount(of["breakdown_field_v_m"] * of["thickness_m"], "V", 4)
+        breaking = Amount(of["breakdown_field_v_m"] * of["thickness_m"], "V", 3)
         yield "figure-cycle", Said("up to the bias of {}, isolated", bias)
         yield "figure-cycle", Said("the membrane breaks down at {}.", breaking)
         for where, (charge, high, energy) in zip(("bottom", "top"), cycles(x), strict=True):
-            amounts = Amount(charge, "C", 4), bias, Amount(high, "V", 4), Amount(energy, "J", 4)
+            amounts = Amount(charge, "C", 3), bias, Amount(high, "V", 3), Amount(energy, "J", 3)
             yield "figure-cycle", Said(f"on the {where}: {{}} isolated from {{}} to {{}}, area {{}}", *amounts)
     if x.stable:
         share = number(x.design["q"][x.stable[0]], 3)
         yield "figure-device", Said("over one period: it meets the top after {} of it.", share)
     if x.data["families"]:
         best = rungs(x)[0]
-        rate = Amount(best["Per second"].value, "V/s", 4)
+        rate = Amount(best["Per second"].value, "V/s", 3)
         yield "figure-ladder", Said(f"{best['Word']} generates most, up to {{}}.", rate)
         yield "figure-atlas", Said(f"{len(x.data['families'])} families that meet at ")
     of = x.data["simulation"]
@@ -308,7 +308,7 @@ def captions(x: Results) -> Iterator[tuple[str, Said]]:
         count = sum(len(follow[way]["jumps"]) for way in ("up", "down"))
         ends = [(loop["from"], loop["to"]) for loop in follow["loops"]]
         parts = "; ".join([f"{x.symbol} = {{}} to {{}}"] * len(ends))
-        amounts = [amount for low, high in ends for amount in (number(low, 5), swept(x, high, 5))]
+        amounts = [amount for low, high in ends for amount in (number(low, 3), swept(x, high, 3))]
         yield "figure-hysteresis", Said(f"{count} jumps; the motion depends on the direction at {parts}.", *amounts)
     if x.scenario["simulation"]["diagram"]:
         words: dict[str, list[float]] = {}
@@ -317,7 +317,7 @@ def captions(x: Results) -> Iterator[tuple[str, Said]]:
                 words.setdefault(word, []).append(sample["sweep_value"])
         for word, values in words.items():
             ends = sorted({min(values), max(values)})
-            amounts = [number(ends[0], 4)] * (len(ends) - 1) + [swept(x, ends[-1], 4)]
+            amounts = [number(ends[0], 3)] * (len(ends) - 1) + [swept(x, ends[-1], 3)]
             yield (
                 "figure-diagram",
                 Said(f"{word} at {len(values)} ({x.symbol} = {' to '.join(['{}'] * len(ends))})", *amounts),
@@ -334,10 +334,10 @@ def _portraits(x: Results) -> Iterator[tuple[str, Said]]:
         of, trace = x.design, x.design["trace"][k]
         root = sqrt(trace**2 - 4 * x.device.determinant)
         at = in_input(x.parameter, getattr(x.device, x.parameter))
-        speeds_of = number(of["velocity_bottom"][k], 5), number(-of["velocity_top"][k], 5)
+        speeds_of = number(of["velocity_bottom"][k], 3), number(-of["velocity_top"][k], 3)
         said = f"{x.symbol} = {{}}, d = {{}}, ḡ = {{}}: BT, every forcing period, |Ż| = {{}}, {{}}, φ = {{}} rad, "
-        phase, growth = number(of["phi_bottom_rad"][k], 5), number((abs(trace) + root) / 2, 3)
-        groups = number(x.device.d, 4), number(x.device.gbar, 4)
+        phase, growth = number(of["phi_bottom_rad"][k], 3), number((abs(trace) + root) / 2, 3)
+        groups = number(x.device.d, 3), number(x.device.gbar, 3)
         said += "residual {}, largest |λ| = {}"
         yield figure, Said(said, at, *groups, *speeds_of, phase, Below(1e-9), growth)
         if figure == "figure-3":

@@ -265,7 +265,7 @@ class Opening:
 
     def place(self, end: dict[str, Any]) -> Amount:
         parameter, value = end["parameter"], end["sweep_value"]
-        return in_input(parameter, value, digits_of(self.x, parameter, value, 6))
+        return in_input(parameter, value, digits_of(self.x, parameter, value, 3))
 
     def _tolerances(self) -> Iterator[Expected]:
         of = self.x.data["tolerances"]
@@ -378,7 +378,7 @@ def _label(margin: dict[str, Any]) -> str:
 
 def _between(x: Results, parameter: str, part: dict[str, Any], kinds: dict[str, str]) -> tuple[Said, Said]:
     """A stable range and what ends it: the end of a sweep belongs to it, a critical point does not."""
-    low, high = (in_input(parameter, part[end], digits_of(x, parameter, part[end], 6)) for end in ("from", "to"))
+    low, high = (in_input(parameter, part[end], digits_of(x, parameter, part[end], 3)) for end in ("from", "to"))
     ends = [kinds.get(part[f"{end}_reason"]) for end in ("from", "to")]
     if None not in ends:
         return Said("{} to {}", low, high), Said(f"from {ends[0]} to {ends[1]}")

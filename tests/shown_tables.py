@@ -129,16 +129,16 @@ class Results:
         return sorted(margins, key=lambda margin: inf if margin["relative"] is None else abs(margin["relative"]))
 
 
-def swept(x: Results, value: float, digits: int = 6, unit: bool = True) -> Amount:
+def swept(x: Results, value: float, digits: int = 3, unit: bool = True) -> Amount:
     """A value of the swept parameter."""
     return in_input(x.parameter, value, digits, unit)
 
 
-def in_input(parameter: str, value: float, digits: int = 6, unit: bool = True) -> Amount:
+def in_input(parameter: str, value: float, digits: int = 3, unit: bool = True) -> Amount:
     return Amount(value, SYMBOLS[parameter][2] if unit else "", digits)
 
 
-def number(value: float | None, digits: int = 6) -> Amount:
+def number(value: float | None, digits: int = 3) -> Amount:
     return Amount(value, "", digits)
 
 
@@ -172,7 +172,7 @@ def model_digits(x: Results) -> int:
     effects = x.data["effects"]["rows"] if x.data["effects"] is not None else ()
     moved = [end["compliant"] / end["rigid"] - 1 for end in ends if end["compliant"] is not None]
     moved += [row["moved_relative"] for row in effects if row["moved_relative"] is not None]
-    return min(max(1 - floor(log10(2 * max(4 * x.contact_share, *map(abs, moved), 5e-7))), 3), 6)
+    return min(max(1 - floor(log10(2 * max(4 * x.contact_share, *map(abs, moved), 5e-7))), 3), 3)
 
 
 def digits_of(x: Results, parameter: str, value: float, most: int) -> int:
@@ -282,7 +282,7 @@ VOLTAGE_LIMITS = tuple(REQUIRED)[:8]
 """Requirements on voltage and energy."""
 
 
-def of_unit(value: float | None, unit: str, digits: int = 6) -> Amount:
+def of_unit(value: float | None, unit: str, digits: int = 3) -> Amount:
     """A number in the unit of a limit, mW among them."""
     return Amount(1e-3 * value, "W", digits) if unit == "mW" and value is not None else Amount(value, unit, digits)
 
@@ -358,7 +358,7 @@ def _remark(x: Results, key: str) -> Any:
         parameter = end["parameter"]
         return Said(
             "{} at {} = {}", _name(end).capitalize().replace("doubling b", "doubling B"), SYMBOLS[parameter][1],
-            Amount(end["sweep_value"], SYMBOLS[parameter][2], 9),
+            Amount(end["sweep_value"], SYMBOLS[parameter][2], 3),
         )  # fmt: skip
     if key == "crosscheck_passed":
         found = x.data["simulation"]
@@ -395,7 +395,7 @@ def ranges_around(x: Results) -> list[Row]:
         row = {"Input": name, "Design": number(at, 8)}
         for title, value, mark in zip(("From", "To"), ends, ("", " 2"), strict=True):
             room = (value - at) / at if at else None
-            row[title] = number(value, digits_of(x, parameter, value, 6))
+            row[title] = number(value, digits_of(x, parameter, value, 3))
             row[f"ended by{mark}"] = _ended(x, parameter, value)
             row[f"room{mark}"] = (
                 number(None) if room is None
@@ -423,7 +423,7 @@ def what_is_left(x: Results) -> list[Row]:
     of = x.data["effects"]
     parameter, end = of["parameter"], of["sweep_value"]
     at = getattr(x.device, parameter)
-    unit, digits = f" [{SYMBOLS[parameter][2]}]" if SYMBOLS[parameter][2] else "", digits_of(x, parameter, end, 6)
+    unit, digits = f" [{SYMBOLS[parameter][2]}]" if SYMBOLS[parameter][2] else "", digits_of(x, parameter, end, 3)
     known: list[tuple[str, float | None, str | float]] = [("Rigid membranes", end, abs(end / at - 1))]
     for shift in of["rows"]:
         none = {True: "no end", False: "no stable motion", None: "not known: the ball stops on its way"}
@@ -515,7 +515,7 @@ def mass_effects(x: Results) -> list[Row]:
         rows.append(
             {
                 "Ball mass": name,
-                "": Amount(1e3 * mass, "g", 6),
+                "": Amount(1e3 * mass, "g", 3),
                 "δ": Amount(depth, "m", model_digits(x)),
                 "δ/Rc": number(depth / device.membrane["active_radius_m"], 3),
                 "Uave": Amount(mean([device.gain(bottom), device.gain(top)]), "V", model_digits(x)),
@@ -549,7 +549,7 @@ def points(x: Results) -> list[Row]:
         value = point["sweep_value"]
         place = {x.symbol: Amount(value, x.unit, digits), "± bound": Bound(point["error_bound"])}
         if x.data["own_stiffness"] is not None:
-            end, shown = compliant_end(x, x.parameter, value), digits_of(x, x.parameter, value, 9)
+            end, shown = compliant_end(x, x.parameter, value), digits_of(x, x.parameter, value, 3)
             of_compliant = "—" if end is None else end["missing"] or Amount(end["compliant"], x.unit, shown)
             place = {f"{x.symbol} rigid": Amount(value, x.unit, shown), f"{x.symbol} compliant": of_compliant}
         for mirrored in (False, True)[: 1 + (point["mirror"] is not None)]:
@@ -641,7 +641,7 @@ def what_follows(x: Results) -> list[Row]:
         {
             "Quantity": name,
             "Symbol": symbol,
-            **{title: number(of(x.device.at(x.parameter, value)), 8) for title, value in columns.items()},
+            **{title: number(of(x.device.at(x.parameter, value)), model_digits(x)) for title, value in columns.items()},
             "Unit": unit,
         }
         for name, symbol, unit, of in quantities
@@ -772,8 +772,8 @@ def families(x: Results) -> list[Row]:
                 "Stable": _many(x, stable, ", ") if stable else "nowhere",
                 "Begins": _end(of["begins_with"]),
                 "Ends": _end(of["ends_with"]),
-                "Uave": Amount(mean(gains), "V", 4),
-                "": Amount(rate * mean(gains), "V/s", 4),
+                "Uave": Amount(mean(gains), "V", 3),
+                "": Amount(rate * mean(gains), "V/s", 3),
             }
         )
     return rows
@@ -824,10 +824,10 @@ def rungs(x: Results) -> list[Row]:
                 "Word": word,
                 "Periods": str(members[0]["periods"]),
                 f"Stable at {x.symbol}": _many(x, parts, "; ", unit=True),
-                "Uave": Amount(max(volts), "V", 4),
-                "Per second": Amount(max(rates), "V/s", 4),
-                "Impacts/s": Said("{}", number(max(impacts), 4)) if min(impacts) == max(impacts)
-                else Said("{} to {}", number(min(impacts), 4), number(max(impacts), 4)),
+                "Uave": Amount(max(volts), "V", 3),
+                "Per second": Amount(max(rates), "V/s", 3),
+                "Impacts/s": Said("{}", number(max(impacts), 3)) if min(impacts) == max(impacts)
+                else Said("{} to {}", number(min(impacts), 3), number(max(impacts), 3)),
             }
         )  # fmt: skip
     return sorted(rows, key=lambda row: -row["Per second"].value)
@@ -852,7 +852,7 @@ def simulated(x: Results) -> list[Row]:
         assert abs(basin["share"] - basin["reached"] / basin["trials"]) < 1e-15
         answers["Starts that reach the 1:1 motion, where there is a stable one"] = Said(
             f"{basin['reached']} of {basin['trials']}: {{}} (95 % interval {{}} to {{}})",
-            *(percentage(basin[key], 3) for key in ("share", "low_95", "high_95")),
+            *(percentage(basin[key]) for key in ("share", "low_95", "high_95")),
         )
     return [{"Question": question, "Answer": answer} for question, answer in answers.items()]
 
@@ -866,7 +866,7 @@ def in_detail(x: Results) -> list[Row]:
             "Motion": Said(f"{x.symbol} = {{}}", swept(x, of["sweep_value"][k])),
             "Impacts": "BT",
             "Periods": str(x.device.period_ratio),
-            "|Ż| at each": Said("{}, {}", number(of["velocity_bottom"][k], 5), number(-of["velocity_top"][k], 5)),
+            "|Ż| at each": Said("{}, {}", number(of["velocity_bottom"][k], 3), number(-of["velocity_top"][k], 3)),
             "Residual": Below(x.data["simulation"]["tolerance"]),
             "Largest |λ|": number((abs(of["trace"][k]) + root) / 2, 3),
         }
@@ -894,9 +894,9 @@ def _counted(x: Results, motions: list[dict[str, Any]]) -> list[Row]:
         {
             "Motion": _kind(of),
             "Starts": str(of["count"]),
-            "Share": percentage(of["count"] / total, 3),
+            "Share": percentage(of["count"] / total),
             f"At {x.symbol}": Said("{}", swept(x, of["from"])) if of["from"] == of["to"]
-            else Said("{} to {}", swept(x, of["from"]), swept(x, of["to"])),
+            else Said("{} to {}", number(of["from"]), swept(x, of["to"])),
         }
         for of in motions[:12]
     ]  # fmt: skip
@@ -911,12 +911,12 @@ def jumps(x: Results) -> list[Row]:
             rows.append(
                 {
                     "Direction": way,
-                    f"At {x.symbol}": Said("{} ± {}", swept(x, middle, 9), number(half, 1)),
+                    f"At {x.symbol}": Said("{} ± {}", swept(x, middle, 3), number(half, 1)),
                     "From": _kind(of["before"]),
                     "To": _kind(of["after"]),
                     "The family before ends at": "—" if vertex is None
                     else Said(f"{vertex['label']}, {vertex['kind'].replace('_', ' ')}, {{}}",
-                              swept(x, vertex["sweep_value"], 9)),
+                              swept(x, vertex["sweep_value"], 3)),
                 }
             )  # fmt: skip
     return rows
@@ -925,8 +925,8 @@ def jumps(x: Results) -> list[Row]:
 def hysteresis(x: Results) -> list[Row]:
     return [
         {
-            x.symbol: Said("{} to {}", swept(x, of["from"]), swept(x, of["to"])),
-            "Width": Said("{}", swept(x, of["to"] - of["from"], 4)),
+            x.symbol: Said("{} to {}", number(of["from"]), swept(x, of["to"])),
+            "Width": Said("{}", swept(x, of["to"] - of["from"], 3)),
             "Upwards": _kind(of["up"]),
             "Downwards": _kind(of["down"]),
         }
@@ -941,7 +941,7 @@ def coexisting(x: Results) -> list[Row]:
         if not parts:
             return "—"
         texts = ["{}" if low == high else "{} to {}" for low, high in parts]
-        values = [swept(x, value) for part in parts for value in dict.fromkeys(part)]
+        values = [own for low, high in parts for own in ([number(low)] if low != high else []) + [swept(x, high)]]
         return Said("; ".join(texts), *values)
 
     return [
@@ -968,7 +968,7 @@ def _outcome(of: dict[str, Any]) -> str:
 
 def outcomes_along(x: Results) -> list[Row]:
     return [
-        {f"{x.symbol} from": Amount(of["from"], x.unit, 6), "to": number(of["to"], 6), "Outcome": _outcome(of)}
+        {f"{x.symbol} from": Amount(of["from"], x.unit, 3), "to": number(of["to"], 3), "Outcome": _outcome(of)}
         for of in x.data["disturbances"]["from_rest"]["along_sweep"]
     ]
 
@@ -979,7 +979,7 @@ def edges_of_outcome(x: Results) -> list[Row]:
     return [
         {
             "Side": side,
-            symbol: Amount(window[end], unit, 8),
+            symbol: Amount(window[end], unit, model_digits(x)),
             "Outcome up to there": _outcome(found),
             "Outcome beyond": _outcome({name: window[f"{end}_{name}"] for name in ("outcome", "word", "periods")})
             if window[f"{end}_outcome"]
@@ -1021,7 +1021,7 @@ def _followed(x: Results, of: dict) -> Row:
 def basins(x: Results) -> list[Row]:
     ends = {"share": "share", "from": "low_95", "to": "high_95"}
     return [
-        {"What an impact leads to": of["name"]} | {head: Amount(100 * of[key], "%", 3) for head, key in ends.items()}
+        {"What an impact leads to": of["name"]} | {head: Amount(100 * of[key], "%", 2) for head, key in ends.items()}
         for of in x.data["disturbances"]["basin"]["attractors"]
     ]
 
@@ -1031,7 +1031,7 @@ def attracting_motions(x: Results) -> list[Row]:
     for of in x.data["disturbances"]["coexistence"]["motions"]:
         shock: Said | Amount | str = "–"
         if of["least_jump_m_s"] is not None:
-            shock = Amount(of["least_jump_m_s"], "m/s", 4)
+            shock = Amount(of["least_jump_m_s"], "m/s", 3)
         elif of["searched_to_m_s"] is not None:
             shock = Said("none up to {}", Amount(of["searched_to_m_s"], "m/s", 3))
         rows.append(
@@ -1054,7 +1054,7 @@ def spreads(x: Results) -> list[Row]:
             "phase": Amount(of[f"phase_{where}_deg"], "°", 3),
             "velocity": Amount(of[f"velocity_{where}_m_s"], "m/s", 3),
             "voltage": Amount(of[f"u_{where}_v"], "V", 3),
-            "mean voltage": Amount(of[f"u_{where}_mean_v"], "V", 4),
+            "mean voltage": Amount(of[f"u_{where}_mean_v"], "V", 3),
         }
         for where in ("bottom", "top")
     ]
@@ -1106,7 +1106,7 @@ def inequality(x: Results, part: dict[str, Any], parameter: str) -> Said:
     signs = [
         "≤" if part[f"{end}_reason"] in ("end of the sweep", "limit of the input") else "<" for end in ("from", "to")
     ]
-    low, high = (in_input(parameter, part[end], digits_of(x, parameter, part[end], 6)) for end in ("from", "to"))
+    low, high = (in_input(parameter, part[end], digits_of(x, parameter, part[end], 3)) for end in ("from", "to"))
     return Said(f"{{}} {signs[0]} {SYMBOLS[parameter][1]} {signs[1]} {{}}", low, high)
 
 
@@ -1230,7 +1230,7 @@ def _of_membrane(x: Results) -> Iterator[Said]:
     yield Said(f"The ball mass m = {{}} is {origin}", Amount(1e3 * device.ball_mass_kg, "g", 8))
     if not x.places():
         return
-    yield Said("δ the larger deflection; Rc = {}.", Amount(radius, "m", 6))
+    yield Said("δ the larger deflection; Rc = {}.", Amount(radius, "m", 3))
     exponent = 1 / (h + 1)
     if device.free:
         yield Said("grows with the power 1/(h + 1) = {} of m/(1 + m/M). The velocities are those", number(exponent, 3))
@@ -1269,7 +1269,7 @@ def _alerts(x: Results) -> Iterator[Said]:
             f"{_name(end)}"
             if end["taken_over"]
             else f"Stable motion ends {{}} {side} the design point in {quantity}: {_name(end)}",
-            percentage(abs(end["relative"]), 3 if abs(end["relative"]) >= 0.01 else 2),
+            percentage(abs(end["relative"])),
         )
     contact = next((alert["cause"] for alert in x.data["alerts"] if alert["code"] == "VR011"), None)
     if contact is not None:
@@ -1346,7 +1346,7 @@ def _proved(x: Results) -> Iterator[Said]:
         said = "roved: every jump of the relative velocity up to {}, at any moment and of either sign, dies out "
         said += "({} cells of moments"
         cells = sum(of["halved"].count(-1) for of in shocks)
-        yield Said(said, Amount(bound, "m/s", 4), number(cells))
+        yield Said(said, Amount(bound, "m/s", 3), number(cells))
     else:
         yield Said("Not proved: a bound of the shocks that the motion survives.")
 
@@ -1417,17 +1417,17 @@ def compared(named: dict[str, Results]) -> Iterator[Said]:
     def average(x: Results, pick: Callable[[Any], float]) -> float:
         return pick(mean([x.device.gain(v) for v in speeds]) for speeds in speeds_along(x))
 
-    yield line("Lowest U_ave over the stable range:", lambda x: average(x, min), "V", 4)
-    yield line("Highest U_ave over the stable range:", lambda x: average(x, max), "V", 4)
+    yield line("Lowest U_ave over the stable range:", lambda x: average(x, min), "V", 3)
+    yield line("Highest U_ave over the stable range:", lambda x: average(x, max), "V", 3)
     yield line("U_ave of the stable motion at the design point:", lambda x: mean(
-        [x.device.gain(v) for v in x.design_speeds[0]]), "V", 4)  # fmt: skip
+        [x.device.gain(v) for v in x.design_speeds[0]]), "V", 3)  # fmt: skip
     for label in ("B1", "G1"):
         yield line(
             f"{label}, {'period doubling' if label == 'B1' else 'grazing'} of the asymmetric motion: d =",
             lambda x, label=label: next(
                 x.device.at(x.parameter, of["sweep_value"]).d for of in x.points if of["label"] == label
             ),
-            "", 4,
+            "", 3,
         )  # fmt: skip
     for parameter in ("frequency_hz", "length_m"):
 
@@ -1439,7 +1439,7 @@ def compared(named: dict[str, Results]) -> Iterator[Said]:
             return 100 * (end["sweep_value"] / getattr(x.device, parameter) - 1)
 
         yield line(
-            f"Margin from the design point to the period doubling below, in {SYMBOLS[parameter][1]}:", nearest, "%", 3
+            f"Margin from the design point to the period doubling below, in {SYMBOLS[parameter][1]}:", nearest, "%", 2
         )
 
 
@@ -1460,7 +1460,7 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
     yield "figure-2", conditions
     for figure in ("figure-2", "figure-4", "figure-7"):
         places = [f"{point['label']} {{}}" for point in x.points]
-        values = [(value := of["sweep_value"], digits_of(x, x.parameter, value, 6)) for of in x.points]
+        values = [(value := of["sweep_value"], digits_of(x, x.parameter, value, 3)) for of in x.points]
         shown = (in_input(x.parameter, value, digits) for value, digits in values)
         yield figure, Said(f"Critical points, at {x.symbol}: {'; '.join(places)}.", *shown)
         ranges = [inequality(x, part, x.parameter) for part in x.data["stable_range"]]
@@ -1479,10 +1479,10 @@ def along_the_sweep(x: Results) -> Iterator[tuple[str, Said]]:
         yield "figure-2", Said(f"circles: {counted}")
         yield "figure-7", Said(f"Circles: voltages of {counted}")
     if x.parameter == "length_m":
-        yield "figure-2", Said("F/(2 M f) = {}", Amount(x.device.velocity_unit, "m/s", 4))
+        yield "figure-2", Said("F/(2 M f) = {}", Amount(x.device.velocity_unit, "m/s", 3))
     yield "figure-7", Said(
-        "with m = {} and U_in = {}", Amount(1e3 * x.device.ball_mass_kg, "g", 4),
-        Amount(x.device.membrane["bias_voltage_v"], "V", 4),
+        "with m = {} and U_in = {}", Amount(1e3 * x.device.ball_mass_kg, "g", 3),
+        Amount(x.device.membrane["bias_voltage_v"], "V", 3),
     )  # fmt: skip
     volts = [mean([x.device.gain(v) for v in speeds]) for speeds in speeds_along(x)]
     yield (
@@ -1505,12 +1505,12 @@ def of_margins(x: Results) -> Iterator[Said]:
     """What the caption and the alternative text of the figure of margins say."""
     end = x.ending[0]
     quantity, symbol, _ = SYMBOLS[end["parameter"]]
-    digits = digits_of(x, end["parameter"], end["sweep_value"], 6)
+    digits = digits_of(x, end["parameter"], end["sweep_value"], 3)
     value = in_input(end["parameter"], end["sweep_value"], digits)
     yield Said(f"The nearest end of stable motion is the {_name(end)} at {symbol} = {{}}.", value)
     for key, slope in end["derivatives"].items():
         shift = (slope or 0.0) * getattr(x.device, key) / end["sweep_value"]
         if shift:
-            yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 3))
+            yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 2))
     yield Said("if one of the other inputs grows by 1 %: exact")
     yield Said(f"moves the {_name(end)} in {quantity} by:")

@@ -32,6 +32,7 @@ from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.study import Study, sweep_of
 from vireport.text.alerts import CATALOGUE, AlertCode, explanation
+from vireport.text.formatting import OF_A_MODEL
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 
@@ -487,7 +488,7 @@ SAID = [
             ),
         },
         [
-            "Solved by its equations, that motion is a stable focus from s = 0.6543 m (grazing) to 0.7654 m "
+            "Solved by its equations, that motion is a stable focus from s = 0.654 m (grazing) to 0.765 m "
             "(followed no farther)."
         ],
     ),
@@ -508,7 +509,7 @@ SAID = [
         },
         [
             "Some starts in flight come to B every 2 forcing periods: by its equations a stable focus from "
-            "s = 0.6543 m (grazing) to 0.7654 m (fold)."
+            "s = 0.654 m (grazing) to 0.765 m (fold)."
         ],
     ),
     (
@@ -517,19 +518,19 @@ SAID = [
         ["when the shaking begins comes to: chaotic. A block 'simulation:' shows it."],
     ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),
-    ("VR005", {"solution": known(design=ending(-0.0123))}, ["ends 1.23 % below the design point in length: fold D1."]),
+    ("VR005", {"solution": known(design=ending(-0.0123))}, ["ends 1.2 % below the design point in length: fold D1."]),
     (
         "VR005",
         {"solution": known(design=ending(-0.0123, taken_over=True))},
-        ["passes to another motion, with other voltages, 1.23 % below the design point"],
+        ["passes to another motion, with other voltages, 1.2 % below the design point"],
     ),
     (
         "VR005",
         {"solution": known(design=ending(0.0123, taken_over=True))},
-        ["passes to another motion, with other voltages, 1.23 % above the design point"],
+        ["passes to another motion, with other voltages, 1.2 % above the design point"],
     ),
     ("VR005", {"solution": known(design=ending(3.1e-5))}, ["ends 0.0031 % above the design point in length"]),
-    ("VR005", {"solution": known(design=ending(0.0123))}, ["ends 1.23 % above the design point in length: fold D1."]),
+    ("VR005", {"solution": known(design=ending(0.0123))}, ["ends 1.2 % above the design point in length: fold D1."]),
     ("VR006", {"solution": known(critical_points=rough("B1"))}, ["B1: so nearly degenerate that it was bracketed"]),
     (
         "VR006",
@@ -620,6 +621,7 @@ def evidence_of(results: dict[str, object]) -> SimpleNamespace:
         "reached": None,
         "by_starts": (),
         "record_doubts": (),
+        "exactness": OF_A_MODEL,
     }
     return SimpleNamespace(**nothing | results)
 

@@ -10,20 +10,13 @@ from collections.abc import Mapping, Sequence
 from enum import StrEnum
 
 from vireport.changes.quantities import STANDARD_ERRORS, ComparedQuantity
-from vireport.text.formatting import MOST_DIGITS, capital, percent, quantity, significant
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, Exactness, capital, errors_apart, percent, quantity, shown
 
 TOLD_ONE_BY_ONE = 4
 """Scenarios up to which a sentence has the number of each."""
 
-FEWEST_DIGITS = 4
-"""Fewest digits of a number in a sentence; a share has one fewer."""
-
-
 VARIED = re.compile(r"(?P<key>.+ =|[^\d=]+(?= [-+.]?\d)) (?P<value>.+)")
 """The name of a variant of one key: ``restitution_exponent = -0.1``, or ``length 0.7 m``."""
-
-STANDARD_ERROR_DIGITS = 2
-"""Digits of a difference in standard errors."""
 
 
 class Message(StrEnum):
@@ -125,31 +118,40 @@ def listed(parts: Sequence[str]) -> str:
     return f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
-def printed(value: float, unit: str, digits: int = FEWEST_DIGITS) -> str:
-    """Print a value with its unit, "" or "1" for none."""
+def printed(values: Sequence[float], unit: str, error: Exactness = OF_A_MODEL, *, alike: bool = False) -> list[str]:
+    """Print values with their unit, "" or "1" for none, so that those that differ are told apart.
+
+    Parameters
+    ----------
+    values : sequence of float
+    unit : str
+    error : Exactness
+        How exact they are; shares and standard errors have two digits.
+    alike : bool
+        Whether they are the same but for rounding.
+    """
+    error = ROUGHLY if unit in ("%", STANDARD_ERRORS) else error
+    if alike or unit == STANDARD_ERRORS:
+        return [_with_unit(value, unit, error) for value in values]
+    return [_with_unit(value, unit, own) for value, own in zip(values, errors_apart(values, error), strict=True)]
+
+
+def _with_unit(value: float, unit: str, error: float | Exactness) -> str:
     if unit == "%":
-        return percent(value / 100, digits - 1, signed=True)
+        return percent(value / 100, error if isinstance(error, Exactness) else error / 100, signed=True)
     if unit == "V":
-        return quantity(value, unit, digits)
-    if unit == STANDARD_ERRORS:
-        return f"{significant(value, STANDARD_ERROR_DIGITS)} {unit}"
+        return quantity(value, unit, error)
     separator = "" if unit in ("°", "1", "") else " "
-    return f"{significant(value, digits)}{separator}{unit if unit != '1' else ''}"
+    return f"{shown(value, error)}{separator}{unit if unit != '1' else ''}"
 
 
-def digits_apart(values: Sequence[float], unit: str, fewest: int = FEWEST_DIGITS) -> int:
-    """Find how many digits, `fewest` or more, tell apart the numbers that differ."""
-    # Numbers that agree to 14 digits differ by rounding, and more digits would make it a difference.
-    apart = len({float(f"{value:.14g}") for value in values})
-    digits = range(fewest, MOST_DIGITS)
-    return next((k for k in digits if len({printed(value, unit, k) for value in values}) >= apart), MOST_DIGITS)
-
-
-def side_by_side(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], change: float) -> str:
+def side_by_side(
+    of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], change: float, error: Exactness = OF_A_MODEL
+) -> str:
     """Tell the numbers of scenarios by their names, of many the least and the largest, and how far they are apart."""
     known = {name: cell for name, cell in cells.items() if cell.value is not None}
-    digits = digits_apart([cell.value for cell in known.values()], of.unit)
-    numbers = {name: printed(cell.value, of.unit, digits) for name, cell in known.items()}
+    texts = printed([cell.value for cell in known.values()], of.unit, error, alike=not change)
+    numbers = dict(zip(known, texts, strict=True))
 
     def told(number: str, names: Sequence[str]) -> str:
         note = known[names[0]].note
@@ -181,8 +183,8 @@ def side_by_side(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], ch
 
 def before_and_after(values: Sequence[float | str | None], unit: str) -> list[str]:
     """Print both sides of a change, numbers with so many digits that they differ."""
-    digits = digits_apart([value for value in values if isinstance(value, float)], unit)
-    return [printed(value, unit, digits) if isinstance(value, float) else value or Message.NONE for value in values]
+    numbers = iter(printed([value for value in values if isinstance(value, float)], unit))
+    return [next(numbers) if isinstance(value, float) else value or Message.NONE for value in values]
 
 
 def since_baseline(what: str, values: Sequence[float | str | None], unit: str, change: float | None) -> str:

@@ -17,7 +17,7 @@ from vireport.changes.messages import side_by_side
 from vireport.changes.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.text.foreign import visible
-from vireport.text.formatting import significant
+from vireport.text.formatting import OF_A_MODEL, Exactness, shown
 
 NO_DIFFERENCE = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made
@@ -63,7 +63,7 @@ class ComparisonRow(Struct, frozen=True):
     sentence: str
 
     def __repr__(self) -> str:
-        values = ", ".join(significant(value) if isinstance(value, float) else str(value) for value in self.values)
+        values = ", ".join(shown(value) if isinstance(value, float) else str(value) for value in self.values)
         return f"<ComparisonRow {visible(self.heading)}: {visible(values, LONGEST_VALUES)}>"
 
     @property
@@ -139,7 +139,10 @@ def axes_of(scenarios: Iterable[ComparedScenario], same: float) -> Axes:
 
 
 def comparison_rows(
-    scenarios: Mapping[str, ComparedScenario], axes: Axes, tolerance: float = NO_DIFFERENCE
+    scenarios: Mapping[str, ComparedScenario],
+    axes: Axes,
+    tolerance: float = NO_DIFFERENCE,
+    exactness: Exactness = OF_A_MODEL,
 ) -> tuple[ComparisonRow, ...]:
     """Compare all that can be compared, by groups: in each what only some scenarios have first, then what changed most.
 
@@ -153,6 +156,8 @@ def comparison_rows(
         In which places are compared.
     tolerance : float
         Relative difference that is none; error bounds are added to it.
+    exactness : Exactness
+        How exact the numbers of all scenarios are.
     """
     compared = {of.identity: of for scenario in scenarios.values() for of in scenario.quantities.values()}
     alike = Counter(of.name for of in compared.values())
@@ -164,10 +169,12 @@ def comparison_rows(
         known = sum(cell.value is not None for cell in cells.values())
         in_an_input = of.group is QuantityGroup.MARGIN and of.along != "d"
         if known and (of.along is None or of.along in axes.always or in_an_input):
-            row = _row(named, cells, tolerance)
+            row = _row(named, cells, tolerance, exactness)
         elif known > 1 and of.along in axes.shared:
             # Places in a parameter that only some sweep stand beside those in d, which say what a scenario lacks.
-            row = _row(named, {name: replace(cell, finding=False) for name, cell in cells.items()}, tolerance)
+            row = _row(
+                named, {name: replace(cell, finding=False) for name, cell in cells.items()}, tolerance, exactness
+            )
         else:
             continue
         rows.append((_rank(row, of.subject, order.index(of.along)), row))
@@ -183,7 +190,9 @@ def _rank(row: ComparisonRow, subject: str, place: int) -> tuple[int, bool, bool
     return group, not only_some, not row.differs, -(row.change or 0.0), subject, place
 
 
-def _row(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], tolerance: float) -> ComparisonRow:
+def _row(
+    of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], tolerance: float, exactness: Exactness
+) -> ComparisonRow:
     """Compare what the scenarios have of one quantity."""
     entries = tuple(cells.values())
     if of.is_statement:
@@ -199,7 +208,7 @@ def _row(of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], tolerance:
     share = spread / size if apart else 0.0
     types = of.group is QuantityGroup.DESIGN_POINT and len({cell.note for cell in known}) > 1
     change = None if absent or len(known) < 2 else share
-    differs, sentence = absent or apart or types, side_by_side(of, cells, share)
+    differs, sentence = absent or apart or types, side_by_side(of, cells, share, exactness)
     return ComparisonRow(of.name, of.group, of.unit, entries, change, differs, sentence)
 
 

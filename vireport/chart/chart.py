@@ -38,6 +38,7 @@ from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS, FLOATS
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import OF_A_MODEL, Exactness
 
 if TYPE_CHECKING:
     from vireport.gate.alerts import Alert
@@ -112,6 +113,11 @@ class Chart(Struct, frozen=True, eq=False):
         return () if self.run is None else self.run.alerts
 
     @property
+    def exactness(self) -> Exactness:
+        """How exact the numbers are: as those of the run of the design point."""
+        return OF_A_MODEL if self.run is None else self.run.evidence.exactness
+
+    @property
     def narrow(self) -> tuple[NarrowBand, ...]:
         """Words that are stable in bands which the regions do not show."""
         return () if self.regions is None else narrow_bands(self.regions, self.cuts, self.off)
@@ -175,7 +181,7 @@ def chart(
     through = [(StraightSweep(plane, own.varied, own.inputs[1 - own.varied]), own) for own in given]
     lines = [*((line, None) for line in searched), *through]
     for k, (line, own) in enumerate(lines):
-        at = plane.inputs[1 - line.varied].show(line.other)
+        at = plane.inputs[1 - line.varied].given(line.other)
         say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(lines)))
         if not line.sweep.unresolved:
             found = () if own is None else _given(line, own)
@@ -210,7 +216,7 @@ def _given(line: StraightSweep, start: ChartStart) -> list[Motion]:
     coordinate = float(sweep.coordinate_of(line.swept(start.inputs[line.varied])))
     found = motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate)
     if not found:
-        at = " and ".join(varied.show(value) for varied, value in zip(line.plane.inputs, start.inputs, strict=True))
+        at = " and ".join(varied.given(value) for varied, value in zip(line.plane.inputs, start.inputs, strict=True))
         raise UsageError(
             f"motions.starts: no motion {word.name} was found at {at} (leave it out, or give another value)"
         )

@@ -263,7 +263,7 @@ def _design(axes: Axes, chart: Chart) -> Iterator[Label]:
 
 def margin_text(chart: Chart, margin: ChartMargin) -> str:
     """A margin with its sign and unit."""
-    size = chart.plane.inputs[margin.varied].show(abs(margin.distance), 3)
+    size = chart.plane.inputs[margin.varied].show(abs(margin.distance))
     return f"{'+' if margin.distance > 0 else MINUS}{size}"
 
 

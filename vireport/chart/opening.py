@@ -6,11 +6,9 @@ The macros that say it are in `templates/words/chart.j2`.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import isclose
 from typing import Any
 
 from vireport.chart.chart import Chart
-from vireport.chart.design import ChartMargin
 from vireport.chart.words import Naming, words_given
 from vireport.gate.alerts import NEAR_CRITICAL
 from vireport.gate.opening import Opening, Statement, gravest, words_of
@@ -20,12 +18,6 @@ _said = words_of("chart")
 
 MOST_KINDS = 3
 """Kinds of regions that are told of a chart without a design point."""
-
-SAME_END = 1e-9
-"""Relative difference up to which an end of a chart and one of a run are the same."""
-
-END_DIGITS = 3
-"""Significant digits of an end that a run does not have."""
 
 
 def chart_opening(chart: Chart, named: Naming) -> Opening:
@@ -80,15 +72,5 @@ def _ends(chart: Chart, named: Naming) -> Iterator[Statement]:
             near = end.relative is not None and abs(end.relative) < NEAR_CRITICAL
             away = _said("away_absolute" if end.relative is None else "away", end, varied)
             how = "opening_handover" if end.taken_over else "opening_end"
-            said = _said(how, name, varied, end, end_shown(chart, end), away)
+            said = _said(how, name, varied, end, varied.show(end.value, chart.exactness), away)
             yield Statement(Status.CAUTION if near else Status.NEUTRAL, said)
-
-
-def end_shown(chart: Chart, end: ChartMargin) -> str:
-    """Where an end is, as text: with the digits that a run of the design point shows it with."""
-    varied, run = chart.plane.inputs[end.varied], chart.run
-    if run is not None and run.solution.design is not None:
-        for one in run.solution.design.limits():
-            if one.parameter == varied and isclose(one.sweep_value, end.value, rel_tol=SAME_END):
-                return run.verdict.place(one)
-    return varied.show(end.value, END_DIGITS)

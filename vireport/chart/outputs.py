@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from vireport.chart.meetings import Meeting
 from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Plane
 from vireport.chart.regions import ChartRegion, StableMotion
-from vireport.chart.tables import exact_points, shown_points
+from vireport.chart.tables import points_table
 from vireport.gate.alerts import named_alerts
 from vireport.motions.events import Event
 from vireport.physics.motion import Motion
@@ -87,17 +87,17 @@ def files(
 
 def text(chart: Chart, templates: Path | None = None) -> str:
     """What a chart comes to, for a terminal."""
-    return plain_text(_parts(chart, shown_points, templates)) + "\n"
+    return plain_text(_parts(chart, templates)) + "\n"
 
 
 def markdown(chart: Chart, templates: Path | None = None) -> str:
-    """What a chart comes to, in Markdown, with all digits and the error bounds."""
-    parts = _parts(chart, exact_points, templates)
+    """What a chart comes to, in Markdown."""
+    parts = _parts(chart, templates)
     said = "\n\n".join(markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in parts)
     return f"{said.rstrip()}\n"
 
 
-def _parts(chart: Chart, table: Callable[[Chart], Table], templates: Path | None) -> Iterator[str | Table]:
+def _parts(chart: Chart, templates: Path | None) -> Iterator[str | Table]:
     """The verdict, what was found and what was not, and the points of codimension two."""
     from vireport.chart.opening import chart_opening
     from vireport.chart.words import naming
@@ -112,7 +112,7 @@ def _parts(chart: Chart, table: Callable[[Chart], Table], templates: Path | None
         yield named_alerts(chart.alerts)
     yield said("found", chart)
     if chart.meetings:
-        yield table(chart)
+        yield points_table(chart)
 
 
 def chart_json(chart: Chart, provenance: Provenance) -> bytes:

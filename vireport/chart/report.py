@@ -12,12 +12,13 @@ from msgspec import Struct
 from vireport.chart.chart import Chart
 from vireport.chart.opening import chart_opening
 from vireport.chart.regions import PIXELS, ROOM
-from vireport.chart.tables import shown_points
+from vireport.chart.tables import points_table
 from vireport.chart.words import Naming, naming, words_given
 from vireport.gate.alerts import Alert
 from vireport.gate.opening import WordedOpening
 from vireport.scenario.loading import Loaded
 from vireport.study.provenance import Provenance
+from vireport.text.formatting import Exactness
 from vireport.text.tables import Table
 from vireport.wording.templates import Words
 
@@ -73,6 +74,11 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
         return chart_opening(self.chart, self.named).worded(self.templates)
 
     @property
+    def exactness(self) -> Exactness:
+        """How exact all numbers are."""
+        return self.chart.exactness
+
+    @property
     def alerts(self) -> tuple[Alert, ...]:
         """What must be known of the design point, as a run says it."""
         return self.chart.alerts
@@ -87,8 +93,8 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
         return 2 * ROOM / PIXELS
 
     def points(self) -> Table:
-        """The points of codimension two, to eight digits."""
-        return shown_points(self.chart)
+        """The points of codimension two."""
+        return points_table(self.chart)
 
     @property
     def listing(self) -> str:

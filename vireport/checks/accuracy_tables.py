@@ -17,7 +17,7 @@ from vireport.checks.workprecision import (
     Order,
     WorkPrecision,
 )
-from vireport.text.formatting import ABSENT, TIMES, significant
+from vireport.text.formatting import ABSENT, ROUGHLY, TIMES, exact, shown
 from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def _task(work: WorkPrecision, task: MethodTask, say: Words) -> str:
 
 def power(value: float) -> str:
     """Print an error, an accuracy or a tolerance with two digits at the most: 1e-06 as 10⁻⁶."""
-    return _bare(significant(float(f"{value:.1e}"), 2))
+    return _bare(shown(value, ROUGHLY))
 
 
 def seconds(spread: Spread | None) -> str:
@@ -110,7 +110,7 @@ def seconds(spread: Spread | None) -> str:
     if spread is None:
         return ABSENT
     unit, scale = next((u, s) for u, s in (("s", 1.0), ("ms", 1e3), ("µs", 1e6)) if spread.median * s >= 1 or u == "µs")
-    low, middle, high = (significant(x * scale, 3) for x in (spread.low, spread.median, spread.high))
+    low, middle, high = (shown(x * scale) for x in (spread.low, spread.median, spread.high))
     return f"{middle} {unit}" if low == high == middle else f"{middle} ({low}–{high}) {unit}"
 
 
@@ -168,7 +168,7 @@ def _count(run: MethodRun | None) -> str:
 
 
 def _setting(run: MethodRun) -> str:
-    return _bare(significant(run.setting, 3)) if run.knob else ABSENT
+    return _bare(exact(run.setting)) if run.knob else ABSENT
 
 
 def _failure_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
@@ -184,8 +184,8 @@ def _failure_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
 def _order_row(work: WorkPrecision, order: Order, say: Words) -> Row:
     low, high = (f"{x:,.0f}" if order.against != "tolerance" else power(x) for x in (order.first, order.last))
     against, ends = say("against", order.against), say("fitted_over", low, high, order.points)
-    theory = "–".join(significant(x, 2) for x in order.theory) or ABSENT
-    return order.method, _task(work, order.task, say), against, ends, significant(order.fitted, 3), theory
+    theory = "–".join(exact(x) for x in order.theory) or ABSENT
+    return order.method, _task(work, order.task, say), against, ends, shown(order.fitted), theory
 
 
 def _factor_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:

@@ -27,6 +27,7 @@ from vireport.motions.stability import Stability
 from vireport.motions.sweep import Sweep
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import OF_A_MODEL, Exactness
 
 PAPER = (
     "Serdukova, Kuske, Yurchenko: Stability and bifurcation analysis of the period-T motion of a vibroimpact "
@@ -209,6 +210,11 @@ class ComparedRow(Struct, frozen=True):
     def agrees(self) -> bool | None:
         """Whether ours agrees with the print; None where there is nothing to compare."""
         return None if self.agreement is Agreement.NOT_PRINTED else self.agreement is not Agreement.DIFFERS
+
+    @property
+    def error(self) -> float | Exactness:
+        """What ours is rounded by: one digit more is told than is printed."""
+        return _half(self.printed) / 10 if self.printed else OF_A_MODEL
 
     @property
     def gap(self) -> float:

@@ -17,7 +17,7 @@ from vireport.measurement.inquiry import EACH, Identification, IdentifiedInput
 from vireport.measurement.misfit import LEVEL, BetterFit, Misfit
 from vireport.measurement.picking import Doubt
 from vireport.measurement.signals import Signals
-from vireport.text.formatting import bounded, significant
+from vireport.text.formatting import ROUGHLY, measured, shown
 
 _said = words_of("identify")
 
@@ -95,7 +95,7 @@ def _value(own: IdentifiedInput) -> str:
 
 def _rounded(value: float, own: IdentifiedInput) -> str:
     """A value, or an end of its interval, to a digit more than half of that leaves."""
-    return bounded(value, own.half / 10)
+    return shown(value, own.half / 2)
 
 
 def _in_unit(own: IdentifiedInput, text: str) -> str:
@@ -128,7 +128,7 @@ def _instead(misfit: Misfit) -> Iterator[Statement]:
         yield Statement(Status.BAD, _said("give_law" if better.value < 0 else "no_such_law", better))
     else:
         name = "mend_clock" if better.unknown is Unknown.DRIFT else "give_input"
-        yield Statement(Status.BAD, _said(name, better, _of_better(better), significant(better.standard_error, 2)))
+        yield Statement(Status.BAD, _said(name, better, _of_better(better), shown(better.standard_error, ROUGHLY)))
     if better.clock_accepted:
         yield Statement(Status.BAD, _said("clock_fast" if better.clock_off > 0 else "clock_slow", better))
     if better.others:
@@ -136,7 +136,7 @@ def _instead(misfit: Misfit) -> Iterator[Statement]:
 
 
 def _of_better(better: BetterFit) -> str:
-    return bounded(better.value, better.standard_error / 10)
+    return measured(better.value, better.standard_error)
 
 
 def _of_stability(share: MeasuredShare | None) -> Iterator[Statement]:

@@ -29,7 +29,7 @@ from vireport.scenario.parameters import DesignInput
 from vireport.scenario.writing import as_yaml
 from vireport.study.provenance import provenance_of
 from vireport.study.results import json_bytes
-from vireport.text.formatting import bounded, significant
+from vireport.text.formatting import ROUGHLY, measured, shown
 from vireport.text.tables import Table, numbers, plain_text, texts
 from vireport.wording.templates import Words
 
@@ -245,10 +245,10 @@ def _signals_parts(signals: Signals) -> Iterator[str | Table]:
     rows = tuple(
         (
             str(harmonic.order),
-            bounded(harmonic.percent, harmonic.percent_error / 100),
-            significant(harmonic.percent_error, 2),
-            bounded(harmonic.phase_deg, harmonic.phase_error_deg / 100),
-            significant(harmonic.phase_error_deg, 2),
+            measured(harmonic.percent, harmonic.percent_error),
+            shown(harmonic.percent_error, ROUGHLY),
+            measured(harmonic.phase_deg, harmonic.phase_error_deg),
+            shown(harmonic.phase_error_deg, ROUGHLY),
         )
         for harmonic in shaker.harmonics
         if harmonic.significant
@@ -366,7 +366,7 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
         weighted = own.equations.relative is not None
         told = WORDS("summary", len(found.times), answer.timing_error_s, missed, len(found.false), found.lost, weighted)
         if misfit.accepted:
-            p = "" if misfit.p_value is None else f" (p = {significant(misfit.p_value, 2)})"
+            p = "" if misfit.p_value is None else f" (p = {shown(misfit.p_value, ROUGHLY)})"
             yield f"{told} {WORDS('reason', misfit).capitalize()}{p}."
         else:
             yield told
@@ -377,9 +377,9 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
     rows = tuple(
         (
             WORDS("name_of", own.unknown),
-            bounded(own.value, own.error / 100),  # to two digits of its standard error, as the ends of the interval
-            significant(own.error, 2),
-            *(bounded(end, own.error / 100) for end in (own.low, own.high)),
+            measured(own.value, own.error),
+            shown(own.error, ROUGHLY),
+            *(measured(end, own.error) for end in (own.low, own.high)),
             own.unknown.unit,
         )
         for own in answer.identified

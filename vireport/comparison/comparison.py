@@ -28,6 +28,7 @@ from vireport.study.plan import Task, plan
 from vireport.study.results import SCHEMA_VERSION
 from vireport.study.study import Study, analyse
 from vireport.text.foreign import visible
+from vireport.text.formatting import Exactness
 from vireport.text.tables import html_table
 
 if TYPE_CHECKING:
@@ -77,6 +78,11 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
     def by_name(self) -> dict[str, Study]:
         """The studies by the names of the scenarios."""
         return dict(zip(self.names, self.studies, strict=True))
+
+    @property
+    def exactness(self) -> Exactness:
+        """How exact the numbers of all scenarios are."""
+        return _exactness(self.studies)
 
     @cached_property
     def quantities(self) -> tuple[ComparisonRow, ...]:
@@ -205,7 +211,13 @@ def compare(
         {variant.name: study.to_dict() for variant, study in zip(chosen, studies, strict=True)}
     )
     axes = axes_of(scenarios.values(), NO_DIFFERENCE)
-    return Comparison(tuple(scenarios), tuple(studies), axes, comparison_rows(scenarios, axes), merits)
+    rows = comparison_rows(scenarios, axes, exactness=_exactness(studies))
+    return Comparison(tuple(scenarios), tuple(studies), axes, rows, merits)
+
+
+def _exactness(studies: Sequence[Study]) -> Exactness:
+    """The largest relative error of the numbers of all studies: those of a row are as exact as the least exact one."""
+    return max((study.evidence.exactness for study in studies), key=lambda own: own.relative)
 
 
 def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Merit, ...]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.changes.messages import Message, digits_apart, listed
+from vireport.changes.messages import Message, listed
 from vireport.changes.quantities import QuantityGroup
 from vireport.changes.table import ComparisonRow
 from vireport.comparison.comparison import (
@@ -26,15 +26,11 @@ from vireport.gate.opening import WordedOpening
 from vireport.scenario.parameters import Parameter
 from vireport.study.provenance import Provenance
 from vireport.study.results import SWEEP_END
-from vireport.text.formatting import ABSENT, capital, percent, significant, words, written
+from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, shown, words, written
 from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
-
-
-TABLE_DIGITS = 6
-"""Fewest digits of a number in a table of all quantities."""
 
 
 class ComparisonReport(Struct, frozen=True, eq=False):
@@ -162,22 +158,26 @@ def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityG
     chosen = [row for row in comparison.quantities if row.group in groups]
     for part in columns(len(names)) if chosen else ():
         rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
-        lines = tuple((_plain(capital(row.heading)), *_numbers(row, part), _apart(row)) for row in rows)
+        lines = tuple(
+            (_plain(capital(row.heading)), *_numbers(row, part, comparison.exactness), _apart(row)) for row in rows
+        )
         head = (*texts("Quantity"), *numbers(*map(_plain, names[part]), "Difference"))
         several = Message.OF_SCENARIOS.format(caption=title, names=listed(names[part]))
         caption = several if len(names) > BESIDE_ONE_ANOTHER else title
         yield Table(_plain(caption), head, lines, _plain(_dashes(names[part], part, rows)))
 
 
-def _numbers(row: ComparisonRow, part: slice) -> Iterator[str]:
+def _numbers(row: ComparisonRow, part: slice, exactness: Exactness) -> Iterator[str]:
     """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
-    digits = digits_apart([value for value in row.values if value is not None], "1", TABLE_DIGITS)
+    known = [value for value in row.values if value is not None]
+    printed = apart(known, exactness) if row.change != 0 else [shown(value, exactness) for value in known]
+    texts = dict(zip(known, printed, strict=True))
     for cell in row.cells[part]:
         if cell.value is None:
             yield Message.NONE if cell.finding else ABSENT
         else:
             note = Message.SWEEP_END if cell.note == SWEEP_END else cell.note
-            yield f"{significant(cell.value, digits)} ({note})" if note else significant(cell.value, digits)
+            yield f"{texts[cell.value]} ({note})" if note else texts[cell.value]
 
 
 def _apart(row: ComparisonRow) -> str:

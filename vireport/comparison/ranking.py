@@ -22,7 +22,7 @@ from vireport.scenario.parameters import DesignInput
 from vireport.shocks.withstood import Withstood
 from vireport.study.study import Study
 from vireport.text.foreign import visible
-from vireport.text.formatting import ABSENT, capital, percent, quantity, significant
+from vireport.text.formatting import ABSENT, capital, percent, quantity, shown
 from vireport.text.tables import Table, numbers, texts
 
 RANKED_DIGITS = 9
@@ -155,7 +155,7 @@ class Ranked(Struct, frozen=True, eq=False):
         if value is None:
             return ABSENT
         if merit is Merit.RECOVERY:
-            return Message.PERIODS.format(count=significant(-value, 3))
+            return Message.PERIODS.format(count=shown(-value))
         if withstood is not None and withstood.jump_m_s is not None:
             return quantity(withstood.jump_m_s, "m/s")
         return Message.MORE_THAN.format(size=quantity(_withstands_all(self.study) or 0.0, "m/s"))
@@ -335,6 +335,6 @@ def _ends(design: DesignPoint) -> Iterator[str]:
         elif nearest is None:
             yield Message.NONE
         elif nearest.relative is None:  # the design value is zero, as the inclination of a horizontal capsule is
-            yield f"{'+' if nearest.distance > 0 else ''}{varied.show(nearest.distance, 3)} {nearest.event.letter}"
+            yield f"{'+' if nearest.distance > 0 else ''}{varied.show(nearest.distance)} {nearest.event.letter}"
         else:
             yield f"{percent(nearest.relative, signed=True)} {nearest.event.letter}"

@@ -90,8 +90,8 @@ class Margin(Struct, frozen=True, eq=False):
         """The critical point and its place as text, with the distance in per cent or, where there is none, its unit."""
         away = percent(self.relative, signed=True)
         if self.relative is None:
-            away = f"{'+' if self.distance > 0 else ''}{self.parameter.show(self.distance, 3)}"
-        return f"{self.name} at {self.parameter.symbol} = {self.parameter.show(self.sweep_value, 5)} ({away})"
+            away = f"{'+' if self.distance > 0 else ''}{self.parameter.show(self.distance)}"
+        return f"{self.name} at {self.parameter.symbol} = {self.parameter.show(self.sweep_value)} ({away})"
 
     @property
     def event(self) -> Event:

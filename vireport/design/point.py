@@ -29,7 +29,7 @@ from vireport.physics.energy import Conversion, Voltages
 from vireport.physics.groups import Restitutions, SpeedLaw
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
-from vireport.text.formatting import OF_A_MODEL, Exactness, apart, exact, quantity, significant
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, exact, quantity, shown
 
 Floats = NDArray[np.float64]
 
@@ -146,7 +146,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
         if self.u_ave_v is not None:
             parts.append(f"U_ave {quantity(self.u_ave_v, 'V')}")
         parts += [f"nearest end: {margin.shown}" for margin in self.limits()[:1]]
-        return f"<DesignPoint {self.parameter.symbol} = {self.parameter.show(self.value)}: {', '.join(parts)}>"
+        return f"<DesignPoint {self.parameter.symbol} = {self.parameter.given(self.value)}: {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
         """The motions and the margins, for a notebook."""
@@ -161,7 +161,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
             (
                 words,
                 "yes" if motions.admissible_mask[row] else "no",
-                *(significant(float(column[row])) for column in numbers),
+                *(shown(float(column[row])) for column in numbers),
                 quantity(float(gained[row]), "V"),
             )
             for row, words in enumerate(motions.words)

@@ -59,6 +59,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
         "ranges": study.verdict.inequalities,
         "ends": [(point, place) for _, point, place in ends],
         "speeds": [_extent(study, side) for side in (0, 1)],
+        "exactness": study.evidence.exactness,
     }
     return pictured(Task.FIGURE_ANSWER, words, figure_answer(study), templates)
 
@@ -181,7 +182,7 @@ def _design(axes: Axes, study: Study) -> None:
     _beside(
         axes,
         design.value,
-        f"design {swept.show(design.value)}",
+        f"design {swept.given(design.value)}",
         0.03,
         "bottom",
         Color.BLACK,

@@ -127,6 +127,7 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
         "best": next(iter(ladder(atlas.shown, membrane)), None),
         "families": len(atlas.shown),
         "found": len(atlas.families),
+        "exactness": study.evidence.exactness,
     }
     return pictured(Task.FIGURE_LADDER, shown, figure_ladder(study, atlas, membrane), templates)
 

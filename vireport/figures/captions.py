@@ -28,7 +28,7 @@ from vireport.scenario.blocks import Approach
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.study.plan import Task
 from vireport.study.study import Study
-from vireport.text.formatting import exact, scaled
+from vireport.text.formatting import exact
 from vireport.wording.templates import Words
 
 LAMBDA_LIMIT = 1.6
@@ -56,9 +56,6 @@ FILES = {
     Task.FIGURE_STIFFNESS: "stiffness",
 }
 """Templates of the words of each figure; those of figures that are not drawn are not read."""
-
-INPUT_DIGITS = 8
-"""Significant digits of inputs in figures: more than anyone gives, fewer than a search leaves."""
 
 
 def pictured(name: Task, shown: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
@@ -111,14 +108,14 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
 def held_by(device: Device, varied: Collection[str]) -> list[str]:
     """The parameters of a device but those that vary, by their keys."""
     parameters = [
-        f"{name.symbol} = {name.show(value, INPUT_DIGITS)}"
+        f"{name.symbol} = {name.given(value)}"
         for name in DRIVING
         if name not in varied and (value := getattr(device, name)) is not None
     ]
     if DesignInput.CAPSULE_MASS not in varied:
         parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")
     if device.recoils and "ball_mass_kg" not in varied:
-        parameters.append(f"m = {scaled(device.ball_mass_kg, 3)} g, capsule free")
+        parameters.append(f"m = {exact(device.ball_mass_kg, 3)} g, capsule free")
     parameters += _restitutions(device, varied)
     parameters += harmonics_of(device)
     parameters += friction_of(device)

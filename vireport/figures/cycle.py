@@ -14,7 +14,7 @@ from vireport.figures.style import DASHED, Color, Look, Picture, sheet, style
 from vireport.physics.energy import ElectricalCycle, Membrane, cycle_of
 from vireport.study.plan import Task
 from vireport.study.study import Study
-from vireport.text.formatting import PREFIXES, quantity
+from vireport.text.formatting import OF_A_MODEL, PREFIXES, Exactness, quantity
 
 PLACES = "bottom", "top"
 
@@ -26,9 +26,6 @@ WIDTH = 2.7
 
 ROOM = 1.12
 """Ends of the axes over the largest charge and voltage."""
-
-DIGITS = 4
-"""Significant digits of an area."""
 
 CHARGED: Look = {"color": Color.GREY, "linewidth": 1.2}
 ISOLATED: Look = {"color": Color.VERMILION, "linewidth": 1.8}
@@ -52,8 +49,9 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
         "cycles": tuple(zip(PLACES, cycles, strict=True)),
         "bias_v": membrane.bias_voltage_v,
         "breakdown_v": _breakdown_v(membrane),
+        "exactness": study.evidence.exactness,
     }
-    return pictured(Task.FIGURE_CYCLE, shown, figure_cycle(cycles, membrane), templates)
+    return pictured(Task.FIGURE_CYCLE, shown, figure_cycle(cycles, membrane, study.evidence.exactness), templates)
 
 
 def cycles_at_design(study: Study) -> tuple[ElectricalCycle, ...]:
@@ -73,7 +71,7 @@ def cycles_at_design(study: Study) -> tuple[ElectricalCycle, ...]:
     return tuple(cycle_of(float(gain), membrane, membrane.dielectric) for gain in gains)
 
 
-def figure_cycle(cycles: tuple[ElectricalCycle, ...], membrane: Membrane) -> Figure:
+def figure_cycle(cycles: tuple[ElectricalCycle, ...], membrane: Membrane, exactness: Exactness = OF_A_MODEL) -> Figure:
     """The cycle of an impact on either membrane, to one scale, with its area."""
     powers = prefix([np.array([x.charge_c for x in cycles])]), prefix([np.array([x.peak_v for x in cycles])])
     limit = _breakdown_v(membrane)
@@ -82,7 +80,7 @@ def figure_cycle(cycles: tuple[ElectricalCycle, ...], membrane: Membrane) -> Fig
         highest = tuple(ROOM * max(values) for values in zip(*((x.charge_c, x.peak_v) for x in cycles), strict=True))
         for k, (axes, cycle, where) in enumerate(zip(panels[0], cycles, PLACES, strict=True)):
             _draw(axes, cycle, powers)
-            area = quantity(cycle.area_j, "J", DIGITS)
+            area = quantity(cycle.area_j, "J", exactness)
             title(axes, f"({letter_of(k)}) impact on the {where}: area {area}", 2)
             axes.set_xlabel(f"charge [{PREFIXES[powers[0]]}C]")
             if limit is not None and limit < highest[1]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
 
-from vireport.figures.captions import INPUT_DIGITS, friction_of, harmonics_of, held, pictured, restitutions_of
+from vireport.figures.captions import friction_of, harmonics_of, held, pictured, restitutions_of
 from vireport.figures.curves import DrawnCurve
 from vireport.figures.layout import (
     Entry,
@@ -45,7 +45,7 @@ from vireport.physics.numbers import ARRAYS
 from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task
 from vireport.study.study import Study
-from vireport.text.formatting import exact, scaled
+from vireport.text.formatting import exact
 
 HEIGHT = 2.9
 """Height of the panels with their ticks and labels [in]."""
@@ -115,7 +115,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
 
 def _masses(study: Study) -> list[str]:
     device, membrane = study.solution.device, study.solution.membrane
-    ball = [f"m = {scaled(membrane.ball_mass_kg, 3)} g"] if membrane is not None else []
+    ball = [f"m = {exact(membrane.ball_mass_kg, 3)} g"] if membrane is not None else []
     free = ["capsule free"] if device.recoils else []
     return [
         f"M = {exact(device.capsule_mass_kg)} kg",
@@ -131,7 +131,7 @@ def _value(study: Study, parameter: Parameter) -> str:
     """An input with its value at the design point, or with its range where it is swept and has none."""
     value, sweep = getattr(study.solution.device, parameter), study.solution.sweep
     if value is not None:
-        return f"{parameter.symbol} = {parameter.show(value, INPUT_DIGITS)}"
+        return f"{parameter.symbol} = {parameter.given(value)}"
     if sweep is None:
         return parameter.symbol
     return f"{parameter.symbol} = {exact(sweep.start)} to {parameter.with_unit(exact(sweep.end))}"

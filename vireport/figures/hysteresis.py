@@ -33,7 +33,7 @@ from vireport.scenario.blocks import Direction
 from vireport.simulation.following import Course, Jump
 from vireport.study.plan import Task
 from vireport.study.study import Study
-from vireport.text.formatting import significant
+from vireport.text.formatting import shown
 
 HEIGHT = 3.8
 """Height of the panel [in]."""
@@ -49,9 +49,6 @@ JUMP: Look = {"linewidth": 0.8, "linestyle": (0, (4, 2)), "markevery": [1], "cli
 STABLE: Look = {"color": Color.GREY, "linewidth": 0.7, "zorder": 2.0}
 BAND: Look = {"color": Color.LIGHT, "alpha": 0.4, "linewidth": 0}
 """Behind a range in which the motion depends on the direction."""
-
-ENOUGH = 6
-"""Significant digits of the value at a jump."""
 
 
 def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> Picture:
@@ -129,4 +126,4 @@ def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
     at, (low, high) = axis.of_value(jump.value), axes.get_ylim()
     axes.plot([at, at], [low, high], **(JUMP | {"color": look["color"], "marker": look["marker"], "markersize": 4.0}))
     y = np.linspace(high, low, 24)[1:-1]
-    return Label(significant(jump.value, ENOUGH), np.full(len(y), at), y, sheet().text - 1.5, look["color"])
+    return Label(shown(jump.value, jump.off), np.full(len(y), at), y, sheet().text - 1.5, look["color"])

@@ -28,7 +28,7 @@ from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
 from vireport.figures.vector import PER_INCH, LayoutCanvas
 from vireport.motions.sweep import Sweep
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import MINUS, PREFIXES, TIMES, significant
+from vireport.text.formatting import MINUS, PREFIXES, TIMES, exact
 
 Entry = tuple[str, Look]
 """A line of a legend: a name, and the look of its line or marker."""
@@ -280,9 +280,9 @@ def round_ticks(
     if place and high > SEVERAL_DECADES * low > 0:
         values = []
         for value in _within(LogLocator(subs=(1, 2, 5)).tick_values(low, high), low, high):
-            if fit([*values, value], [significant(value)]):
+            if fit([*values, value], [exact(value)]):
                 values.append(value)
-        choices.append((values, [significant(value) for value in values]))
+        choices.append((values, [exact(value) for value in values]))
     return max(choices, key=lambda choice: len(choice[0]), default=([], []))
 
 
@@ -293,7 +293,7 @@ def _within(values: Iterable[float], low: float, high: float) -> list[float]:
 
 def tick_labels(values: Sequence[float]) -> list[str]:
     """Labels of ticks at even steps, all with the same number of decimals."""
-    texts = [significant(value, TICK_DIGITS) for value in values]
+    texts = [exact(value) for value in values]
     if any(TIMES in text for text in texts):
         return texts
     decimals = max((len(text.partition(".")[2]) for text in texts), default=0)

@@ -36,7 +36,7 @@ from vireport.figures.style import (
 from vireport.physics.forcing import wave
 from vireport.simulation.attractors import Outcome
 from vireport.study.plan import Task
-from vireport.text.formatting import significant
+from vireport.text.formatting import shown
 
 if TYPE_CHECKING:
     from vireport.simulation.trajectories import Portrait
@@ -476,7 +476,7 @@ def motion_words(portrait: Portrait) -> str:
 
 def setting(portrait: Portrait) -> str:
     """The parameters of a portrait."""
-    return f"{portrait.label}, d = {significant(portrait.d, 4)}, ḡ = {significant(portrait.gbar, 4)}"
+    return f"{portrait.label}, d = {shown(portrait.d)}, ḡ = {shown(portrait.gbar)}"
 
 
 def short(word: str) -> str:

@@ -26,7 +26,7 @@ from vireport.physics.motion import Symmetry
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity
-from vireport.text.formatting import percent
+from vireport.text.formatting import Exactness, percent
 
 if TYPE_CHECKING:
     from vireport.design.followed import FollowedMotion
@@ -111,7 +111,7 @@ def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
         if found is not None and found.sampled:
             swept = results.solution.parameter
             each = [
-                Sentence("each", {"symbol": swept.symbol, "value": swept.show(x.start), "motion": x.outcome.name})
+                Sentence("each", {"symbol": swept.symbol, "value": swept.given(x.start), "motion": x.outcome.name})
                 for x in found.sampled
             ]
             yield Sentence("from_rest", {"each": each})
@@ -141,7 +141,7 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     if any(criterion.names_motions and criterion.passed for criterion in results.criteria):
         return  # what is stable there is a motion that was asked for
     count = len(design.motions)
-    place = f"{design.parameter.symbol} = {design.parameter.show(design.value)}"
+    place = f"{design.parameter.symbol} = {design.parameter.given(design.value)}"
     yield Sentence({0: "none", 1: "one"}.get(count, "several"), {"place": place, "count": count})
     if results.solution.device.law is not None:
         yield Sentence("lost" if design.lost else "by_law", {"count": design.lost})
@@ -156,14 +156,14 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
         if end.reached and results.solution.device.rubs:
             yield Sentence("stops", {})
     if results.reached is not None:
-        yield Sentence("followed", _followed(results.reached))
+        yield Sentence("followed", _followed(results.reached, results.exactness))
     for found in results.by_starts:
-        yield Sentence("by_starts", {"motion": found.name, **_followed(found)})
+        yield Sentence("by_starts", {"motion": found.name, **_followed(found, results.exactness)})
 
 
-def _followed(found: FollowedMotion) -> dict[str, str]:
+def _followed(found: FollowedMotion, error: Exactness) -> dict[str, str]:
     """The type of a motion and its stable range."""
-    low, high = (found.varied.show(value, 4) for value in (found.low, found.high))
+    low, high = (found.varied.show(value, error) for value in (found.low, found.high))
     ends = {"below": found.ends[0], "above": found.ends[1]}
     return {"type": found.stability, "symbol": found.varied.symbol, "low": low, "high": high} | ends
 
@@ -200,7 +200,7 @@ def _near_critical(results: Evidence) -> Iterator[Sentence]:
             yield Sentence(
                 f"passes_{side}" if margin.taken_over else side,
                 {
-                    "share": percent(abs(margin.relative), 3),
+                    "share": percent(abs(margin.relative)),
                     "quantity": margin.parameter.quantity,
                     "name": margin.name,
                 },

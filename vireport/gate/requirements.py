@@ -331,13 +331,13 @@ def _share_of_starts(results: Evidence) -> str | None:
     check, design, found = results.crosscheck, results.solution.design, results.attracting
     if found is not None and found.others is not None:
         own = [each.share or 0.0 for each in _allowed(results, found)]
-        return f"{percent(sum(own), 3)} of {found.starts} random starts"
+        return f"{percent(sum(own))} of {found.starts} random starts"
     if check is None or design is None:
         return None
     row = int(np.argmin(np.abs(check.values - design.value)))
     ends = check.found[row]
     count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
-    place = f"{design.parameter.symbol} = {design.parameter.show(float(check.values[row]))}"
+    place = f"{design.parameter.symbol} = {design.parameter.given(float(check.values[row]))}"
     return f"{count} of {len(ends)} random starts at {place}"
 
 

@@ -21,7 +21,7 @@ from vireport.physics.groups import by_wall
 from vireport.scenario.blocks import AxisBlock, MapBlock, MapSimulationBlock, Sampling
 from vireport.scenario.loading import LoadedMap
 from vireport.scenario.parameters import DesignInput
-from vireport.text.formatting import significant
+from vireport.text.formatting import OF_A_MODEL, Exactness, given, shown
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -57,9 +57,15 @@ class AxisName(NamedTuple):
         """The name with its unit, of a column of a table."""
         return f"{self.quantity} [{self.unit}]" if self.unit else self.quantity
 
-    def show(self, value: float, digits: int = 6) -> str:
-        """Print a value with its unit."""
-        number = significant(value, digits)
+    def show(self, value: float, error: float | Exactness = OF_A_MODEL) -> str:
+        """Print a value that a model gives, with its unit."""
+        return self._with_unit(shown(value, error))
+
+    def given(self, value: float) -> str:
+        """Print a value that is given, with its unit."""
+        return self._with_unit(given(value))
+
+    def _with_unit(self, number: str) -> str:
         return f"{number}°" if self.unit == "°" else f"{number} {self.unit}".rstrip()
 
 

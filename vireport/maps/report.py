@@ -19,6 +19,7 @@ from vireport.maps.findings import MapFindings
 from vireport.motions.stability import STABILITIES, Stability
 from vireport.scenario.loading import LoadedMap
 from vireport.study.provenance import Provenance
+from vireport.text.formatting import OF_A_MODEL, Exactness
 from vireport.wording.templates import Words
 
 if TYPE_CHECKING:
@@ -83,6 +84,11 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         facts = tuple(Statement(Status.NEUTRAL, fact) for fact in told)
         headline = _said("headline", self.plan, self.found)
         return Opening(Status.NEUTRAL, _said("word"), headline, facts).worded(self.templates)
+
+    @property
+    def exactness(self) -> Exactness:
+        """How exact all numbers are: as those of the run of the design point."""
+        return OF_A_MODEL if self.design is None else self.design.study.evidence.exactness
 
     @property
     def alerts(self) -> tuple[Alert, ...]:

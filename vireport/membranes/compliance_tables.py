@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from vireport.membranes.compliance import Compared, Compliance, Convergence, Unit
 from vireport.membranes.stiff_solvers import FIXED, RunOutcome, SolverRun
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import ABSENT, capital, factor_text, percent, quantity, significant
+from vireport.text.formatting import ABSENT, ROUGHLY, capital, factor_text, percent, quantity, shown
 from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
         )
 
     yield Table(say("errors_caption"), columns, rows(_error), say("errors_note"))
-    work = rows(lambda run: f"{run.evaluations} / {significant(1e3 * run.seconds, 2)}")
+    work = rows(lambda run: f"{run.evaluations} / {shown(1e3 * run.seconds, ROUGHLY)}")
     yield Table(say("times_caption"), columns, work, say("times_note"))
 
 
@@ -110,10 +110,7 @@ def setting_text(solver: str, setting: float) -> str:
 def _compared_row(compared: Compared, say: Words) -> tuple[str, ...]:
     unit, c = compared.unit, compared.criterion
     name = say("quantity", compared.name, unit if unit in (Unit.VELOCITY, Unit.PHASE) else "")
-    if unit is Unit.PHASE:
-        shift = significant(compared.shift, 3)
-    else:
-        shift = percent(compared.shift, 2 if unit in (Unit.DEPTH, Unit.RATIO) else 3, signed=True)
+    shift = shown(compared.shift, ROUGHLY) if unit is Unit.PHASE else percent(compared.shift, signed=True)
     limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), capital(c.grade.words))
     compliant = say("lost") if compared.compliant is None else _with_unit(compared.compliant, unit)
     return name, _with_unit(compared.rigid, unit), compliant, shift, *limits
@@ -121,12 +118,12 @@ def _compared_row(compared: Compared, say: Words) -> tuple[str, ...]:
 
 def _with_unit(value: float, unit: Unit | Parameter) -> str:
     if isinstance(unit, Parameter):
-        return unit.show(value, 6)
+        return unit.show(value)
     if unit is Unit.SHARE:
-        return percent(value, 3)
+        return percent(value)
     if unit in (Unit.VOLTAGE, Unit.DEPTH):
-        return quantity(value, unit, 4 if unit is Unit.VOLTAGE else 3)
-    return significant(value, 4 if unit is Unit.RATIO else 5)
+        return quantity(value, unit)
+    return shown(value)
 
 
 def _ladder(comparison: Compliance, say: Words) -> Table:
@@ -135,17 +132,17 @@ def _ladder(comparison: Compliance, say: Words) -> Table:
     rows = [
         (
             factor_text(rung.factor),
-            ABSENT if rung.orbit is None else percent(rung.orbit.contact_share, 3),
-            *(significant(quantity.distances[k], 3) for quantity in comparison.convergence),
+            ABSENT if rung.orbit is None else percent(rung.orbit.contact_share),
+            *(shown(quantity.distances[k], ROUGHLY) for quantity in comparison.convergence),
         )
         for k, rung in enumerate(comparison.rungs)
     ]
-    rows.append((say("exponent"), ABSENT, *(significant(quantity.exponent, 4) for quantity in comparison.convergence)))
-    rows.append((say("expected"), ABSENT, *(significant(-comparison.order, 4) for _ in comparison.convergence)))
+    rows.append((say("exponent"), ABSENT, *(shown(quantity.exponent) for quantity in comparison.convergence)))
+    rows.append((say("expected"), ABSENT, *(shown(-comparison.order) for _ in comparison.convergence)))
     heads = [say("head", name) for name in ("factor", "contact", "velocity", "phase")]
     columns = numbers(*heads, say("head", "critical", label))
     return Table(say("distance_caption"), columns, tuple(rows), say("distance_note"))
 
 
 def _error(run: SolverRun) -> str:
-    return " ".join(filter(None, ("" if run.error is None else significant(run.error, 2), SHORT[run.outcome])))
+    return " ".join(filter(None, ("" if run.error is None else shown(run.error, ROUGHLY), SHORT[run.outcome])))

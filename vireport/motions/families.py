@@ -24,7 +24,7 @@ from vireport.motions.switching import Limits
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
-from vireport.text.formatting import significant, span
+from vireport.text.formatting import span
 
 Floats = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         """Its word, how many motions it has, and its range and where in it they are stable, as text."""
         swept = self.sweep.parameter
         low, high = float(self.sweep_value.min()), float(self.sweep_value.max())
-        stable = "; ".join(f"{significant(start)} to {significant(end)}" for start, end in self.stable_ranges)
+        stable = "; ".join(span(*part) for part in self.stable_ranges)
         stability = f"stable for {swept.with_unit(stable)}" if stable else "nowhere stable"
         return f"{self.name}: {len(self.x)} motions, {swept.symbol} = {swept.with_unit(span(low, high))}, {stability}"
 

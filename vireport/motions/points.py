@@ -30,7 +30,7 @@ from vireport.physics.groups import Groups, each
 from vireport.physics.motion import Motion, Symmetry
 from vireport.physics.numbers import ARRAYS, FLOATS
 from vireport.physics.word import Word
-from vireport.text.formatting import bounded, significant
+from vireport.text.formatting import shown
 
 AT_ONCE = 1e-9
 """Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
@@ -111,9 +111,7 @@ class Point(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         named = f"Point {self.label}".rstrip()
-        return (
-            f"<{named}: {self.event.words} at {bounded(self.sweep_value, self.error_bound)}, d = {significant(self.d)}>"
-        )
+        return f"<{named}: {self.event.words} at {shown(self.sweep_value)}, d = {shown(self.d)}>"
 
     @property
     def closed(self) -> OneToOne:

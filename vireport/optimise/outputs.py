@@ -22,7 +22,7 @@ from vireport.study.plan import FIGURE_FORMATS, Task
 from vireport.study.provenance import Provenance
 from vireport.study.results import json_bytes
 from vireport.study.study import Study, analyse
-from vireport.text.formatting import error_bound, percent, significant
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, Exactness, apart, error_bound, given, percent, shown, span
 from vireport.text.tables import Table, numbers, plain_text, texts
 from vireport.wording.templates import Words
 
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 
 ROUNDED_UP = 1 + 5e-6
 """A positive bound times this, rounded to six digits, still is one."""
-
-MOST_SHOWN = 8
-"""Digits of the inputs of the best design in a table; best.yaml has all."""
 
 MOST_NAMED = 3
 """Inputs up to which each stands in the sentence."""
@@ -211,7 +208,7 @@ def _beyond_tolerances(tolerances: Tolerances) -> Said:
     worst = tolerances.worst
     if worst is None:
         return _said("tolerances_open", tolerances.proof.open_share if tolerances.proof else 1.0)
-    device = [f"{varied.quantity} {varied.show(worst.values[varied])}" for varied in tolerances.region.ranges]
+    device = [f"{varied.quantity} {varied.given(worst.values[varied])}" for varied in tolerances.region.ranges]
     return _said("tolerances_end", device, worst.share)
 
 
@@ -248,7 +245,7 @@ def _tiles(result: SearchResult, study: Study) -> Iterator[Statement]:
     if objective.path is not None or objective is Objective.U_AVE:
         yield from run.tiles
         return
-    value = _in_unit(result, shown.value, study.evidence.exactness.digits)
+    value = _in_unit(result, shown.value, study.evidence.exactness)
     yield Statement(Status.NEUTRAL, _said("tile_objective", objective, value, _extreme(result)))
     yield from run.tiles[-3:]
 
@@ -264,13 +261,10 @@ def _named(path: DesignPath) -> str:
 
 
 def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
-    """The inputs of a design with their units, in as many digits as they have, up to `MOST_SHOWN`."""
+    """The inputs of a design with their units."""
     units = {own.path: own for own in DesignInput}
     values = zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)
-    return [
-        units[path].show(value, MOST_SHOWN) if path in units else significant(value, MOST_SHOWN)
-        for path, value in values
-    ]
+    return [units[path].given(value) if path in units else given(value) for path, value in values]
 
 
 def _parts(result: SearchResult, say: Words) -> Iterator[str | Table]:
@@ -295,9 +289,9 @@ def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
     rows = tuple(
         (
             varied.path.value,
-            significant(value, MOST_SHOWN),
-            significant(now, MOST_SHOWN),
-            *map(significant, sorted((varied.from_, varied.to))),
+            given(value),
+            given(now),
+            *map(given, sorted((varied.from_, varied.to))),
             say({True: "upper", False: "lower", None: "inside"}[ends.get(varied.path)]),
         )
         for varied, value, now in zip(problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True)
@@ -307,9 +301,11 @@ def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
     return Table(say("table_best" if best is not None else "table_nearest"), head, rows, note)
 
 
-def _in_unit(result: SearchResult, value: float, digits: int) -> str:
+def _in_unit(result: SearchResult, value: float, exactness: Exactness = OF_A_MODEL) -> str:
     """A value of the objective with its unit."""
-    return f"{significant(abs(value), digits)} {result.problem.objective.unit}".rstrip()
+    objective = result.problem.objective
+    number = shown(abs(value), exactness) if objective.path is None else given(abs(value))
+    return f"{number} {objective.unit}".rstrip()
 
 
 def _evidence(result: SearchResult, say: Words) -> Iterator[str]:
@@ -343,15 +339,17 @@ def _not_less(share: float) -> str:
 def _front_table(result: SearchResult, say: Words) -> Table:
     """The best designs for rising margins, and what each per cent of margin costs."""
     objective = result.problem.objective
-    costs = ("", *(significant(cost, 3) for cost in _costs(result)))
+    costs = ("", *(shown(cost) for cost in _costs(result)))
+    values = [abs(point.value) for point in result.front]
+    printed = apart(values) if objective.path is None else [given(value) for value in values]
     rows = [
         (
-            significant(100 * point.margin, 4),
-            significant(abs(point.value)),
+            shown(100 * point.margin, ROUGHLY),
+            value,
             cost,
-            *map(significant, result.problem.values(point.t)),
+            *map(given, result.problem.values(point.t)),
         )
-        for point, cost in zip(result.front, costs, strict=True)
+        for point, value, cost in zip(result.front, printed, costs, strict=True)
     ]
     unit = f" [{objective.unit}]" if objective.unit else ""
     head = (say("front_margin"), f"{objective.words}{unit}", f"{say('front_cost')}{unit}")
@@ -373,9 +371,9 @@ def picture_front(result: SearchResult, templates: Path | None = None) -> Pictur
     from vireport.figures.style import Picture
 
     say, of, first, last = Words(FILE, templates), result.problem.objective, result.front[0], result.front[-1]
-    margins = f"{significant(100 * first.margin, 3)} to {significant(100 * last.margin, 3)} %"
+    margins = f"{span(first.margin, last.margin, ROUGHLY, 2)} %"
     largest = _extreme(result).words(templates)
-    values = [_in_unit(result, point.value, 4) for point in (first, last)]
+    values = [_in_unit(result, point.value) for point in (first, last)]
     caption = say("front_caption", of.words, largest, margins)
     alt = say("front_alt", of.words, largest, margins, *values)
     return Picture("figure-front", say("front_title"), caption, alt, _front(result, say))
@@ -414,7 +412,7 @@ def _front(result: SearchResult, say: Words) -> Figure:
             axes.axvline(100 * share, color=Color.VERMILION, linestyle="--", zorder=1.5)
         axes.set_xlabel(fill(say("front_along"), sheet().letters(sheet().across)))
         axes.set_ylabel(f"{objective.words} [{objective.unit}]")
-        low, high = (significant(cost(_costs(result)), 3) for cost in (min, max))
+        low, high = (shown(cost(_costs(result))) for cost in (min, max))
         lines: list[tuple[str, str]] = [(say("front_costs", low, high, objective.unit), Color.BLUE)]
         lines += [(say("front_required"), Color.VERMILION)] if share else []
         return finished(figure, HEIGHT, lines, [])

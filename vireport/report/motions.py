@@ -7,7 +7,7 @@ from vireport.motions.families import Atlas, Family, Mark
 from vireport.motions.generation import generation
 from vireport.motions.sweep import settable
 from vireport.study.study import Study
-from vireport.text.formatting import significant, span
+from vireport.text.formatting import Exactness, shown, span
 from vireport.text.tables import Table, numbers, texts
 
 
@@ -15,7 +15,7 @@ def families_table(study: Study, atlas: Atlas) -> Table:
     """Those families that are shown, stable ones first, with the voltage in the middle of the longest stable range."""
     swept = atlas.sweep.parameter
     order = sorted(atlas.shown, key=lambda family: not family.stable_runs)
-    rows = tuple((*_row(family), *_voltage(study, family)) for family in order)
+    rows = tuple((*_row(family, study.evidence.exactness), *_voltage(study, family)) for family in order)
     columns = (
         *texts("Word", "n:m"),
         *numbers("Periods", f"{swept.symbol} [{swept.unit}]", "Stable"),
@@ -26,20 +26,20 @@ def families_table(study: Study, atlas: Atlas) -> Table:
     return Table(title if study.solution.membrane is not None else "Families of motions", columns, rows)
 
 
-def _row(family: Family) -> tuple[str, ...]:
+def _row(family: Family, exactness: Exactness) -> tuple[str, ...]:
     parts = (
-        span(*part) + ("" if settable(*part, family.sweep.off) else " (too narrow to be set)")
+        span(*part, exactness) + ("" if settable(*part, family.sweep.off) else " (too narrow to be set)")
         for part in family.stable_ranges
     )
     stable = ", ".join(parts) or "nowhere"
-    whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()))
+    whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()), exactness)
     word, ends = family.word, (_end(family, mark) for mark in family.ends)
     return (word.letters, word.ratio, str(word.periods), whole, stable, *ends)
 
 
 def _end(family: Family, mark: Mark) -> str:
     if mark.event is Event.LOST:
-        return f"not followed beyond {significant(float(family.sweep_value[mark.row]), 6)}"
+        return f"not followed beyond {shown(float(family.sweep_value[mark.row]))}"
     return mark.point.label if mark.point is not None and mark.point.label else mark.event.replace("_", " ")
 
 
@@ -50,4 +50,5 @@ def _voltage(study: Study, family: Family) -> tuple[str, ...]:
         return ()
     first, last = max(family.stable_runs, key=lambda run: run[1] - run[0], default=(0, len(family.x) - 1))
     whole, row = generation(family, membrane), (first + last) // 2
-    return significant(float(whole.average_v[row]), 4), significant(float(whole.per_second_v[row]), 4)
+    exactness = study.evidence.exactness
+    return shown(float(whole.average_v[row]), exactness), shown(float(whole.per_second_v[row]), exactness)

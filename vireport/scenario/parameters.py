@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Self
 
-from vireport.text.formatting import Exactness, exact, shown, significant
+from vireport.text.formatting import OF_A_MODEL, Exactness, given, shown
 
 # The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
 # theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
@@ -58,13 +58,13 @@ class ScalarInput(StrEnum):
         base, _, index = self.symbol.partition("_")
         return f"*{base}*_{index}" if index else f"*{base}*"
 
-    def show(self, value: float, digits: int | float | Exactness = 6) -> str:
-        """Print a value of the input with its unit."""
-        return self.with_unit(significant(value, digits) if isinstance(digits, int) else shown(value, digits))
+    def show(self, value: float, error: float | Exactness = OF_A_MODEL) -> str:
+        """Print a value of the input that a model gives, with its unit."""
+        return self.with_unit(shown(value, error))
 
     def given(self, value: float) -> str:
         """Print a value that is given, with its unit."""
-        return self.with_unit(exact(value))
+        return self.with_unit(given(value))
 
     def with_unit(self, number: str) -> str:
         """Put the unit behind a printed number."""

@@ -110,6 +110,11 @@ class Jump(Struct, frozen=True, eq=False):
         """The middle of the interval that it lies in."""
         return (self.before.value + self.after.value) / 2
 
+    @property
+    def off(self) -> float:
+        """How far from there it may be: half of that interval."""
+        return abs(self.after.value - self.before.value) / 2
+
 
 class Course(Struct, frozen=True, eq=False):
     """The result of a slow sweep: the motions at its values, in their order, and the jumps between them."""

@@ -52,7 +52,7 @@ from vireport.study.results import (
     tolerances_data,
 )
 from vireport.text.foreign import visible
-from vireport.text.formatting import bounded, significant
+from vireport.text.formatting import shown
 
 if TYPE_CHECKING:
     from vireport.attraction.proved import Proved, Rechecked
@@ -292,8 +292,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
                 critical.label,
                 critical.event.words,
                 critical.symmetry,
-                bounded(critical.sweep_value, critical.error_bound),
-                significant(critical.d, 9),
+                shown(critical.sweep_value, self.evidence.exactness),
+                shown(critical.d, self.evidence.exactness),
             )
             for critical in points
         ]
@@ -548,7 +548,7 @@ def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence
         there = {motion.word.canonical() for _, motion in families.at(row.value)}
         if not found and word.canonical() not in there:
             names = [own.name for own in sorted(there, key=lambda own: (own.periods, len(own), own.letters))]
-            what = f"no motion {word.name} was found at {parameter.symbol} = {parameter.show(row.value)}"
+            what = f"no motion {word.name} was found at {parameter.symbol} = {parameter.given(row.value)}"
             mistakes.append(Mistake(loaded.line_of(path) or 0, path, f"{what} (there: {', '.join(names) or 'none'})"))
     if mistakes:
         raise ScenarioError(loaded.document.name, mistakes)

@@ -24,9 +24,6 @@ ABSENT = "\u2014"
 MOST_DIGITS = 17
 """Significant digits that tell every double from its neighbours."""
 
-MOST_JUSTIFIED = 12
-"""Significant digits of a number with an error bound, however small that is."""
-
 SETTLED = 15
 """Significant digits that rounding errors leave alone: a number that is short in as many is printed short."""
 
@@ -60,6 +57,9 @@ designs can be told apart."""
 
 ROUGHLY = Exactness(0.05)
 """Of errors, shares and times: two digits."""
+
+OF_INPUTS = Exactness(5e-8)
+"""Of inputs: eight digits, more than anyone gives."""
 
 NO_BREAK = "\u00a0"
 _TIED = re.compile(
@@ -96,54 +96,50 @@ def shown(value: float | None, error: float | Exactness = OF_A_MODEL, power: int
     return _print(number.scaleb(power), _last(number, error) + power, reserved=1)
 
 
+def errors_apart(values: Sequence[float], error: float | Exactness = OF_A_MODEL) -> list[float]:
+    """Errors with which to show numbers so that those that differ are told apart: no larger than half of what they do.
+
+    Of two numbers of one model the difference is known better than they are. Numbers that agree to 14 digits differ by
+    rounding.
+    """
+    numbers = [_shortest(value) for value in values]
+    ordered = sorted({_round(number, SETTLED - 1) for number in numbers})
+    gap = min((high - low for low, high in pairwise(ordered)), default=None)
+    lasts = (_last(number, error) for number in numbers)
+    return [float(Decimal((0, (5,), (last if gap is None else min(last, gap.adjusted())) - 1))) for last in lasts]
+
+
 def apart(values: Sequence[float], error: float | Exactness = OF_A_MODEL, power: int = 0) -> list[str]:
     """Print numbers as `shown`, and as many more digits as it takes to tell how far those that differ are apart.
-
-    Of two numbers of one model the difference is known better than they are.
 
     Examples
     --------
     >>> apart([3, 5.349243789]), apart([5.482549321, 5.482550456])
     (['3', '5.35'], ['5.482549', '5.482550'])
     """
-    numbers = [_shortest(value) for value in values]
-    ordered = sorted({_round(number, SETTLED) for number in numbers})
-    gap = min((high - low for low, high in pairwise(ordered)), default=None)
-    lasts = (_last(number, error) for number in numbers)
-    places = [last if gap is None else min(last, gap.adjusted()) for last in lasts]
-    return [_print(x.scaleb(power), last + power, reserved=1) for x, last in zip(numbers, places, strict=True)]
+    return [shown(value, each, power) for value, each in zip(values, errors_apart(values, error), strict=True)]
 
 
-def significant(value: float | None, digits: int = 6) -> str:
-    """Round to significant digits; a number that fewer give, but for rounding errors, is printed with those.
-
-    Parameters
-    ----------
-    value : float or None
-        None is printed as a dash.
-    digits : int
-        More are printed where these would show 0, 1 or -1 for a number that is none of them.
+def measured(value: float, standard_error: float) -> str:
+    """Print a number with the digits to which its standard error is told: with two of that.
 
     Examples
     --------
-    >>> significant(2 / 3), significant(0.5), significant(0.1 + 0.2), significant(6.02e23, 3)
-    ('0.666667', '0.5', '0.3', '6.02 × 10²³')
-    >>> significant(1 - 1e-9)
-    '0.999999999'
+    >>> measured(0.451283, 0.0034), measured(0.451283, 0.0068)
+    ('0.4513', '0.4513')
     """
-    return scaled(value, 0, digits)
+    return shown(value, ROUGHLY.relative * standard_error)
 
 
-def span(low: float, high: float, digits: int = 6) -> str:
+def span(low: float, high: float, error: float | Exactness = OF_A_MODEL, power: int = 0) -> str:
     """Print both ends of a range, in as many more digits as it takes to tell them apart.
 
     Examples
     --------
-    >>> span(3, 5.349243789), span(5.482549321, 5.482550456)
-    ('3 to 5.34924', '5.482549 to 5.482550')
+    >>> span(3, 5.349243789), span(5.482549321, 5.482550456), span(1.5, 1.5)
+    ('3 to 5.35', '5.482549 to 5.482550', '1.5')
     """
-    ends = significant(low, digits), significant(high, digits)
-    return f"{ends[0]} to {ends[1]}" if ends[0] != ends[1] or digits > 16 else span(low, high, digits + 1)
+    return " to ".join(dict.fromkeys(apart((low, high), error, power)))
 
 
 def exact(value: float, power: int = 0) -> str:
@@ -157,6 +153,17 @@ def exact(value: float, power: int = 0) -> str:
     if value == 0:
         return "0"
     return _layout(_shortest(value).scaleb(power).normalize())
+
+
+def given(value: float) -> str:
+    """Print an input among words or in a figure: as given, but for what a search leaves and nobody can make.
+
+    Examples
+    --------
+    >>> given(0.1245), given(1.0360754605237377)
+    ('0.1245', '1.0360755')
+    """
+    return shown(value, OF_INPUTS)
 
 
 def written(value: object) -> str:
@@ -176,20 +183,6 @@ def written(value: object) -> str:
     return exact(value) if isinstance(value, float) else str(value)
 
 
-def bounded(value: float, bound: float) -> str:
-    """Round to the digits that an error bound justifies, and to `MOST_JUSTIFIED` at the most.
-
-    Examples
-    --------
-    >>> bounded(0.62945714101, 3e-6), bounded(0.62945714101234, 1e-16)
-    ('0.62946', '0.629457141012')
-    """
-    if value == 0 or bound <= 0:
-        return significant(value, MOST_JUSTIFIED)
-    justified = Decimal(value).adjusted() - Decimal(bound).adjusted()
-    return significant(value, max(1, min(MOST_JUSTIFIED, justified)))
-
-
 def error_bound(bound: float) -> str:
     """Round a bound up to two digits, so that what is printed still is one.
 
@@ -205,7 +198,7 @@ def error_bound(bound: float) -> str:
     return _layout(number.quantize(unit, ROUND_CEILING).normalize())
 
 
-def percent(fraction: float | None, digits: int = 2, signed: bool = False) -> str:
+def percent(fraction: float | None, error: float | Exactness = ROUGHLY, signed: bool = False) -> str:
     """Print a share in per cent; 0 and 100 only where it is exactly that.
 
     Examples
@@ -215,40 +208,28 @@ def percent(fraction: float | None, digits: int = 2, signed: bool = False) -> st
     """
     if fraction is None or not isfinite(fraction):
         return ABSENT
+    number = _shortest(fraction)
     sign = "+" if signed and fraction > 0 else ""
-    return f"{sign}{_print(Decimal(fraction) * 100, _old(Decimal(fraction) * 100, digits), reserved=100)} %"
+    return f"{sign}{_print(number.scaleb(2), _last(number, error) + 2, reserved=100)} %"
 
 
-def quantity(value: float | None, unit: str, digits: int | Exactness = 4) -> str:
+def quantity(value: float | None, unit: str, error: float | Exactness = OF_A_MODEL) -> str:
     """Print a number with its unit, with the prefix that brings it between 1 and 1000.
 
     Examples
     --------
-    >>> quantity(42836.16467, "V"), quantity(0.0192, "m", 3), quantity(0.0, "V"), quantity(0.7, "m", 6)
-    ('42.84 kV', '19.2 mm', '0 V', '700 mm')
+    >>> quantity(42836.16467, "V"), quantity(0.0192, "m", ROUGHLY), quantity(0.0, "V")
+    ('42.8 kV', '19 mm', '0 V')
     """
     if value is None or not isfinite(value):
         return ABSENT
     if value == 0:
         return f"0 {unit}"
-    digits = digits if isinstance(digits, int) else digits.digits
-    power = 3 * (Decimal(f"{value:.{digits - 1}e}").adjusted() // 3)
+    number = _shortest(value)
+    rounded = number.quantize(Decimal(1).scaleb(_last(number, error)), ROUND_HALF_EVEN)
+    power = 3 * ((rounded or number).adjusted() // 3)
     power = min(max(power, min(PREFIXES)), max(PREFIXES))
-    return f"{scaled(value, -power, digits)} {PREFIXES[power]}{unit}"
-
-
-def scaled(value: float | None, power: int, digits: int = 4) -> str:
-    """Print a number times a power of ten, for a column whose unit has a prefix, rounded once.
-
-    Examples
-    --------
-    >>> scaled(42836.16467, -3), scaled(0.0063, 3), scaled(0.1 + 0.2, 3), scaled(0.00099999, 3), scaled(0.001, 3)
-    ('42.84', '6.3', '300', '0.99999', '1')
-    """
-    if value is None or not isfinite(value):
-        return ABSENT
-    number = Decimal(value).scaleb(power)
-    return _print(number, _old(number, digits), reserved=1)
+    return f"{shown(value, error, -power)} {PREFIXES[power]}{unit}"
 
 
 def capital(text: str) -> str:
@@ -297,11 +278,6 @@ _GREEK = {
     "omega": "\u03c9",
     "gbar": "\u1e21",
 }
-
-
-def _old(number: Decimal, digits: int) -> int:
-    last = _round(number, digits).adjusted() - digits + 1
-    return min(last, 0) if number.adjusted() <= LARGEST_PLAIN else last
 
 
 def _shortest(value: float) -> Decimal:
@@ -361,4 +337,4 @@ def factor_text(value: float) -> str:
     power = round(log10(value))
     if power and isclose(value, 10.0**power, rel_tol=1e-12) and abs(power) > 1:
         return words(f"1e{power:+03d}").removeprefix(f"1 {TIMES} ")
-    return significant(value, 3)
+    return shown(value)

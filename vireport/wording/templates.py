@@ -29,15 +29,17 @@ from jinja2.bccache import Bucket
 
 from vireport.base.errors import RenderError
 from vireport.text.formatting import (
-    bounded,
+    OF_A_MODEL,
+    ROUGHLY,
+    apart,
     capital,
     error_bound,
     exact,
+    given,
+    measured,
     percent,
     quantity,
-    scaled,
     shown,
-    significant,
     span,
     words,
 )
@@ -46,17 +48,17 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
 """Our own templates: inside an installed package, or at the root of a checkout."""
 
-FILTERS: dict[str, Callable[..., str]] = {
-    "bounded": bounded,
+FILTERS: dict[str, Callable[..., Any]] = {
+    "apart": apart,
     "capital": capital,
     "error_bound": error_bound,
+    "given": given,
     "exact": exact,
+    "measured": measured,
     "percent": percent,
     "quantity": quantity,
-    "scaled": scaled,
     "shown": shown,
-    "significant": significant,
-    "span": lambda ends: span(*ends),
+    "span": lambda ends, error=OF_A_MODEL, power=0: span(ends[0], ends[1], error, power),
     "words": words,
 }
 """What templates make text of numbers with."""
@@ -133,6 +135,7 @@ def environment_of(
         **read_as,
     )
     environment.filters |= FILTERS
+    environment.globals["roughly"] = ROUGHLY
     return environment
 
 
