@@ -171,7 +171,7 @@ def test_texts_have_the_numbers() -> None:
     rows = diff(results(), study("inclined", "device.restitution=0.52"))
     text = diff_text(rows, "old.json")
     assert text.startswith(f"{len(rows)} changes since old.json:")
-    assert "0.6295 m to 0.6246 m" in text
+    assert "0.629 m to 0.625 m" in text
     table = diff_markdown(rows, "old|.json")
     assert "old\\|.json" in table
     lines = [line for line in table.splitlines() if line.startswith("|")]

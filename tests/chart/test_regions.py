@@ -22,7 +22,7 @@ from vireport.chart import outputs
 from vireport.chart.chart import Chart, chart, with_regions
 from vireport.chart.design import BEYOND, charted_design
 from vireport.chart.figure import colored, picture
-from vireport.chart.opening import chart_opening, end_shown
+from vireport.chart.opening import chart_opening
 from vireport.chart.over import chart_of, plane_of
 from vireport.chart.plane import Cut, Plane, StraightSweep
 from vireport.chart.regions import (
@@ -356,7 +356,7 @@ def test_a_chart_opens_in_few_words_with_the_ends_along_its_axes_in_the_digits_o
     assert len(said.split()) <= 120
     for k, varied in enumerate(drawn.plane.inputs):
         end = drawn.design.nearest(k)
-        shown = end_shown(drawn, end)
+        shown = varied.show(end.value, drawn.exactness)
         assert any(f"BT ends at {varied.quantity} {shown} ({end.event.words})" in text for _, text in worded.facts)
         assert len(shown.split()[0].replace("°", "").replace(".", "").lstrip("0")) <= 4
 

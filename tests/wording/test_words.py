@@ -1427,6 +1427,8 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         (0.012, 0.02),
         "one of 0.012 m/s of the velocity just after each and one of 0.02 of the restitution from impact to impact",
     ),
+    ("disturbances", "kicks", (0.01234, 0.0, ROUGHLY), "one of 0.012 m/s of the velocity just after each"),
+    ("disturbances", "kicks", (0.0, 0.02345, ROUGHLY), "one of 0.023 of the restitution from impact to impact"),
     *(("chart", *row) for row in CHARTED),
     *(("map", *row) for row in ON_MAPS),
     ("accuracy", "task", ("orbit", None), "the motion"),
