@@ -82,7 +82,7 @@ def percent_of_largest(value: float) -> Said:
 
 
 def volts(value: float) -> Said:
-    return Said("{}", Amount(value, "V", 4))
+    return Said("{}", Amount(value, "V", 3))
 
 
 def margin_and_voltage(rows: list[dict[str, Any]]) -> list[Row]:
