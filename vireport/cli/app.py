@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from shlex import join
 from traceback import format_exc
-from typing import cast
+from typing import Any, cast
 
 import typer
 from typer.main import get_command
@@ -17,8 +17,8 @@ from typer.main import get_command
 from vireport.base import interrupts
 from vireport.base.errors import ScenarioError, UsageError, VireportError
 from vireport.base.version import __version__
-from vireport.cli.commands import app
-from vireport.cli.group import OLD_NAMES, PROGRAM, Program
+from vireport.cli.commands import BUILDERS, app
+from vireport.cli.group import OLD_NAMES, PROGRAM, Commands, Program
 from vireport.command.outcome import RED, tell
 
 COMPLETION = "_VIREPORT_COMPLETE"
@@ -28,7 +28,9 @@ COMPLETION = "_VIREPORT_COMPLETE"
 @cache
 def program() -> Program:
     """The program with its commands."""
-    return cast(Program, get_command(app))
+    group: Any = get_command(app)
+    group.commands = Commands(BUILDERS)
+    return cast(Program, group)
 
 
 def main(arguments: list[str]) -> int:

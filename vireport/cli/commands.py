@@ -4,8 +4,9 @@ Each imports the rooms that it uses, and no other: `vireport --help` needs none 
 """
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 
@@ -21,6 +22,8 @@ from vireport.command.inputs import read_earlier_run, read_scenario
 from vireport.command.options import default_folder, figure_width_mm, recorded, refuse, refuse_files_beside_json
 from vireport.command.outcome import CommandOutcome, deliver, progress, tell_lacking
 from vireport.text.alerts import explanation
+
+_AnyFunction = TypeVar("_AnyFunction", bound=Callable[..., None])
 
 CHECK = CommandFormats("check", RUN.allowed, RUN.usual)
 
@@ -43,6 +46,20 @@ app = typer.Typer(
 )
 
 
+BUILDERS: dict[str, typer.Typer] = {}
+"""What builds each command, by their names: to build all of them takes a fiftieth of a run."""
+
+
+def _command(panel: CommandPanel, name: str = "") -> Callable[[_AnyFunction], _AnyFunction]:
+    """Make a function a command, which has its name where it is given no other."""
+
+    def declared(function: _AnyFunction) -> _AnyFunction:
+        builder = BUILDERS[name or function.__name__] = typer.Typer(add_completion=False, rich_markup_mode=None)
+        return builder.command(name or function.__name__, cls=Command, rich_help_panel=panel)(function)
+
+    return declared
+
+
 def _version(shown: bool) -> None:
     if shown:
         print(f"vireport {__version__}")
@@ -62,7 +79,7 @@ def _group(
         raise typer.Exit(UsageError.exit_code)
 
 
-@app.command(cls=Command, rich_help_panel=CommandPanel.ONE)
+@_command(CommandPanel.ONE)
 def run(
     context: typer.Context,
     scenario: given.Scenario,
@@ -126,7 +143,7 @@ def run(
     deliver(outcome, folder, quiet)
 
 
-@app.command(cls=Command, rich_help_panel=CommandPanel.MEASURED)
+@_command(CommandPanel.MEASURED)
 def identify(
     context: typer.Context,
     scenario: given.Scenario,
@@ -164,7 +181,7 @@ def identify(
     deliver(outcome, folder, quiet)
 
 
-@app.command(cls=Command, rich_help_panel=CommandPanel.MEASURED)
+@_command(CommandPanel.MEASURED)
 def verify(
     context: typer.Context,
     scenario: given.ScenarioIfAny = None,
@@ -220,7 +237,7 @@ def verify(
     deliver(CommandOutcome(printed, text, files, stale=accuracy_outputs.NAMES), output, quiet)
 
 
-@app.command(cls=Command, rich_help_panel=CommandPanel.HELP)
+@_command(CommandPanel.HELP)
 def check(
     scenario: given.Scenario,
     set_: given.Set = None,
@@ -278,7 +295,7 @@ def check(
     deliver(CommandOutcome(text="\n".join([*lines, *left_out, ""])), quiet=quiet)
 
 
-@app.command(cls=Command, rich_help_panel=CommandPanel.HELP)
+@_command(CommandPanel.HELP)
 def init(context: typer.Context, path: given.NewFile = NEW_FILE, schema: given.Schema = False) -> None:
     """Write a commented scenario to start from. An existing file is not overwritten."""
     if schema:
@@ -301,7 +318,7 @@ def init(context: typer.Context, path: given.NewFile = NEW_FILE, schema: given.S
     deliver(CommandOutcome(summary=f"wrote {path}; next: vireport {path}"))
 
 
-@app.command(cls=Command, rich_help_panel=CommandPanel.HELP)
+@_command(CommandPanel.HELP)
 def explain(code: given.AlertOrTerm = None) -> None:
     """Explain an alert, its causes and its remedies, or a term."""
     deliver(CommandOutcome(explanation(code)))
@@ -312,4 +329,4 @@ def _json(data: dict[str, Any]) -> str:
 
 
 for _declared in declared_commands():
-    app.command(_declared.name, cls=Command, rich_help_panel=_declared.panel)(_declared.function)
+    _command(_declared.panel, _declared.name)(_declared.function)

@@ -1,12 +1,14 @@
 """The group of commands: what its first word may be, and how its help is set."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from shlex import join
-from typing import Any
+from typing import Any, cast
 
-from typer.core import TyperGroup
+from typer import Typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from vireport.base.errors import UsageError
 from vireport.command.declared import CommandPanel, declared_commands
@@ -33,6 +35,33 @@ NO_PORTRAIT = (
     "vireport portrait is no more (vireport run FILE --set 'motions.portraits=[BT]' draws motions by their words, "
     "vireport explore FILE the motion at any value)"
 )
+
+
+class Commands(Mapping[str, TyperCommand]):
+    """Commands by their names, each built when it is first asked for.
+
+    Parameters
+    ----------
+    builders : mapping of str to Typer
+        Each with one command.
+    """
+
+    def __init__(self, builders: Mapping[str, Typer]) -> None:
+        self.builders, self.built = builders, dict[str, Any]()
+
+    def __getitem__(self, name: str) -> TyperCommand:
+        if name not in self.built:
+            self.built[name] = get_command(self.builders[name])
+        return cast(TyperCommand, self.built[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.builders)
+
+    def __len__(self) -> int:
+        return len(self.builders)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.builders
 
 
 class Program(TyperGroup):
