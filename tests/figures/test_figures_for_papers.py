@@ -18,7 +18,6 @@ from pypdf import PdfReader
 from vireport import figure_2, figure_4, figure_7
 from vireport.base.errors import UsageError
 from vireport.chart.chart import chart, with_regions
-from vireport.chart.figure import figure_chart
 from vireport.chart.figure import picture as chart_picture
 from vireport.chart.over import plane_of
 from vireport.cli.app import main
@@ -182,7 +181,7 @@ def test_a_chart_in_a_column_refers_to_no_table(tmp_path: Path) -> None:
         assert (note in texts.replace("\n", " ")) is headed
         assert (note in picture.caption) is not headed
     assert_readable(column.figure)
-    assert figure_chart(drawn, width_mm=86).get_figwidth() * 25.4 == pytest.approx(86)
+    assert column.figure.get_figwidth() * 25.4 == pytest.approx(86)
 
 
 @pytest.mark.slow

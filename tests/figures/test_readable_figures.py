@@ -72,7 +72,8 @@ def test_of_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_of_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     from vireport.maps.cells import map_plan
-    from vireport.maps.figures import map_figures
+    from vireport.maps.figures import map_pictures
+    from vireport.maps.findings import findings_of
     from vireport.maps.run import run_map
 
     text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
@@ -80,10 +81,7 @@ def test_of_a_map(tmp_path: Path) -> None:
     file.write_text(text.replace("count: 60", "count: 12").replace("count: 80", "count: 16"), encoding="utf-8")
     run_map(str(file), tmp_path / "out", workers=1, draw=False)
     finished = map_plan(load_map(file)), tmp_path / "out" / "map.parquet"
-    drawn = map_figures(*finished)
-    assert list(drawn) == ["map-stability", "map-margin", "map-voltage"]
-    for figure in drawn.values():
-        assert_readable(figure)
-    for figure in map_figures(*finished, width_mm=86, style={"font.size": 9}).values():
-        assert figure.get_figwidth() * 25.4 == pytest.approx(86)
-        assert figure.axes[0].xaxis.label.get_size() == 9
+    drawn = map_pictures(*finished, findings_of(*finished))
+    assert [picture.name for picture in drawn] == ["map-stability", "map-margin", "map-voltage"]
+    for picture in drawn:
+        assert_readable(picture.figure)

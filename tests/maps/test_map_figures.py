@@ -11,9 +11,11 @@ pytest.importorskip("pyarrow")
 
 import pyarrow.parquet as pq
 from map_texts import TEXT, written_map
+from matplotlib.axes import Axes
 
-from vireport.maps.cells import map_plan
-from vireport.maps.figures import map_figures
+from vireport.maps.cells import MapPlan, map_plan
+from vireport.maps.figures import map_pictures
+from vireport.maps.findings import findings_of
 from vireport.maps.run import run_map
 from vireport.scenario.loading import loads_map
 
@@ -21,6 +23,12 @@ from vireport.scenario.loading import loads_map
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     return written_map(tmp_path)
+
+
+def drawn(plan: MapPlan, result: Path, name: str) -> Axes:
+    """The axes of a heat map."""
+    pictures = map_pictures(plan, result, findings_of(plan, result))
+    return next(picture.figure.axes[0] for picture in pictures if picture.name == name)
 
 
 @pytest.mark.slow
@@ -33,7 +41,7 @@ def test_pictures_show_the_cells(file: Path) -> None:
     out = file.parent / "out"
     summary = run_map(str(file), out, workers=1)
     assert all(str(out / f"map-{name}.png") in summary for name in ("stability", "margin", "voltage"))
-    axes = map_figures(map_plan(loads_map(TEXT)), out / "map.parquet")["map-stability"].axes[0]
+    axes = drawn(map_plan(loads_map(TEXT)), out / "map.parquet", "map-stability")
     picture = Image.open(out / "map-stability.png").convert("RGB")
     rows = pq.read_table(out / "map.parquet").to_pylist()
     right = 0
@@ -84,7 +92,7 @@ def test_pictures_show_what_switching_on_leads_to(file: Path) -> None:
     summary = run_map(str(file), out, workers=1)
     assert all(str(out / f"map-{name}.png") in summary for name in ("from-rest", "shock"))
     rows = pq.read_table(out / "map.parquet").to_pylist()
-    axes = map_figures(map_plan(loads_map(file.read_text())), out / "map.parquet")["map-from-rest"].axes[0]
+    axes = drawn(map_plan(loads_map(file.read_text())), out / "map.parquet", "map-from-rest")
     picture = Image.open(out / "map-from-rest.png").convert("RGB")
     right = 0
     for row in rows:

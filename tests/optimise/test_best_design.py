@@ -25,7 +25,7 @@ from vireport.optimise.bound import _bounds, largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate
 from vireport.optimise.evolution import evolve
 from vireport.optimise.grid import JudgedDesign, grid_of
-from vireport.optimise.outputs import figure_front, picture_front
+from vireport.optimise.outputs import picture_front
 from vireport.optimise.problem import Problem, problem_of, smallest_margin
 from vireport.optimise.refine import SLOTS, _linear
 from vireport.optimise.search import optimise
@@ -314,7 +314,6 @@ def test_front_falls_and_ends_at_the_largest_margin() -> None:
     assert (np.diff(values) < 0).all()
     assert result.best.value <= np.interp(0.05, margins, values) * (1 + 1e-2)
     assert sentences(picture_front(result).caption) <= 2
-    assert figure_front(result, width_mm=86).get_figwidth() * 25.4 == pytest.approx(86)
     largest = optimise(problem("margin_percent", vary, "stroke_at_most_m: 0.35", 144))
     assert margins[-1] <= largest.best.margin
     assert largest.best.value == 100 * largest.best.margin

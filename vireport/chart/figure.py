@@ -5,9 +5,8 @@ Fills are outlines of the pixels of regions, smoothed by less than the width of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,7 +24,7 @@ from vireport.figures.captions import held_by
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished, round_ticks
 from vireport.figures.planes import DESIGN, mark_design
-from vireport.figures.style import FILLS, LOCI, PER_LETTER, Color, Look, Picture, Sheet, drawn_for, sheet, style
+from vireport.figures.style import FILLS, LOCI, PER_LETTER, Color, Look, Picture, sheet, style
 from vireport.motions.events import Event
 from vireport.text.formatting import MINUS
 from vireport.wording.templates import Words
@@ -87,19 +86,6 @@ def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
     given = words_given(chart, named)
     caption = said("caption", given) if sheet().headed else f"{said('caption', given)} {_note(chart, said)}".rstrip()
     return Picture("figure-chart", said("title"), caption, said("alt", given), _drawn(chart, templates))
-
-
-def figure_chart(chart: Chart, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None) -> Figure:
-    """Draw a chart.
-
-    Parameters
-    ----------
-    chart : Chart
-    width_mm, style : float and mapping, optional
-        As in `vireport.figure_2`.
-    """
-    with drawn_for(Sheet.of(width_mm, style)):
-        return _drawn(chart, None)
 
 
 def _note(chart: Chart, said: Words) -> str:

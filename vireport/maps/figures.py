@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from vireport.figures.captions import held_by
 from vireport.figures.layout import Entry, blank, finished, prefix, round_ticks
 from vireport.figures.planes import DESIGN, mark_design
-from vireport.figures.style import HALO, LOCI, Color, Look, Picture, Pixel, Sheet, drawn_for, sheet, style
+from vireport.figures.style import HALO, LOCI, Color, Look, Picture, Pixel, sheet, style
 from vireport.figures.sweeps import OUTCOMES
 from vireport.maps.cells import MapPlan, axis_values
 from vireport.maps.design import MapDesign
 from vireport.maps.disturbed import DESTINATIONS
-from vireport.maps.findings import MapFindings, findings_of, largest_margin, pieces_of, restitution_at
+from vireport.maps.findings import MapFindings, largest_margin, pieces_of, restitution_at
 from vireport.maps.loci import DrawnLocus, loci_of
 from vireport.motions.events import Event
 from vireport.motions.stability import STABILITIES, Stability
@@ -146,23 +146,6 @@ def map_pictures(
 def outcomes_of(found: MapFindings) -> list[tuple[str, int]]:
     """What cells come to from rest, by the names of the legend, and how many do; the most frequent first."""
     return [(OUTCOMES[outcome][0], count) for outcome, count in found.from_rest.most_common() if count]
-
-
-def map_figures(
-    plan: MapPlan, result: Path, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
-) -> dict[str, Figure]:
-    """Draw the heat maps of a map, by their names, without a design point.
-
-    Parameters
-    ----------
-    plan : MapPlan
-    result : Path
-        The finished map.
-    width_mm, style : float and mapping, optional
-        As in `vireport.figure_2`.
-    """
-    with drawn_for(Sheet.of(width_mm, style)):
-        return {picture.name: picture.figure for picture in map_pictures(plan, result, findings_of(plan, result))}
 
 
 def _raster(plan: MapPlan, result: Path) -> Raster:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from itertools import pairwise
 from math import isfinite, prod
 from pathlib import Path
@@ -377,24 +377,6 @@ def picture_front(result: SearchResult, templates: Path | None = None) -> Pictur
     caption = say("front_caption", of.words, largest, margins)
     alt = say("front_alt", of.words, largest, margins, *values)
     return Picture("figure-front", say("front_title"), caption, alt, _front(result, say))
-
-
-def figure_front(
-    result: SearchResult, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
-) -> Figure:
-    """The largest objective against the smallest margin in any input, with the margin that is required.
-
-    Parameters
-    ----------
-    result : SearchResult
-        With a front.
-    width_mm, style : float and mapping, optional
-        As in `vireport.figure_2`.
-    """
-    from vireport.figures.style import Sheet, drawn_for
-
-    with drawn_for(Sheet.of(width_mm, style)):
-        return _front(result, Words(FILE))
 
 
 def _front(result: SearchResult, say: Words) -> Figure:

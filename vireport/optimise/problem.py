@@ -126,12 +126,6 @@ class Problem(Struct, frozen=True):
         followed = any(demand.kind is LimitKind.WORDS or Need.SIMULATION in demand.needs for demand in demands)
         return followed or self.loaded.scenario.tolerances is not None
 
-    @property
-    def rules_out(self) -> bool:
-        """Whether cells are ruled out for what only a run judges."""
-        quantities = (requirement.quantity for requirement, _ in self.required)
-        return any(isinstance(quantity, OfRun) and quantity.may_meet is not None for quantity in quantities)
-
     def may_meet(self, t: Floats, share: float) -> Mask:
         """Which designs (cells, inputs) may have a margin, and meet what only a run judges; all others do not.
 
