@@ -57,38 +57,30 @@ def motion_near(sweep: Sweep, x: Sequence[Any], *more: reference.Equations) -> l
     )
 
 
-def quantities(sweep: Sweep, x: Sequence[Any]) -> dict[str, Any]:
-    """The numbers of a motion, by the names of `Motions`."""
-    r, n = each(sweep.device.restitution, mpf), sweep.device.period_ratio
+def all_quantities(sweep: Sweep, x: Sequence[Any], membrane: Membrane) -> dict[str, Any]:
+    """The numbers of a motion and of its impacts, by the names of `Motions` and `Voltages`."""
+    r, n = mpf(sweep.device.restitution), sweep.device.period_ratio
     d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
     state = (x[0], x[1], x[2])
+    velocity_top, trace = reference.velocity_top(state, gbar, r, n), reference.trace(state, gbar, r, n)
+    names = Parameter.AMPLITUDE, Parameter.FREQUENCY
+    force, frequency = (mpf(x[3] if name is sweep.parameter else getattr(sweep.device, name)) for name in names)
+    unit = force / (2 * mpf(sweep.device.capsule_mass_kg) * frequency)
+    impacts = (reference.voltage(unit * abs(velocity), membrane) for velocity in (x[0], velocity_top))
+    (deep_bottom, bottom), (deep_top, top) = impacts
     return {
         "velocity_bottom": x[0],
         "phi_bottom": x[1],
         "q": x[2] + mpf(1) / 2,
         "sweep_value": x[3],
-        "velocity_top": reference.velocity_top(state, gbar, r, n),
+        "velocity_top": velocity_top,
         "d": d,
         "gbar": gbar,
-        "trace": reference.trace(state, gbar, r, n),
+        "trace": trace,
         "phi_top": mp.fmod(x[1] + 2 * n * mp.pi * (x[2] + mpf(1) / 2), 2 * mp.pi),
-    }
-
-
-def all_quantities(sweep: Sweep, x: Sequence[Any], membrane: Membrane) -> dict[str, Any]:
-    """The numbers of a motion and of its impacts, by the names of `Motions` and `Voltages`."""
-    r, known = mpf(sweep.device.restitution), quantities(sweep, x)
-    gap = reference.wall_gap((x[0], x[1], x[2]), known["d"], known["gbar"], r, sweep.device.period_ratio)
-    names = Parameter.AMPLITUDE, Parameter.FREQUENCY
-    force, frequency = (mpf(x[3] if name is sweep.parameter else getattr(sweep.device, name)) for name in names)
-    unit = force / (2 * mpf(sweep.device.capsule_mass_kg) * frequency)
-    impacts = (reference.voltage(unit * abs(known[f"velocity_{at}"]), membrane) for at in ("bottom", "top"))
-    (deep_bottom, bottom), (deep_top, top) = impacts
-    return {
-        **known,
         "determinant": r**4,
-        "discriminant": known["trace"] ** 2 - 4 * r**4,
-        "wall_gap": gap,
+        "discriminant": trace**2 - 4 * r**4,
+        "wall_gap": reference.wall_gap(state, d, gbar, r, n),
         "bottom_v": bottom,
         "top_v": top,
         "average_v": (bottom + top) / 2,
