@@ -13,19 +13,19 @@ from scipy.integrate import solve_ivp
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
 from vireport.compliant.descent import FINEST, CompliantMotion, Rigid, descend, motion_to_follow
-from vireport.compliant.model import compliant_model, free_flight
-from vireport.compliant.return_map import SUBSTEPS, bounce, return_trip
+from vireport.compliant.model import compliant_model
+from vireport.compliant.return_map import SUBSTEPS, bounce
 from vireport.design.point import design_point
 from vireport.figures.stiffness import picture
 from vireport.membranes.compliance import Compliance, compliance, compliance_data
 from vireport.membranes.compliance_tables import comparison_with_rigid, solvers_on_stiff_membranes, verdict
 from vireport.membranes.stiff_solvers import RunOutcome, period_of, run_once
-from vireport.physics.contact import contacts, damping_number
+from vireport.physics.contact import damping_number
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter
-from vireport.simulation.events import BOTTOM, TOP
+from vireport.simulation.events import BOTTOM
 from vireport.study.plan import Task
 from vireport.text.tables import plain_text
 
@@ -102,27 +102,6 @@ def test_return_map_is_the_whole_equation_in_si_units(study, orbits) -> None:
     assert (run.y[0].max() - half) / length_unit == pytest.approx(orbit.bottom.deflection, rel=1e-4)
 
 
-def test_contact_without_gravity_and_forcing_gives_the_restitution(models) -> None:
-    """So stiff that neither moves the ball during the contact."""
-    for restitution, speed in ((0.5, 1.0), (0.9, 0.1), (0.2, 3.0)):
-        membrane = replace(models[K_STEEP].membrane, stiffness=1e60)
-        model = replace(models[K_STEEP], restitution=restitution, membrane=membrane)
-        alone = contacts(np.array(speed), membrane, restitution)
-        for wall in (BOTTOM, TOP):
-            touch, _ = bounce(model, wall, wall * speed, 0.0, ALL)
-            assert touch.restitution == pytest.approx(restitution, abs=3e-9)
-            assert touch.deflection == pytest.approx(float(alone.deflection), rel=1e-8)
-
-
-def test_steeper_membranes_approach_the_rigid_lap(models, rigid) -> None:
-    """The rigid motion repeats under the compliant return map, but for what vanishes with the contact time."""
-    for factor in (1e6, K_STEEP):
-        turn = return_trip(models[factor], *rigid, (0.9, 0.8), ALL)
-        contacts_last = turn.bottom.duration + turn.top.duration
-        assert abs(turn.velocity - rigid[0]) < 2 * contacts_last
-        assert abs(turn.time - 2) < 2 * contacts_last
-
-
 def test_orbit_repeats_and_tends_to_the_rigid_one(orbits, rigid, models) -> None:
     epsilon = {factor: orbit.bottom.duration for factor, orbit in orbits.items()}
     for factor, orbit in orbits.items():
@@ -171,22 +150,6 @@ def test_a_motion_of_two_forcing_periods_tends_to_the_rigid_one(study) -> None:
     assert orbit.top.phase == pytest.approx(motions.phi_top[row], abs=5e-3)
 
 
-def test_flight_meets_a_membrane_that_is_only_grazed(models) -> None:
-    """A flight whose turning point lies just beyond the wall it left hits that wall, and just short of it does not."""
-    model = models[1.0]
-    phase = 0.3
-    walls = [free_flight(model, BOTTOM, -v, phase)[1] for v in np.linspace(0.01, 1.5, 150)]
-    assert set(walls) == {BOTTOM, TOP}
-    changes = np.flatnonzero(np.diff(walls))
-    assert len(changes) >= 1
-    for k in changes:
-        low, high = np.linspace(0.01, 1.5, 150)[[k, k + 1]]
-        for _ in range(60):
-            middle = (low + high) / 2
-            low, high = (middle, high) if free_flight(model, BOTTOM, -middle, phase)[1] == walls[k] else (low, middle)
-        assert free_flight(model, BOTTOM, -low, phase)[1] != free_flight(model, BOTTOM, -high, phase)[1]
-
-
 @pytest.mark.slow
 def test_ladder_converges_at_the_rate_of_the_contact_time(effects) -> None:
     assert effects.order == pytest.approx(1 / 3.6)
@@ -219,15 +182,6 @@ def test_own_membrane_moves_the_period_doubling_more_than_the_motion(effects) ->
     assert rows["margin to B1"].compliant == pytest.approx(0.6934 - own.critical_value)
     assert rows["margin to B1"].criterion.shift == pytest.approx(-rows["margin to B1"].shift)
     assert "−7.61 %" in plain_text(comparison_with_rigid(effects))
-
-
-@pytest.mark.slow
-def test_period_doubling_is_where_a_multiplier_is_minus_one(study, effects) -> None:
-    device, membrane, value = study.solution.device, study.solution.membrane, effects.own.critical_value
-    orbit = followed(replace(device, length_m=value), membrane, 1.0)
-    assert 1 + orbit.trace + orbit.determinant == pytest.approx(0, abs=1e-6)
-    for side, stable in ((-1e-4, False), (1e-4, True)):
-        assert followed(replace(device, length_m=value + side), membrane, 1.0).stable is stable
 
 
 @pytest.mark.slow

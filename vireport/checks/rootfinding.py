@@ -25,8 +25,6 @@ def find_root(
     stop: float,
     noise: float,
     jacobian: bool = False,
-    difference: float | None = None,
-    most: int = MOST_EVALUATIONS,
 ) -> Floats:
     """Solve equations(x) = 0 near a guess.
 
@@ -44,10 +42,6 @@ def find_root(
         Size of what is irregular in the residuals, where no correction gets smaller.
     jacobian : bool
         Whether the equations give their Jacobian too.
-    difference : float, optional
-        Relative step of the differences; by default that of equations which are right to rounding.
-    most : int
-        Evaluations after which the search is given up.
 
     Raises
     ------
@@ -58,11 +52,10 @@ def find_root(
 
     if jacobian:
         # No test but that of the correction: the sum of squares may go on falling.
-        options = {"xtol": stop, "ftol": 0.0, "maxiter": most}
+        options = {"xtol": stop, "ftol": 0.0, "maxiter": MOST_EVALUATIONS}
         result = root(equations, guess, jac=True, method="lm", options=options)
     else:
-        step = {} if difference is None else {"eps": difference**2}
-        result = root(equations, guess, method="hybr", options={"xtol": stop, "maxfev": most, **step})
+        result = root(equations, guess, method="hybr", options={"xtol": stop, "maxfev": MOST_EVALUATIONS})
     residual = float(np.max(np.abs(result.fun)))
     if not residual <= max(ROUGHLY * noise, stop if result.success else 0.0):
         raise NumericalError(f"Newton's method did not settle: residual {residual:.1g} after {result.nfev} evaluations")
