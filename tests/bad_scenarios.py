@@ -730,6 +730,13 @@ inclination_deg: 30
         (12, ANGLE, "given twice, first on line 11"),
     ),
     bad(
+        "a misspelt key that others need",
+        good_but(7, "  lenght_m: 0.7")
+        + "requirements: {margin_any_percent: 5}\n"
+        + "design: {minimise: length_m, vary: [{path: device.length_m, from: 0.6, to: 1}]}\n",
+        (7, "device.lenght_m", "did you mean 'length_m'?"),
+    ),
+    bad(
         "syntax and what is before it",
         good_but(2, "title: &t Good").replace("9.8", "'9.8"),
         (2, "title", "anchors are not read"),

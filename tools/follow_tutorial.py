@@ -27,10 +27,7 @@ def followed(folder: Path, programs: Path) -> list[str]:
     differences = []
     for kind, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
         if kind == "yaml":
-            name = NAMED.match(text)
-            assert name is not None, f"no name of a file: {text}"
-            with open(folder / name[1], "a" if name[2] else "w", encoding="utf-8") as file:
-                file.write(text)
+            write(folder, text)
             continue
         first, _, shown = text.partition("\n")
         run = subprocess.run(
@@ -45,6 +42,21 @@ def followed(folder: Path, programs: Path) -> list[str]:
         if not re.fullmatch(pattern_of(shown), run.stdout):
             differences.append(f"{first}\nshown:\n{shown}\nprinted:\n{run.stdout}")
     return differences
+
+
+def write(folder: Path, text: str) -> None:
+    """Write a file of the page, or go on with it."""
+    name = NAMED.match(text)
+    assert name is not None, f"no name of a file: {text}"
+    with open(folder / name[1], "a" if name[2] else "w", encoding="utf-8") as file:
+        file.write(text)
+
+
+def write_files(folder: Path) -> None:
+    """Write the files of the page as they are in the end."""
+    for kind, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+        if kind == "yaml":
+            write(folder, text)
 
 
 def pattern_of(shown: str) -> str:

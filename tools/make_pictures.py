@@ -20,10 +20,14 @@ from tempfile import TemporaryDirectory, mkdtemp
 from time import sleep
 
 import typst
+from follow_tutorial import write_files
 from PIL import Image, ImageChops, ImageStat
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 PICTURES = EXAMPLES / "pictures"
+
+TUTORIAL = "device.yaml"
+"""The device of the tutorial, as its page has it."""
 
 COMMANDS = {
     "horizontal": ("run", "horizontal.yaml"),
@@ -34,6 +38,7 @@ COMMANDS = {
     "compare": ("compare", "horizontal.yaml", "inclined.yaml", "inclined-forcing.yaml"),
     "chart": ("map", "inclined.yaml", "--over", "restitution=0.2..0.8,length_m=0.3..1"),
     "map": ("map", "maps/map.yaml"),
+    "shortest": ("optimise", TUTORIAL, "--set", "requirements.margin_with_effects_percent=5"),
 }
 
 SHOWN = {
@@ -46,11 +51,12 @@ SHOWN = {
     "compare-figure-variants": "compare/figure-variants",
     "inclined-chart": "chart/figure-chart",
     "map-stability": "map/map-stability",
+    "tutorial-front": "shortest/front",
 }
 """Of each picture, the file that it is, without suffixes."""
 
-REPORT = "design-point-report"
-"""The picture of a report's first page."""
+REPORTS = {"design-point-report": "design-point/report", "tutorial-report": "shortest/report"}
+"""The pictures of reports' first pages, and the reports."""
 
 BENCH = "bench"
 """The picture of the page of `vireport explore`."""
@@ -72,11 +78,11 @@ MOST_APART = 0.2
 def main() -> int:
     """Draw the pictures of the documentation, or check those that there are; exit code 1 if one is out of date."""
     parser = ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("names", nargs="*", choices=[[], *SHOWN, REPORT, BENCH], metavar="NAME", help="only these")
+    parser.add_argument("names", nargs="*", choices=[[], *SHOWN, *REPORTS, BENCH], metavar="NAME", help="only these")
     parser.add_argument("--check", action="store_true", help="compare instead of writing")
     given = parser.parse_args()
     code = 0
-    for name, png in drawn(given.names or [*SHOWN, REPORT, BENCH]):
+    for name, png in drawn(given.names or [*SHOWN, *REPORTS, BENCH]):
         file = PICTURES / f"{name}.png"
         if not given.check:
             file.write_bytes(png)
@@ -90,14 +96,18 @@ def drawn(names: Sequence[str]) -> Iterator[tuple[str, bytes]]:
     """Each picture with its PNG, from the examples run once each."""
     if BENCH in names:
         yield BENCH, bench()
-    files = {name: Path(SHOWN.get(name, "design-point/report")) for name in names if name != BENCH}
+    files = {name: Path((SHOWN | REPORTS)[name]) for name in names if name != BENCH}
     with TemporaryDirectory() as folder:
         for example in dict.fromkeys(file.parent.name for file in files.values()):
             command, *words = COMMANDS[example]
-            arguments = [str(EXAMPLES / word) if word.endswith(".yaml") else word for word in words]
+            places = {word: EXAMPLES / word for word in words if word.endswith(".yaml")}
+            if TUTORIAL in places:
+                write_files(Path(folder))
+                places[TUTORIAL] = Path(folder, TUTORIAL)
+            arguments = [str(places.get(word, word)) for word in words]
             run([sys.executable, "-m", "vireport", command, *arguments, "-o", f"{folder}/{example}"], check=True)
         for name, file in files.items():
-            if name == REPORT:
+            if name in REPORTS:
                 compiler = typst.Compiler(root=f"{folder}/{file.parent}")
                 yield name, compiler.compile(FIRST_PAGE, format="png", ppi=70.0)
             else:

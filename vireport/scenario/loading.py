@@ -302,7 +302,12 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
                 continue  # a list is only short of the elements that are wrong in themselves
             path = reduce(join, mistake["loc"], "")
             findings.append(Finding(path, kinds.get(mistake["type"], Kind.VALUE), mistake["input"]))
-    findings += inconsistencies(document, {finding.path for finding in findings} | document.unread, model)
+    wrong = {finding.path for finding in findings} | document.unread
+    if findings:
+        from vireport.scenario.messages import misspelt
+
+        wrong |= misspelt(findings, document, model)
+    findings += inconsistencies(document, wrong, model)
     if file is not None and not findings and not document.mistakes:
         return file
     from vireport.scenario.messages import worded

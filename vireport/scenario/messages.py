@@ -42,13 +42,19 @@ def worded(findings: Iterable[Finding], document: Document, model: type[Scenario
     for finding in findings:
         if not is_within_any(finding.path, document.unread):
             first.setdefault(finding.path, finding)
-    unknown = [own for own in first.values() if own.kind is Kind.UNKNOWN][:MOST_MISTAKES]
-    misspelt = {wording.meant(own.path, own.value) for own in unknown}
+    misspelt = wording.misspelt(first.values())
     found = [own for own in first.values() if own.kind is not Kind.MISSING or own.path not in misspelt]
     lines = {own.path: document.line_of(own.path) for own in found}
     told = sorted(found, key=lambda own: lines[own.path])[:MOST_MISTAKES]
     mistakes = [Mistake(lines[own.path], own.path, wording.message(own)) for own in told]
     return mistakes, len(found) - len(told)
+
+
+def misspelt(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> set[str]:
+    """Paths of the keys that unknown ones probably stand for: that these are missing follows from that mistake."""
+    if not any(own.kind is Kind.UNKNOWN for own in findings):
+        return set()
+    return _Wording(document, keys(model)).misspelt(findings)
 
 
 class _Wording:
@@ -89,6 +95,11 @@ class _Wording:
         block, key = self.place(path)
         target, _ = hints.key_meant(_pattern(block), key, value, self.units)
         return target
+
+    def misspelt(self, findings: Iterable[Finding]) -> set[str]:
+        """Paths of the keys that the first unknown ones probably stand for."""
+        unknown = [own for own in findings if own.kind is Kind.UNKNOWN][:MOST_MISTAKES]
+        return {self.meant(own.path, own.value) for own in unknown} - {""}
 
     def place(self, path: str) -> tuple[str, str]:
         """Block that an unknown key stands in, and the key."""
