@@ -8,9 +8,8 @@ times. The floors are processes that do nothing of ours:
 
 - command: imports numpy, yaml, typer and pydantic, and runs a command that does nothing: only then do the last two
 import what they are made of;
-- report: imports what a report needs, draws as many empty panels in as many figures of the same sizes, wide ones saved
-as PNG and as SVG and narrow ones for phones as SVG, and compiles an empty page to PDF and to HTML: what a report is
-made of.
+- report: imports what a report needs, draws as many empty panels in as many figures of the same sizes, saved as SVG and
+those of the sweep as PNG, too, and compiles an empty page to PDF and to HTML: what a report is made of.
 """
 
 from __future__ import annotations
@@ -30,8 +29,8 @@ ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYT
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
-FIGURES = (3, 5.27), (2, 5.8), (1, 4.4), (2, 3.3), (1, 2.04)
-"""Panels and height [in] of each figure that a report of the examples has."""
+SWEEP, PAGES = ((3, 5.27), (2, 5.8), (1, 4.4)), ((1, 2.9), (2, 3.3), (1, 2.04))
+"""Panels and height [in] of each figure that a report of the examples has: those of the sweep, and the others."""
 
 COMMAND = """
 import numpy, yaml, typer
@@ -46,9 +45,9 @@ REPORT = f"""{COMMAND}
 import io, jinja2, typst
 from matplotlib.figure import Figure
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-for panels, height in {FIGURES}:
-    for width, suffixes in ((6.7, ("png", "svg")), (3.54, ("svg",))):
-        figure = Figure(figsize=(width, height))
+for figures, suffixes in (({SWEEP}, ("png", "svg")), ({PAGES}, ("svg",))):
+    for panels, height in figures:
+        figure = Figure(figsize=(6.7, height))
         FigureCanvasAgg(figure)
         for i in range(panels):
             figure.add_subplot(panels, 1, i + 1)
