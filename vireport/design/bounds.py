@@ -48,13 +48,13 @@ def bounds_of(
 ) -> Bounds:
     """Bound the errors of every motion and voltage along a sweep and at a design point."""
     sweep, branches = (diagram.sweep, diagram.branches) if diagram is not None else (None, ())
-    along = tuple(_along(membrane, sweep, branch) for branch in branches if sweep is not None)
+    over_sweep = tuple(_along(membrane, sweep, branch) for branch in branches if sweep is not None)
     if design is None:
-        return Bounds(along, None)
+        return Bounds(over_sweep, None)
     bounds = _of(membrane, around_length(device), design.motions, design.errors)
     if membrane is not None and design.conversion_by_motion is not None:
         bounds |= _conversion_bounds(device, membrane, design, bounds)
-    return Bounds(along, bounds)
+    return Bounds(over_sweep, bounds)
 
 
 def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:

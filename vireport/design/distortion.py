@@ -37,7 +37,7 @@ from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
 
-ORDERS = tuple(own.order for own in HARMONICS)
+ORDERS = tuple(harmonic.order for harmonic in HARMONICS)
 """Orders of the harmonics that are looked at."""
 
 LARGEST = LARGEST_HARMONIC / 100

@@ -114,20 +114,20 @@ def share_that_fits(answer: Identification) -> MeasuredShare | None:
     """
     if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
         return None
-    own = answer.found.adjusted
-    rows = [k for k, x in enumerate(own.unknowns) if x.design_input is not None]
-    inputs = [x.design_input for x in own.unknowns if x.design_input is not None]
-    device = own.model.device
+    fitted = answer.found.adjusted
+    rows = [k for k, x in enumerate(fitted.unknowns) if x.design_input is not None]
+    inputs = [x.design_input for x in fitted.unknowns if x.design_input is not None]
+    device = fitted.model.device
     # Beyond what inputs can be, a restitution of 0 or 1 for one, devices have no meaning.
-    if not inputs or not np.isfinite(own.covariance).all():
+    if not inputs or not np.isfinite(fitted.covariance).all():
         return None
     for row, varied in zip(rows, inputs, strict=True):
         low, high = varied.limits
         # An angle beyond its limits is another within them.
-        reach = 0.0 if varied is DesignInput.INCLINATION else 3 * float(np.sqrt(own.covariance[row, row]))
+        reach = 0.0 if varied is DesignInput.INCLINATION else 3 * float(np.sqrt(fitted.covariance[row, row]))
         if not (low <= device.value_of(varied) - reach and device.value_of(varied) + reach <= high):
             return None
-    return measured_share(device, inputs, own.covariance[np.ix_(rows, rows)])
+    return measured_share(device, inputs, fitted.covariance[np.ix_(rows, rows)])
 
 
 def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldHarmonics | None:
@@ -148,9 +148,11 @@ def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldH
     if end is None or shaker is None:
         return HeldHarmonics(end, None)
     # The parts of one harmonic, of cosine and sine, are off independently and alike.
-    known = [(own, end.by_harmonics.get(own.order)) for own in shaker.harmonics if own.significant]
-    moved = [own.percent_error / 100 * hypot(*slopes) for own, slopes in known if slopes is not None]
-    return HeldHarmonics(end, sqrt(sum(x * x for x in moved)) if len(moved) == len(known) else None)
+    slopes_of = [
+        (harmonic, end.by_harmonics.get(harmonic.order)) for harmonic in shaker.harmonics if harmonic.significant
+    ]
+    moved = [harmonic.percent_error / 100 * hypot(*slopes) for harmonic, slopes in slopes_of if slopes is not None]
+    return HeldHarmonics(end, sqrt(sum(x * x for x in moved)) if len(moved) == len(slopes_of) else None)
 
 
 def _stable(device: Device, inputs: Sequence[DesignInput], covariance: Floats, samples: int) -> int:

@@ -233,9 +233,11 @@ def _window(solution: Solution, compiled: bool) -> Window | None:
         low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])
     from vireport.disturbances.windows import outcomes_at, window
 
-    found = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
+    window_around = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
     stability_ends = [value + end.distance for end in ends if end.parameter == varied]
-    return replace(found, low=_at_end(found.low, stability_ends), high=_at_end(found.high, stability_ends))
+    return replace(
+        window_around, low=_at_end(window_around.low, stability_ends), high=_at_end(window_around.high, stability_ends)
+    )
 
 
 def _at_end(edge: Edge, ends: list[float]) -> Edge:

@@ -178,9 +178,9 @@ class _Rubbed(Struct, frozen=True, eq=False):
         """That of a level with friction; `k` is that of the sine."""
         if level.friction is None:
             return None
-        own = rubbing(k, u, r, n)
+        terms = rubbing(k, u, r, n)
         # T/(pi K), by which and u the terms of a horizontal capsule are divided, takes G to this for one restitution.
-        return _Rubbed(level, level.friction, own, 2 * n * ops.pi * (1 + r * r) / (1 + r) if divided else own.gbar)
+        return _Rubbed(level, level.friction, terms, 2 * n * ops.pi * (1 + r * r) / (1 + r) if divided else terms.gbar)
 
     def term(self, a: Any, gbar: Any, d: Any) -> Any:
         """A coefficient of the sine or the cosine, by those of the level, gbar and d without friction."""

@@ -135,23 +135,23 @@ class Device(Struct, Generic[Quantity], frozen=True):
     @staticmethod
     def of(scenario: Scenario) -> Device:
         """The device of a scenario; a swept parameter is None where no design point is given."""
-        given: dict[str, Any] = {varied: _entry(scenario, varied.path) for varied in DesignInput}
-        bottom, top = (given.pop(varied) for varied in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
-        if given[DesignInput.RESTITUTION] is None:
-            given[DesignInput.RESTITUTION] = _restitution(bottom, top)
+        values: dict[str, Any] = {varied: _entry(scenario, varied.path) for varied in DesignInput}
+        bottom, top = (values.pop(varied) for varied in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
+        if values[DesignInput.RESTITUTION] is None:
+            values[DesignInput.RESTITUTION] = _restitution(bottom, top)
         exponent, speed = scenario.device.restitution_exponent, scenario.device.restitution_speed_m_s
         if exponent:
-            given[DesignInput.RESTITUTION] = SpeedLaw(*by_wall(given[DesignInput.RESTITUTION]), exponent, speed)
+            values[DesignInput.RESTITUTION] = SpeedLaw(*by_wall(values[DesignInput.RESTITUTION]), exponent, speed)
         return Device(
-            **given,
+            **values,
             gravity_m_s2=scenario.gravity_m_s2,
             period_ratio=scenario.period_ratio,
             capsule=scenario.device.capsule,
             ball_mass_kg=scenario.device.ball_mass_kg,
             harmonics=tuple(
-                Harmonic.of(own.order, own.percent, own.phase_deg)
-                for own in scenario.excitation.harmonics
-                if own.percent
+                Harmonic.of(harmonic.order, harmonic.percent, harmonic.phase_deg)
+                for harmonic in scenario.excitation.harmonics
+                if harmonic.percent
             ),
             friction=scenario.device.friction,
         )
@@ -278,7 +278,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
         weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
         gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
-        harmonics = tuple(own.exact(ops) for own in self.harmonics)
+        harmonics = tuple(harmonic.exact(ops) for harmonic in self.harmonics)
         restitution = each(self.restitution, ops.exact)
         if parameter.bounces:
             restitution = moved(restitution, parameter, ops.exact(value))
@@ -320,15 +320,15 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     def friction_slope(self, varied: DesignInput) -> float:
         """Derivative of `Groups.friction` by an input, where all are given."""
-        own = self.friction * self.supported_kg * self.gravity_m_s2 / self.amplitude_n
+        friction = self.friction * self.supported_kg * self.gravity_m_s2 / self.amplitude_n
         angle, value = radians(self.inclination_deg), float(self.value_of(varied))
         match varied:
             case DesignInput.INCLINATION:
-                return float(-own * sin(angle) * pi / 180)
+                return float(-friction * sin(angle) * pi / 180)
             case DesignInput.AMPLITUDE:
-                return float(-own * cos(angle) / value)
+                return float(-friction * cos(angle) / value)
             case DesignInput.CAPSULE_MASS:
-                return float(own * cos(angle) / self.supported_kg)
+                return float(friction * cos(angle) / self.supported_kg)
         return 0.0
 
     def law_slope(self, varied: DesignInput) -> float:

@@ -93,24 +93,24 @@ class Membrane(Struct, frozen=True):
     @staticmethod
     def of(scenario: Scenario) -> Membrane | None:
         """The membrane of a scenario and the ball that strikes it; None where the ball's mass is not given."""
-        mass, given = scenario.device.ball_mass_kg, scenario.device.membrane or MembraneBlock()
+        mass, block = scenario.device.ball_mass_kg, scenario.device.membrane or MembraneBlock()
         if mass is None:
             return None
         return Membrane(
-            given.stiffness,
-            given.exponent,
-            given.active_radius_m,
-            given.ball_radius_m,
-            given.bias_voltage_v,
+            block.stiffness,
+            block.exponent,
+            block.active_radius_m,
+            block.ball_radius_m,
+            block.bias_voltage_v,
             mass,
-            _dielectric_of(given),
+            _dielectric_of(block),
             scenario.device.capsule_mass_kg if scenario.device.capsule is CapsuleMotion.FREE else inf,
         )
 
 
-def _dielectric_of(given: MembraneBlock) -> Dielectric | None:
+def _dielectric_of(block: MembraneBlock) -> Dielectric | None:
     """None where the scenario does not give all of it."""
-    thickness, permittivity, breakdown = given.thickness_m, given.relative_permittivity, given.breakdown_field_v_m
+    thickness, permittivity, breakdown = block.thickness_m, block.relative_permittivity, block.breakdown_field_v_m
     if thickness is None or permittivity is None or breakdown is None:
         return None
     return Dielectric(thickness, permittivity, breakdown)

@@ -78,9 +78,11 @@ SINE = Harmonic(1, 1.0, 0.0)
 
 def with_harmonic(harmonics: Sequence[Harmonic], more: Harmonic) -> tuple[Harmonic, ...]:
     """The harmonics of a force to which one is added; of those of one order the parts are added."""
-    same = [own for own in harmonics if own.order == more.order]
-    both = [Harmonic(more.order, own.cosine + more.cosine, own.sine + more.sine) for own in same] or [more]
-    return *(own for own in harmonics if own.order != more.order), *both
+    same = [harmonic for harmonic in harmonics if harmonic.order == more.order]
+    both = [Harmonic(more.order, harmonic.cosine + more.cosine, harmonic.sine + more.sine) for harmonic in same] or [
+        more
+    ]
+    return *(harmonic for harmonic in harmonics if harmonic.order != more.order), *both
 
 
 class Wave(NamedTuple):
@@ -106,21 +108,21 @@ def wave(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Wave:
     if not harmonics:
         return Wave(cosine, sine, cosine)
     force, impulse, path = cosine, sine, cosine
-    for each in harmonics:
-        s, c = _multiple(sine, cosine, each.order)
-        here = each.cosine * c + each.sine * s
-        force = force + here
-        impulse = impulse + (each.cosine * s - each.sine * c) / each.order
-        path = path + here / each.order**2
+    for harmonic in harmonics:
+        s, c = _multiple(sine, cosine, harmonic.order)
+        force_of_it = harmonic.cosine * c + harmonic.sine * s
+        force = force + force_of_it
+        impulse = impulse + (harmonic.cosine * s - harmonic.sine * c) / harmonic.order
+        path = path + force_of_it / harmonic.order**2
     return Wave(force, impulse, path)
 
 
 def force_rate(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Any:
     """Derivative of the force by the phase, at the phase with a sine and a cosine."""
     rate = -sine
-    for each in harmonics:
-        s, c = _multiple(sine, cosine, each.order)
-        rate = rate + each.order * (each.sine * c - each.cosine * s)
+    for harmonic in harmonics:
+        s, c = _multiple(sine, cosine, harmonic.order)
+        rate = rate + harmonic.order * (harmonic.sine * c - harmonic.cosine * s)
     return rate
 
 
@@ -157,14 +159,14 @@ def _cancelled(constant: NDArray[np.float64], parts: Sequence[Harmonic]) -> NDAr
     """
     # The companion matrix is divided by the coefficient of the highest order: of one that is next to nothing rounding
     # would leave no root on the circle, and phases at which turns are bracketed do not need it.
-    least = NO_HARMONIC * max((each.share for each in parts), default=0.0)
-    highest = max((each.order for each in parts if each.share > least), default=0)
+    least = NO_HARMONIC * max((part.share for part in parts), default=0.0)
+    highest = max((part.order for part in parts if part.share > least), default=0)
     polynomial = np.zeros((len(constant), 2 * highest + 1), dtype=complex)
     polynomial[:, highest] = constant
-    for each in parts:
-        if each.order <= highest:
-            polynomial[:, highest - each.order] += complex(each.cosine, -each.sine) / 2
-            polynomial[:, highest + each.order] += complex(each.cosine, each.sine) / 2
+    for part in parts:
+        if part.order <= highest:
+            polynomial[:, highest - part.order] += complex(part.cosine, -part.sine) / 2
+            polynomial[:, highest + part.order] += complex(part.cosine, part.sine) / 2
     # Of numpy.roots, which builds this matrix too, the rest took longer than the eigenvalues.
     companion = np.zeros((len(constant), 2 * highest, 2 * highest), dtype=complex)
     companion[:] = np.eye(2 * highest, k=-1)
@@ -202,15 +204,15 @@ def peaks(harmonics: Sequence[Harmonic]) -> Peaks:
     parts = (SINE, *harmonics)
     # Each is largest where the next is zero: the force where its rate is, the impulse where the force is, the path
     # where the impulse is.
-    rate = [Harmonic(own.order, own.order * own.sine, -own.order * own.cosine) for own in parts]
-    impulse = [Harmonic(own.order, -own.sine / own.order, own.cosine / own.order) for own in parts]
+    rate = [Harmonic(part.order, part.order * part.sine, -part.order * part.cosine) for part in parts]
+    impulse = [Harmonic(part.order, -part.sine / part.order, part.cosine / part.order) for part in parts]
     force, pushed, gone = (
         [wave(sin(x), cos(x), harmonics) for x in _zeros(0.0, zeroed)] for zeroed in (rate, parts, impulse)
     )
-    paths = [each.path for each in gone]
+    paths = [harmonic.path for harmonic in gone]
     return Peaks(
-        force=max(abs(each.force) for each in force),
-        impulse=max(abs(each.impulse) for each in pushed),
+        force=max(abs(harmonic.force) for harmonic in force),
+        impulse=max(abs(harmonic.impulse) for harmonic in pushed),
         path=(max(paths) - min(paths)) / 2,
-        lift=max(-each.force for each in force),
+        lift=max(-harmonic.force for harmonic in force),
     )

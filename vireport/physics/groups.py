@@ -130,7 +130,7 @@ class Groups(NamedTuple, Generic[Number]):
 
     def each(self, function: Callable[[Any], Any]) -> Groups[Any]:
         """What a function makes of each number."""
-        harmonics = tuple(own.each(function) for own in self.harmonics)
+        harmonics = tuple(harmonic.each(function) for harmonic in self.harmonics)
         friction = None if self.friction is None else function(self.friction)
         return Groups(function(self.d), function(self.gbar), each(self.restitution, function), harmonics, friction)
 
@@ -140,7 +140,7 @@ class Groups(NamedTuple, Generic[Number]):
 
         Of a law the restitutions are those that it states, and its exponent and speed follow; friction is last.
         """
-        parts = [part for own in self.harmonics for part in (own.cosine, own.sine)]
+        parts = [part for harmonic in self.harmonics for part in (harmonic.cosine, harmonic.sine)]
         law = self.law
         more = () if law is None else (law.exponent, law.speed)
         rubbing = () if self.friction is None else (self.friction,)
@@ -153,7 +153,7 @@ class Groups(NamedTuple, Generic[Number]):
         if self.law is not None:
             *parts, exponent, speed = parts
         pairs = zip(self.harmonics, parts[::2], parts[1::2], strict=True)
-        harmonics = tuple(Harmonic(own.order, cosine, sine) for own, cosine, sine in pairs)
+        harmonics = tuple(Harmonic(harmonic.order, cosine, sine) for harmonic, cosine, sine in pairs)
         if self.law is not None:
             return Groups(d, gbar, SpeedLaw(bottom, top, exponent, speed), harmonics, friction)
         return Groups(d, gbar, Restitutions(bottom, top), harmonics, friction)
@@ -166,9 +166,11 @@ class Groups(NamedTuple, Generic[Number]):
     @property
     def same_harmonics(self) -> tuple[Harmonic, ...]:
         """The harmonics as numbers, where those of arrays are the same for all."""
-        harmonics = tuple(own.each(lambda part: float(np.ravel(part)[0])) for own in self.harmonics)
+        harmonics = tuple(harmonic.each(lambda part: float(np.ravel(part)[0])) for harmonic in self.harmonics)
         pairs = zip(harmonics, self.harmonics, strict=True)
-        if not all(np.all(one.cosine == own.cosine) and np.all(one.sine == own.sine) for one, own in pairs):
+        if not all(
+            np.all(one.cosine == harmonic.cosine) and np.all(one.sine == harmonic.sine) for one, harmonic in pairs
+        ):
             raise ValueError("devices with different harmonics are not solved together")
         return harmonics
 
@@ -184,7 +186,7 @@ class Groups(NamedTuple, Generic[Number]):
 
         The membranes are alike then, and the harmonics odd, as the sine is: they change their sign in half a period.
         """
-        return self.alike and all(own.order % 2 for own in self.harmonics)
+        return self.alike and all(harmonic.order % 2 for harmonic in self.harmonics)
 
     @property
     def horizontal(self) -> bool:

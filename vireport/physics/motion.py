@@ -138,7 +138,7 @@ class Motion(Struct, frozen=True, eq=False):
         late = (self.time - other.time).tolist()
         whole = 2 * round(late[0] / 2)
         fast = (self.velocity - other.velocity).tolist()
-        return float(max(*map(abs, fast), *(abs(each - whole) for each in late)))
+        return float(max(*map(abs, fast), *(abs(difference - whole) for difference in late)))
 
     def distance(self, other: Motion, mirror: bool = False) -> float:
         """Least of `apart` over the impacts from which the other may be counted; inf for other words.

@@ -67,7 +67,7 @@ def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
 
 def _spread(function: Callable[[Floats, Membrane], Floats], speed: Rounded, membrane: Membrane) -> Floats:
     """How far what rises with the speed can be from what it is at `speed.value`."""
-    here = function(speed.value, membrane)
+    value = function(speed.value, membrane)
     fastest = function(speed.value + speed.error, membrane)
     slowest = function(np.maximum(speed.value - speed.error, 0.0), membrane)
-    return np.asarray((1 + GENTLE) * np.maximum(fastest - here, here - slowest))
+    return np.asarray((1 + GENTLE) * np.maximum(fastest - value, value - slowest))

@@ -58,8 +58,8 @@ class Word(Struct, frozen=True):
 
     def canonical(self, mirror: bool = False) -> Word:
         """Return the alphabetically first word of these impacts, or with `mirror` of them and their mirror image."""
-        count, each = len(self), (self, self.mirrored()) if mirror else (self,)
-        starts = ((one.walls + one.walls)[i : i + count] for one in each for i in range(count))
+        count, words = len(self), (self, self.mirrored()) if mirror else (self,)
+        starts = ((one.walls + one.walls)[i : i + count] for one in words for i in range(count))
         return Word(max(starts), self.periods)  # B, the first letter, is the larger number
 
     def mirrored(self) -> Word:

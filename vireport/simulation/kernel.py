@@ -243,27 +243,27 @@ def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple
 
 def _piece(sign: float, flight: Leg, more: More, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
-    own, turned = flight, more
+    path, turned = flight, more
     (lower, upper), (a, ya, pa), (b, yb, pb) = walls, start, end
     if sign < 0.0:
-        own, turned = _turned(flight), _signed(more)
+        path, turned = _turned(flight), _signed(more)
         lower, upper, ya, pa, yb, pb = -upper, -lower, -ya, -pa, -yb, -pb
     high, guess, seen, reached = b, a, 0.0, False
     if yb >= upper and pb >= 0.0:
         reached = True
         guess = _parabola((b, yb, pb), (a, ya, pa), upper)
     elif pa > 0.0 and pb < 0.0:
-        reached, high, guess, seen = _peak(own, turned, upper, (a, ya, pa), (b, yb, pb))
+        reached, high, guess, seen = _peak(path, turned, upper, (a, ya, pa), (b, yb, pb))
     if not reached:
         if yb > lower:
             return 0.0, 0.0, 0.0, seen
         high = b
-        guess = _hop(own, b) if more is None and a == 0.0 and ya == lower else inf
+        guess = _hop(path, b) if more is None and a == 0.0 and ya == lower else inf
         if guess == inf:
             guess = _parabola((a, ya, pa), (b, yb, pb), lower)
     guess = guess if a < guess < high else 0.5 * (a + high)
     wall, rising = (upper, 1.0) if reached else (lower, -1.0)
-    t, speed, steps = _crossing(own, turned, wall, rising, (a, high), guess, base)
+    t, speed, steps = _crossing(path, turned, wall, rising, (a, high), guess, base)
     return rising * sign, t, sign * speed, seen + steps
 
 
