@@ -22,7 +22,7 @@ from vireport.physics.groups import by_wall
 from vireport.physics.word import Word
 from vireport.scenario.blocks import LimitKind, RequirementsBlock
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import OF_A_MODEL, Exactness
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, shown
 
 if TYPE_CHECKING:
     from vireport.attraction.proved import Proved
@@ -44,9 +44,6 @@ Floats = NDArray[np.float64]
 
 Remark = tuple[str, ...]
 """Parts of a sentence; an input among them is its key in a text and its symbol and unit on a page."""
-
-SIGNIFICANT = 6
-"""Significant digits of a value; more where it would look like a limit that it is not."""
 
 
 END_MOVED = 4.0
@@ -170,8 +167,7 @@ class Criterion(Struct, frozen=True, eq=False):
         margin = self.outcome.margin
         if margin is None:
             return ""
-        digits = max(3, len(f"{abs(margin):.0f}")) if abs(margin) < 1e6 else 3
-        return f"{margin:+.{digits}g} {self.limit.unit}".rstrip()
+        return f"{'+' if margin >= 0 else ''}{shown(margin)} {self.limit.unit}".rstrip()
 
     def to_dict(self) -> dict[str, Any]:
         """The line as results.json has it."""
@@ -380,13 +376,4 @@ def held_against(value: float, limit: Limit, remark: Remark = (), bound: float =
     margin = value - required if limit.is_least else required - value
     if margin >= 0 > margin - bound:
         remark = (f"not decided: known to within {bound:.1g} {limit.unit} only; ", *remark)
-    return Judgement(value, f"{_apart(value, required)} {limit.unit}", margin, margin - bound >= 0, remark, bound)
-
-
-def _apart(value: float, limit: float) -> str:
-    """Print a number with as many digits as it takes to tell it from the limit that it is not."""
-    for digits in range(SIGNIFICANT, 18):
-        text = f"{value:.{digits}g}"
-        if value == limit or float(text) != limit:
-            return text
-    return repr(value)
+    return Judgement(value, f"{apart((value, required))[0]} {limit.unit}", margin, margin - bound >= 0, remark, bound)

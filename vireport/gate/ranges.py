@@ -16,13 +16,14 @@ from vireport.base.errors import NumericalError
 from vireport.design.point import StableInterval, motions_at, stable_ranges
 from vireport.design.solution import Solution
 from vireport.gate.designs import Designs, at_each_value, may_be_stable, steps_between
-from vireport.gate.evidence import SIGNIFICANT, Evidence, Judgement, Limit, held_against
+from vireport.gate.evidence import Evidence, Judgement, Limit, held_against
 from vireport.motions.diagram import BifurcationDiagram, solve
 from vireport.motions.one_to_one import impact_velocities
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Membrane, Voltages, voltages
 from vireport.scenario.blocks import LimitKind, RequirementsBlock
 from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import apart, span
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -84,8 +85,10 @@ def _covered(diagram: BifurcationDiagram, limit: Limit) -> Judgement:
     widest = max(shared, key=lambda part: min(part.end, high) - max(part.start, low))
     sides = list(_beyond(diagram, widest, low, high))
     margins = [margin for margin, _, _ in sides if margin is not None]
-    broken = "; ".join(f"stable motion ends at {end:.9g} {unit} ({what})" for _, end, what in sides if what)
-    ranges = ", ".join(f"{part.start:.{SIGNIFICANT}g} to {part.end:.{SIGNIFICANT}g} {unit}" for part in shared)
+    broken = "; ".join(
+        f"stable motion ends at {apart((end, low, high))[0]} {unit} ({what})" for _, end, what in sides if what
+    )
+    ranges = ", ".join(f"{span(part.start, part.end)} {unit}" for part in shared)
     width = sum(min(part.end, high) - max(part.start, low) for part in shared)
     why = broken or ("" if margins else "stable motion ends nowhere in the range looked at")
     return Judgement(width, f"stable from {ranges}", min(margins, default=None), not broken, (why,))
@@ -134,7 +137,7 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
     if not u_ave.size:
         raise NumericalError("there is no stable 1:1 motion in the sweep")
     least, most = float(u_ave.min()), float(u_ave.max())
-    return held_against(most - least, limit, (f"U_ave from {least:.6g} to {most:.6g} V",), 2 * bound)
+    return held_against(most - least, limit, (f"U_ave from {span(least, most)} V",), 2 * bound)
 
 
 def _range(required: RequirementsBlock | None) -> tuple[float, float] | None:

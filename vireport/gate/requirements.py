@@ -54,7 +54,7 @@ from vireport.scenario.blocks import (
 )
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
-from vireport.text.formatting import percent
+from vireport.text.formatting import percent, shown
 
 if TYPE_CHECKING:
     from vireport.shocks.attracting import AttractingMotion, AttractingMotions
@@ -171,7 +171,7 @@ class OfMargin(Struct, frozen=True, eq=False):
         if not measured:
             return Judgement(None, "none in any input", None, True)
         relative, nearest = measured[0]
-        remark = (f"{nearest.name} at ", nearest.parameter, f" = {nearest.sweep_value:.9g}")
+        remark = (f"{nearest.name} at ", nearest.parameter, f" = {shown(nearest.sweep_value, results.exactness)}")
         bound = nearest.error_bound / float(device.value_of(nearest.parameter))
         return held_against(100 * relative, limit, remark, 100 * bound)
 
@@ -400,7 +400,7 @@ def _distortion(results: Evidence, limit: Limit) -> Judgement:
     if not known:
         return held_against(100 * found[0].searched_to, limit, ("none ends stable motion up to there",))
     least = min(known, key=lambda harmonic: harmonic.share or 0.0)
-    at = (f"of order {least.order}, at {least.phase_deg:.3g} degrees: found by rays, not proved",)
+    at = (f"of order {least.order}, at {shown(least.phase_deg)} degrees: found by rays, not proved",)
     return held_against(100 * (least.share or 0.0), limit, at, 100 * (least.error_bound or 0.0))
 
 
