@@ -370,7 +370,9 @@ def test_a_chart_says_of_its_design_point_what_a_run_says(capsys) -> None:
     run = analyse(load(EXAMPLES / "inclined.yaml", ["sweep="]))
     assert told == [alert.to_dict() for alert in run.alerts]
     drawn = chart_of(load(EXAMPLES / "inclined.yaml", ["motions={impacts: 2, periods: 1}"]), over, lambda what: None)
-    said = " ".join(outputs.text(drawn).split())
+    said = " ".join(outputs.text(drawn, tables=True).split())
+    assert outputs.text(drawn).splitlines() == report_opening(drawn).lines
+    assert len(report_opening(drawn).lines) == 3
     assert run.opening.worded().sentence in said
     assert len(run.opening.worded().sentence.split()) <= 15
     assert [x.value for x in report_opening(drawn).tiles] == [x.value for x in run.opening.worded().tiles]

@@ -74,7 +74,11 @@ def test_samples_are_not_drawn(file: Path) -> None:
     text = re.sub(", count: ..", "", TEXT).replace("map:", "map:\n  sampling: sobol\n  samples: 64")
     file.write_text(text, encoding="utf-8")
     summary = run_map(str(file), file.parent / "out", workers=1)
-    assert "heat maps are drawn of a grid" in summary
+    sentence, fact, written = summary.splitlines()
+    assert sentence.startswith("1:1 motion is stable at ")
+    assert fact.startswith("Unstable only: ")
+    assert written.startswith("wrote ")
+    assert "heat maps are drawn of a grid" in written
     assert not list((file.parent / "out").glob("*.png"))
 
 

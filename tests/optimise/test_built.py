@@ -50,8 +50,9 @@ def test_page_and_files_are_of_the_rounded_design_and_json_has_both() -> None:
     (value,), (exact,) = (result.problem.values(point.t).tolist() for point in (result.built, result.best))
     study = outputs.run_of(result)
     assert study.solution.device.length_m == value
-    told = outputs.text(result, study)
+    told = outputs.text(result, study, tables=True)
     first, numbers, fact, *_ = told.splitlines()
+    assert outputs.text(result, study).splitlines() == [first, numbers, fact]
     assert first == f"Best: length {value:.3g} m."
     own = study.opening.worded()
     assert numbers == own.lines[1]

@@ -369,7 +369,7 @@ def test_a_best_design_at_an_end_of_its_range_says_so(
     assert main(["optimise", str(scenario), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["best"]["at_limit"] == {path: said}
     result = optimise(problem_of(loads(scenario.read_text())))
-    told = outputs.text(result, outputs.run_of(result))
+    told = outputs.text(result, outputs.run_of(result), tables=True)
     assert re.search(r"At its limit: [\w ]+\. A wider range may give more\.", " ".join(told.split()))
     assert f"{said} limit" in told
 
@@ -378,7 +378,7 @@ def test_a_best_design_at_an_end_of_its_range_says_so(
 def test_a_best_design_that_a_limit_holds_is_at_no_end() -> None:
     result = optimise(problem_of(loads(searched("efficiency", BIAS))))
     assert list(result.problem.at_limits(result.best.t)) == []
-    assert "wider range" not in outputs.text(result, outputs.run_of(result))
+    assert "wider range" not in outputs.text(result, outputs.run_of(result), tables=True)
 
 
 def test_an_end_beyond_which_there_is_nothing_is_not_named() -> None:

@@ -18,6 +18,7 @@ from vireport.chart.plane import Plane
 from vireport.chart.regions import ChartRegion, StableMotion
 from vireport.chart.tables import points_table
 from vireport.gate.alerts import named_alerts
+from vireport.gate.opening import WordedOpening
 from vireport.motions.events import Event
 from vireport.physics.motion import Motion
 from vireport.scenario.loading import Loaded
@@ -85,32 +86,40 @@ def files(
     return found
 
 
-def text(chart: Chart, templates: Path | None = None) -> str:
-    """What a chart comes to, for a terminal."""
-    return plain_text(_parts(chart, templates)) + "\n"
+def text(chart: Chart, templates: Path | None = None, tables: bool = False) -> str:
+    """What a chart comes to, for a terminal: the answer, and with `tables` all that is known."""
+    opening = _opening(chart, templates)
+    if opening is None:
+        return plain_text(_parts(chart, templates)) + "\n"
+    told = [fact for _, fact in opening.facts[1:]]
+    rest = plain_text([*told, *_parts(chart, templates)]) if tables else ""
+    return "\n\n".join(filter(None, ("\n".join(opening.lines), rest))) + "\n"
 
 
 def markdown(chart: Chart, templates: Path | None = None) -> str:
     """What a chart comes to, in Markdown."""
-    parts = _parts(chart, templates)
+    opening = _opening(chart, templates)
+    answer = [] if opening is None else [opening.sentence, *(fact for _, fact in opening.facts)]
+    parts = [*answer, *_parts(chart, templates)]
     said = "\n\n".join(markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in parts)
     return f"{said.rstrip()}\n"
 
 
-def _parts(chart: Chart, templates: Path | None) -> Iterator[str | Table]:
-    """The verdict, what was found and what was not, and the points of codimension two."""
+def _opening(chart: Chart, templates: Path | None) -> WordedOpening | None:
+    """What a chart opens with; None where its regions are not known."""
     from vireport.chart.opening import chart_opening
     from vireport.chart.words import naming
+
+    return None if chart.regions is None else chart_opening(chart, naming(chart, templates)).worded(templates)
+
+
+def _parts(chart: Chart, templates: Path | None) -> Iterator[str | Table]:
+    """The alerts, what was found and what was not, and the points of codimension two."""
     from vireport.wording.templates import Words
 
-    said = Words("chart", templates)
-    if chart.regions is not None:
-        opening = chart_opening(chart, naming(chart, templates)).worded(templates)
-        yield opening.sentence
-        yield from (fact for _, fact in opening.facts)
     if chart.alerts:
         yield named_alerts(chart.alerts)
-    yield said("found", chart)
+    yield Words("chart", templates)("found", chart)
     if chart.meetings:
         yield points_table(chart)
 

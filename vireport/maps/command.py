@@ -80,7 +80,7 @@ def map_(
         deliver(CommandOutcome(charts.chart_json(result, provenance_of(loaded, command))))
         return
     beside = file_names([task for task in charts.CHART_FILES if task not in formats], charts.CHART_FILES)
-    outcome = CommandOutcome(text=charts.text(result, templates), files=files, stale=names, beside=beside)
+    outcome = CommandOutcome(text=charts.text(result, templates, verbose), files=files, stale=names, beside=beside)
     deliver(outcome, folder, quiet)
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from vireport.base.errors import NumericalError, install_command
 from vireport.base.files import write_files
-from vireport.gate.alerts import named_alerts
 from vireport.maps.cells import MapPlan, map_plan
 from vireport.motions.stability import STABILITIES
 from vireport.scenario.loading import Overrides, load_map
@@ -82,18 +81,17 @@ def run_map(
                 counts = map_store.merge(store, rejected)
         map_store.remove_chunks(store)
         if not draw:
-            return "\n".join([*rejected, _summary(plan, counts, [store.result])])
+            return "\n".join([*rejected, _counted(plan, counts), _written([store.result])])
         from vireport.maps import outputs
 
         report = outputs.report_of(store, loaded, design, asked or outputs.MapOutput())
         files = outputs.files(report, asked or outputs.MapOutput())
         with map_store.writing(folder):
             write_files(folder, files)
-    answer = report.verdict.lines if report.design is not None else []
-    answer += [named_alerts(report.alerts)] if report.alerts else []
+    # Of cells beside a design point the page has the counts.
     note = "" if plan.is_plane else "; heat maps are drawn of a grid over two parameters"
-    written = [store.result, *(folder / name for name in files)]
-    return "\n".join([*rejected, *answer, _summary(plan, counts, written) + note])
+    written = _written([store.result, *(folder / name for name in files)])
+    return "\n".join([*rejected, *report.verdict.lines, written + note])
 
 
 def _require_packages(plan: MapPlan) -> None:
@@ -109,10 +107,14 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _summary(plan: MapPlan, counts: StabilityCounts, files: list[Path]) -> str:
+def _counted(plan: MapPlan, counts: StabilityCounts) -> str:
     stable = sum(counts[word] for word in STABILITIES if word.attracts)
     shares = [f"{100 * part / plan.cells:.3g} %" for part in (stable, counts["unstable node"], counts[None])]
     return (
         f"{plan.cells:,} cells ({' x '.join(plan.names)}): {shares[0]} with a stable 1:1 motion, {shares[1]} with an "
-        f"unstable one only, {shares[2]} with none\nwrote {', '.join(map(str, files))}"
+        f"unstable one only, {shares[2]} with none"
     )
+
+
+def _written(files: list[Path]) -> str:
+    return f"wrote {', '.join(map(str, files))}"

@@ -61,7 +61,7 @@ def optimise(
     beside = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
     outcome = CommandOutcome(
         outputs.optimise_json(result, study, provenance) if json else "",
-        "" if json else outputs.text(result, study, templates),
+        "" if json else outputs.text(result, study, templates, verbose),
         files,
         failure=failure,
         exit_code=bool(failure),

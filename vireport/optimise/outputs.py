@@ -212,9 +212,11 @@ def _beyond_tolerances(tolerances: Tolerances) -> Said:
     return _said("tolerances_end", device, worst.share)
 
 
-def text(result: SearchResult, study: Study | None, templates: Path | None = None) -> str:
-    """The result for a terminal: `study` is `run_of` it."""
+def text(result: SearchResult, study: Study | None, templates: Path | None = None, tables: bool = False) -> str:
+    """The result for a terminal, with `tables` also the design and what is known of others; `study` is `run_of` it."""
     said = opening(result, study).worded(templates).lines
+    if not tables:
+        return "\n".join([*said, ""])
     alerts = [named_alerts(study.alerts)] if study is not None and study.alerts else []
     return "\n".join([*said, "", plain_text([*_parts(result, Words(FILE, templates)), *alerts]), ""])
 
