@@ -14,14 +14,16 @@ import pytest
 from conftest import EXAMPLES
 from exact import printed_maps, printed_trace
 from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
 from mpmath import mp, mpf
+from pages import Page, tidy
 
 from vireport import analyse, load
 from vireport.base.errors import RenderError
 from vireport.chart import outputs
 from vireport.chart.chart import Chart, chart, with_regions
 from vireport.chart.design import BEYOND, charted_design
-from vireport.chart.figure import colored, picture
+from vireport.chart.figure import EDGE, colored, picture
 from vireport.chart.opening import chart_opening
 from vireport.chart.over import chart_of, plane_of
 from vireport.chart.plane import Cut, Plane, StraightSweep
@@ -41,6 +43,7 @@ from vireport.chart.words import naming
 from vireport.checks import reference
 from vireport.cli.app import main
 from vireport.design.point import design_point
+from vireport.figures.style import LOCI
 from vireport.gate.opening import WordedOpening
 from vireport.motions.events import Event
 from vireport.motions.pointwise import find_motions
@@ -54,6 +57,7 @@ from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
+from vireport.wording.templates import Words
 
 SMALL = "restitution=0.4..0.6,length_m=0.55..0.75"
 WORD = (2, "BT", 1, False)
@@ -255,22 +259,38 @@ def test_a_chart_has_the_tolerances_of_its_inputs(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("make", EACH)
-def test_the_legend_has_each_colour_and_each_kind_of_curve_that_is_drawn(make: Callable[[], Chart]) -> None:
+def test_each_colour_and_kind_of_curve_has_a_name_in_the_figure_or_its_legend(
+    make: Callable[[], Chart],
+) -> None:
     drawn = make()
     figure = picture(drawn).figure
     (axes,) = figure.axes
     filled = {to_hex(patch.get_facecolor()) for patch in axes.patches}
     handles = [handle for legend in figure.legends for handle in legend.legend_handles]
     listed = {to_hex(handle.get_markerfacecolor()) for handle in handles if handle.get_marker() == "s"}
-    none = {"#ffffff"} if any(color is None for _, color in colored(drawn)) else set()
-    assert listed == filled | none
     assert len(filled) == len({color for _, color in colored(drawn) if color})
+    texts, said = [text.get_text() for text in axes.texts], Words("chart")
+    named = naming(drawn)
+    shown = {
+        to_hex(color or "#ffffff")
+        for own, color in colored(drawn)
+        if {named.short(own.kinds), *([said("nothing")] if own.kinds == () else [])} & set(texts)
+    }
+    assert listed | shown == {to_hex(color or "#ffffff") for _, color in colored(drawn)}
+    assert not listed & shown
 
     def look(line: Any) -> tuple[Any, ...]:
         return line.get_color(), line.get_linestyle(), line.get_linewidth()
 
     curves = {look(line) for line in axes.lines if line.get_linestyle() != "None" and line.get_zorder() < 3}
-    assert curves == {look(handle) for handle in handles if handle.get_linestyle() != "None"}
+    listed_curves = {look(handle) for handle in handles if handle.get_linestyle() != "None"}
+    told = {
+        look(Line2D([], [], **(LOCI[locus.event][1] | EDGE)))
+        for locus in drawn.loci
+        if any(text == f"{locus.event.words} of {locus.word}" for text in texts)
+    }
+    assert listed_curves | told == curves
+    assert not listed_curves & told
 
 
 @pytest.mark.parametrize("make", EACH)
@@ -338,7 +358,7 @@ def test_the_report_of_a_chart_tells_the_verdict_the_margins_and_what_is_left_ou
     drawn = charted("inclined", SMALL)
     page = data_of(drawn, Task.HTML)["report.html"].decode()
     text = " ".join(re.sub(r"<[^>]*>", " ", page).split())
-    assert "BT ends at length 0.629 m (period doubling)" in text
+    assert "In length BT is stable down to 0.629 m" in text
     assert "Where BT ends, from" in text
     assert "Left out, and why" in text
     assert "figure-chart" in page
@@ -357,7 +377,10 @@ def test_a_chart_opens_in_few_words_with_the_ends_along_its_axes_in_the_digits_o
     for k, varied in enumerate(drawn.plane.inputs):
         end = drawn.design.nearest(k)
         shown = varied.show(end.value, drawn.exactness)
-        assert any(f"BT ends at {varied.quantity} {shown} ({end.event.words})" in text for _, text in worded.facts)
+        assert any(
+            f"In {varied.quantity} BT is stable {'up' if end.distance > 0 else 'down'} to {shown} (" in text
+            for _, text in worded.facts
+        )
         assert len(shown.split()[0].replace("°", "").replace(".", "").lstrip("0")) <= 4
 
 
@@ -393,3 +416,52 @@ def test_a_wrong_name_in_a_template_is_told_with_its_place(file: str, source: st
     (tmp_path / file).write_text(source, encoding="utf-8")
     with pytest.raises(RenderError, match=place):
         outputs.files(charted("inclined", SMALL), scenario("inclined"), (Task.HTML,), "vireport map --over", tmp_path)
+
+
+HEADS = {
+    "Where BT ends, from r = 0.5 and s = 0.6934 m": (
+        "Input", "Ends at", "Distance", "of the design value", "Event", "Stable beyond it",
+    ),
+    "What is stable, and where that was solved for": (
+        "Stable", "Part of the chart", "Regions", "restitution", "length [m]",
+    ),
+    "Each from end to end, as it was followed": ("No.", "Event", "Motion", "Points", "Begins with", "Ends with"),
+    "Not in this chart": ("What", "Why"),
+}  # fmt: skip
+SENTENCES = (
+    "Solved for, and not read off the figure; chart.json has all digits.",
+    "Solved for at the point of each region that is farthest from all curves; the values are those of the largest "
+    "region.",
+    "Numbers are places in loci of chart.json, which has the points and for each curve a motion on it to start from. "
+    "Points are those that were solved for.",
+    "Motions of more than 2 impacts or one forcing period, motions that stick, chaos",
+    "The limits are those of the block motions of the scenario, or 4 impacts in 2 forcing periods without it; motions "
+    "that stick or never repeat are on no curve",
+    "Curves that neither cross a sweep that was followed nor meet another curve",
+    "They are missed; a region that they would part is filled by what is stable at its inner point",
+    "What lies between curves closer together than 0.83 % of the range of an input",
+    "No figure can show it; it has the colour of the nearest region, and what sweeps find in it is in the table of "
+    "bands",
+    "Whether the device comes to a motion when it is switched on, but for the design point, and what shocks it "
+    "withstands",
+    "A chart tells where motions are stable; vireport run answers this for the design point",
+)
+"""What the report of a chart says but in its opening, word by word."""
+
+
+def test_each_head_and_each_sentence_of_a_chart_is_said_as_here_and_its_first_page_is_short() -> None:
+    drawn = charted("inclined", SMALL)
+    page = Page(data_of(drawn, Task.HTML)["report.html"])
+    text = tidy(page.text)
+    assert {table.caption: tuple(table.rows[0]) for table in page.all_tables if table.caption in HEADS} == HEADS
+    assert [sentence for sentence in SENTENCES if f"{sentence} " not in text] == []
+    assert "Stable motions over restitution and length" in text
+    shares = page.tables["What is stable, and where that was solved for"].columns("Part of the chart", "Regions")
+    assert [float(share.removesuffix(" %")) for share, _ in shares] == sorted(
+        (pytest.approx(100 * own.share, rel=0.06) for own in drawn.regions.sets), key=lambda own: -own.expected
+    )
+    ends = page.tables["Each from end to end, as it was followed"].rows[1:]
+    assert all(begin in text for _, _, _, _, begin, _ in ends)
+    first = text[text.index(page.headings[0]) : text.index("Where BT ends")]
+    assert len(first.split()) <= 150
+    assert len(re.findall(r"\d+(?:[.:]\d+)?", first)) <= 25 + 20  # with the ticks of the figure

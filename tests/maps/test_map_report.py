@@ -148,15 +148,15 @@ def test_its_verdict_is_that_of_a_run_of_the_design_point(plain) -> None:
     assert study.alerts
     unsaid = [alert.code for alert in study.alerts if f"{alert.code}: " not in page.text]
     assert unsaid == []
-    assert "The design point is β = 45°, s = 0.7 m; the answer is" in page.text
-    assert page.text.count("Cross: the design point, with its margins.") == 3
+    assert "The answer is that of the design point, β = 45°, s = 0.7 m" in page.text
+    assert page.text.count("Bars: the nearer end along either axis.") == 3
 
 
 @pytest.mark.slow
 def test_a_design_point_off_the_map_is_told_and_not_drawn(tmp_path: Path) -> None:
     page, _ = reported(tmp_path, MAP.replace("length_m: 0.7", "length_m: 1.2"))
     assert "β = 45°, s = 1.2 m, off the map; the answer is" in page.text
-    assert "Cross: the design point" not in page.text
+    assert "Bars: the nearer end" not in page.text
 
 
 def test_without_a_design_point_it_says_what_the_cells_hold(tmp_path: Path) -> None:

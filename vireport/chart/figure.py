@@ -18,37 +18,34 @@ from numpy.typing import NDArray
 
 from vireport.chart.chart import Chart
 from vireport.chart.design import ChartMargin
-from vireport.chart.regions import PIXELS, RegionSet, block, pieces, pixel
+from vireport.chart.regions import PIXELS, Kinds, RegionSet, block, pieces
 from vireport.chart.words import Naming, naming, words_given
+from vireport.figures.alongside import Plane, around
 from vireport.figures.captions import held_by
-from vireport.figures.labels import Label
-from vireport.figures.layout import Entry, blank, finished, round_ticks
+from vireport.figures.layout import Entry, blank, finished, panel_size, round_ticks
 from vireport.figures.planes import DESIGN, mark_design
-from vireport.figures.style import FILLS, LOCI, PER_LETTER, Color, Look, Picture, sheet, style
+from vireport.figures.style import FILLS, LOCI, Color, Look, Picture, sheet, style
 from vireport.motions.events import Event
-from vireport.text.formatting import MINUS
+from vireport.text.formatting import MINUS, ROUGHLY
 from vireport.wording.templates import Words
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-HEIGHT = 5.0
+HEIGHT = 4.1
 """Height of the panel with its axes, at the width of a report's figures [in]."""
 
 SMOOTH = 0.7
 """How far [pixels] the outline of a region may be from its pixels."""
 
-TEXT_ROOM = 0.7
-"""Part of the room around a point that the name of a region may fill, so that it stays clear of the curves."""
+NEAR = 2 / PIXELS
+"""Share of a range within which a point lies on a curve."""
 
-NAMED_FROM = 5.0
-"""Width of the panel from which curves have names: on a narrower one they would lie on other curves [in]."""
+WIDE = 4.0
+"""Width of the panel from which what is not stable has a longer name [in]."""
 
-CLEAR = 4.0
-"""Heights of its letters by which all other curves are away where the name of a curve stands."""
-
-STATIONS = 24
-"""Places along a curve at which its name is tried, where it is as long as that."""
+SHORT = 1.2
+"""Length of a curve over that of its name from which it has one."""
 
 OTHER_SETS = Color.LIGHT
 """Fill of what is stable in regions beyond the colours that there are, and where rounding does not resolve motions."""
@@ -82,14 +79,11 @@ def colored(chart: Chart) -> Colored:
 def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
     """Draw the figure of a chart, with its words."""
     said = Words("chart", templates)
-    named = naming(chart, templates)
-    given = words_given(chart, named)
-    caption = said("caption", given) if sheet().headed else f"{said('caption', given)} {_note(chart, said)}".rstrip()
+    given = words_given(chart, naming(chart, templates))
+    caption = said("caption", given, held_by(chart.plane.device, chart.plane.inputs))
+    if not sheet().headed:  # a paper has no table of the bands
+        caption = f"{caption} {said('narrow_note', chart.narrow, chart.unmeasured, chart.plane.inputs)}".rstrip()
     return Picture("figure-chart", said("title"), caption, said("alt", given), _drawn(chart, templates))
-
-
-def _note(chart: Chart, said: Words) -> str:
-    return said("narrow_note", chart.narrow, chart.unmeasured, chart.plane.inputs)
 
 
 def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
@@ -103,20 +97,19 @@ def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
             axis.set_ticks(*round_ticks(float(plane.low[k]), float(plane.high[k]), room))
             axis.set_label_text(f"{varied.quantity} {varied.symbol} [{varied.unit or '–'}]")
         _fill(axes, chart, shown)
-        labels = list(_curves(axes, chart, (width, height)))
-        # The design point comes first: what is written on it has the best of the places.
-        labels = [*_design(axes, chart), *labels]
-        _names(axes, chart, shown, named, (width, height))
-        points = np.array([point.inputs for point in chart.meetings]).reshape(-1, 2)
+        paper, said = Plane(axes, panel_size(axes, height)), Words("chart", templates)
+        _draw_curves(paper, chart)
+        points = _numbered(chart)
         axes.add_artist(Line2D(*points.T, **MEETING))
-        said = Words("chart", templates)
-        note = _note(chart, said)
-        lines = [(", ".join(held_by(plane.device, plane.inputs)), Color.BLACK)]
-        # In the column of a paper there is no table that numbers could refer to, and its caption has the note.
+        marked = _design(paper, chart, said)
+        areas = _names(paper, chart, shown, named, said)
+        curves = _named_curves(paper, chart)
         if sheet().headed:
-            labels += [Label(str(n), point[:1], point[1:], sheet().small) for n, point in enumerate(points, 1)]
-            lines += [(note, Color.GREY)] if note else []
-        return finished(figure, height, lines, list(_legends(chart, shown, named, said)), [(axes, labels)])
+            for number, point in zip(_numbers(chart), points, strict=True):
+                paper.write(str(number), around(paper.inches(point), str(number)))
+        names, bands = _legend(chart, shown, named, said, (areas, curves, marked))
+        # In one line where there is room.
+        return finished(figure, height, [], [[*names, *bands]] if sheet().headed else [names, bands])
 
 
 def _fill(axes: Axes, chart: Chart, shown: Colored) -> None:
@@ -150,44 +143,42 @@ def _smoothed(loop: Floats) -> Path:
     return Path(np.concatenate([points, points[:1]]), codes)
 
 
-def _curves(axes: Axes, chart: Chart, size: tuple[float, float]) -> Iterator[Label]:
-    """Draw the loci, and give the names of those that part regions, longest first.
-
-    A curve has its name where no other is so near that it could be taken for that one's, and none without such a place.
-    """
-    named: list[tuple[float, Label]] = []
-    parts = [(*pieces(locus), edges) for locus, edges in zip(chart.loci, _edges(chart), strict=True)]
-    drawn = [_inches(chart, points[1:][bounds | edges], size) for points, bounds, edges in parts]
-    apart = CLEAR * sheet().small / 72
-    for number, (locus, (points, bounds, edges)) in enumerate(zip(chart.loci, parts, strict=True)):
-        for part, look in ((edges, LOCI[locus.event][1] | EDGE), (bounds & ~edges, BAND)):
+def _draw_curves(paper: Plane, chart: Chart) -> None:
+    """Draw the loci."""
+    for locus, edges in zip(chart.loci, _edges(chart), strict=True):
+        points, bounds = pieces(locus)
+        for part, look, thin in ((edges, LOCI[locus.event][1] | EDGE, False), (bounds & ~edges, BAND, True)):
             for rows in _runs(part):
-                axes.add_artist(Line2D(*points[rows].T, **look))
-        length = float(np.hypot(*np.diff(_inches(chart, points, size), axis=0).T)[edges].sum())
-        text = f"{locus.event.words} of {locus.word}"
-        if size[0] > NAMED_FROM and length > len(text) * sheet().letter:
-            places = (points[1:] + points[:-1])[edges] / 2
-            places = places[np.linspace(0, len(places) - 1, STATIONS + 2).astype(int)[1:-1]]
-            others = np.concatenate([np.empty((0, 2)), *drawn[:number], *drawn[number + 1 :]])
-            away = np.hypot(*(_inches(chart, places, size)[:, None] - others).T).min(axis=0, initial=np.inf)
-            places = places[away > apart]
-            if not len(places):
-                continue
-            # From the middle on: an end of a curve is where others are.
-            order = np.argsort(np.abs(np.arange(len(places)) - len(places) / 2), kind="stable")
-            color = Color.WARNING if locus.event is Event.FOLD else Color.BLACK
-            named.append((length, Label(text, places[order, 0], places[order, 1], sheet().small, color)))
-    yield from (label for _, label in sorted(named, key=lambda each: -each[0]))
+                paper.axes.add_artist(Line2D(*points[rows].T, **look))
+                paper.draw(points[rows], thin)
+
+
+def _named_curves(paper: Plane, chart: Chart) -> set[Event]:
+    """Write the name of each locus that parts regions along it, of the longest first; the events that have one.
+
+    A curve without a clear place has none: others of its look have.
+    """
+    found: list[tuple[float, str, Floats, Event]] = []
+    for locus, edges in zip(chart.loci, _edges(chart), strict=True):
+        points = pieces(locus)[0]
+        for rows in _runs(edges):
+            length = float(np.hypot(*np.diff(paper.inches(points[rows]), axis=0).T).sum())
+            found.append((length, f"{locus.event.words} of {locus.word}", points[rows], locus.event))
+    told: set[str] = set()
+    events: set[Event] = set()
+    for length, text, points, event in sorted(found, key=lambda each: -each[0]):
+        if text in told or length < SHORT * len(text) * sheet().letter:
+            continue
+        color = Color.WARNING if event is Event.FOLD else Color.BLACK
+        if paper.write(text, paper.along(points, text), color=color):
+            told.add(text)
+            events.add(event)
+    return events
 
 
 def _edges(chart: Chart) -> list[Mask]:
     """Of each locus the pieces on whose two sides what is stable differs, as far as regions are known."""
     return [pieces(locus)[1] for locus in chart.loci] if chart.regions is None else list(chart.regions.edges)
-
-
-def _inches(chart: Chart, points: Floats, size: tuple[float, float]) -> Floats:
-    """Places on the paper [in] of points of the plane."""
-    return np.asarray(size) * (points - chart.plane.low) / chart.plane.widths
 
 
 def _runs(part: Mask) -> Iterator[slice]:
@@ -197,77 +188,79 @@ def _runs(part: Mask) -> Iterator[slice]:
         yield slice(first, after + 1)
 
 
-def _names(axes: Axes, chart: Chart, shown: Colored, named: Naming, size: tuple[float, float]) -> None:
-    """Write what is stable in the middle of the widest place of each part of the plane that has room."""
-    from scipy.ndimage import distance_transform_edt, label  # type: ignore[import-untyped]
-
+def _names(paper: Plane, chart: Chart, shown: Colored, named: Naming, said: Words) -> set[Kinds | None]:
+    """Write what is stable in each part of the plane that has room; what has a name."""
     regions = chart.regions
     if regions is None:
-        return
-    free = np.ones((PIXELS, PIXELS), dtype=bool)
+        return set()
+    parted = np.ones((PIXELS, PIXELS), dtype=bool)
     for locus, edges in zip(chart.loci, regions.edges, strict=True):
-        block(free, regions.plane.shares(pieces(locus)[0]), edges)
-    design = chart.design
-    if design is not None:  # whose bars no name shall lie on
-        at = np.array(design.inputs)
-        for margin in design.margins:
-            end = at.copy()
-            end[margin.varied] = margin.value
-            first, last = regions.plane.shares([at, end])
-            free[tuple(pixel(np.linspace(first, last, 2 * PIXELS)).T)] = False
-        free[tuple(pixel(regions.plane.shares(at)))] = False
-    inch = np.array(size) / PIXELS
-    for own, color in shown:
-        text, big, pixels = named.short(own.kinds), sheet().text, regions.within(own) & free
-        half = np.array([len(text) * PER_LETTER * big, big]) / 72 / 2
-        parts, count = label(pixels)
-        # Distances over the half sides of the text, so that a long name takes a wide place.
-        room = distance_transform_edt(np.pad(pixels, 1), sampling=inch / half)[1:-1, 1:-1]
-        sizes = np.bincount(parts.ravel(), minlength=count + 1)[1:]
-        for k in (np.argsort(-sizes, kind="stable") + 1).tolist():
-            inside = np.where(parts == k, room, 0.0)
-            place = np.unravel_index(int(inside.argmax()), inside.shape)
-            x, y = (regions.plane.low + regions.plane.widths * (np.array(place) + 0.5) / PIXELS).tolist()
-            if inside[place] * TEXT_ROOM > 1:
-                box = {"facecolor": color or Color.WHITE, "edgecolor": "none", "pad": 1.0}
-                axes.text(x, y, text, ha="center", va="center", size=big, weight="bold", bbox=box, zorder=2.2)
+        block(parted, regions.plane.shares(pieces(locus)[0]), edges)
+    nothing = said("nothing") if paper.size[0] > WIDE else named.short(())
+    return {
+        own.kinds
+        for own, _ in shown
+        if paper.name(
+            regions.within(own) & parted,
+            nothing if own.kinds == () else named.short(own.kinds),
+            weight="bold" if own.kinds else "normal",
+        )
+    }
 
 
-def _design(axes: Axes, chart: Chart) -> Iterator[Label]:
-    """Draw the design point with its margins, and give what is written on them."""
+def _design(paper: Plane, chart: Chart, said: Words) -> bool:
+    """Draw the design point with the nearer margin along each input; whether its name has a place."""
     design = chart.design
     if design is None:
-        return
-    at = np.array(design.inputs)
-    ends = mark_design(axes, design.inputs, ((margin.varied, margin.value) for margin in design.margins))
-    if sheet().headed:  # in a column the legend says it
-        yield Label("design point", at[:1], at[1:], sheet().small)
-    for margin, end in zip(design.margins, ends, strict=True):
-        x, y = (at + (np.array(end) - at) * np.array([[0.5], [0.7], [0.3]])).T
-        yield Label(margin_text(chart, margin), x, y, sheet().small)
+        return True
+    nearest = [margin for varied in (0, 1) if (margin := design.nearest(varied)) is not None]
+    ends = mark_design(paper.axes, design.inputs, [(margin.varied, margin.value) for margin in nearest])
+    return paper.mark(design.inputs, ends, [margin_text(chart, margin) for margin in nearest], said("design_point"))
 
 
 def margin_text(chart: Chart, margin: ChartMargin) -> str:
     """A margin with its sign and unit."""
-    size = chart.plane.inputs[margin.varied].show(abs(margin.distance))
+    size = chart.plane.inputs[margin.varied].show(abs(margin.distance), ROUGHLY)
     return f"{'+' if margin.distance > 0 else MINUS}{size}"
 
 
-def _legends(chart: Chart, shown: Colored, named: Naming, said: Words) -> Iterator[list[Entry]]:
-    """What colours, curves and marks mean, each that is drawn and no other."""
-    areas: list[tuple[RegionSet, Entry]] = [
-        (own, (named.long(own.kinds, chart.limits), AREA | {"markerfacecolor": color or Color.WHITE}))
-        for own, color in shown
+def _numbers(chart: Chart) -> list[int]:
+    """The numbers in the table of the points where curves meet on which regions end."""
+    on = [pieces(locus)[0][:-1][own] for locus, own in zip(chart.loci, _edges(chart), strict=True)]
+    ends = np.concatenate([np.empty((0, 2)), *on])
+    return [
+        number
+        for number, point in enumerate(chart.meetings, 1)
+        if len(ends) and (np.abs((ends - point.inputs) / chart.plane.widths) < NEAR).all(axis=1).any()
+    ]
+
+
+def _numbered(chart: Chart) -> Floats:
+    return np.array([chart.meetings[number - 1].inputs for number in _numbers(chart)]).reshape(-1, 2)
+
+
+Told = tuple[set[Kinds | None], set[Event], bool]
+"""What has a name in the figure: regions, curves, the design point."""
+
+
+def _legend(chart: Chart, shown: Colored, named: Naming, said: Words, told: Told) -> tuple[list[Entry], list[Entry]]:
+    """What colours, curves and marks mean that have no name in the figure, and the thin lines."""
+    areas, events, marked = told
+    unnamed = [(own, color) for own, color in shown if own.kinds not in areas]
+    entries: list[Entry] = [
+        (named.long(own.kinds, chart.limits), AREA | {"markerfacecolor": color or Color.WHITE})
+        for own, color in unnamed
         if color != OTHER_SETS
     ]
-    yield [entry for own, entry in areas if own.kinds]
-    others: list[Entry] = [(said("others", sheet().headed), AREA | {"markerfacecolor": OTHER_SETS})]
-    yield [entry for own, entry in areas if not own.kinds] + others * any(color == OTHER_SETS for _, color in shown)
-    bounds, edges = [pieces(locus)[1] for locus in chart.loci], _edges(chart)
-    drawn = {locus.event for locus, own in zip(chart.loci, edges, strict=True) if own.any()}
-    yield [(name, EDGE | look) for kind, (name, look) in LOCI.items() if kind in drawn]
-    pairs = list(zip(bounds, edges, strict=True))
-    thin: list[Entry] = [(said("band"), BAND)] if any((own & ~edge).any() for own, edge in pairs) else []
-    thin += [(said("meeting", sheet().headed), MEETING)] if chart.meetings else []
-    thin += [(said("design_margins"), DESIGN | {"markersize": 6.0})] if chart.design is not None else []
-    yield thin
+    if any(color == OTHER_SETS for _, color in unnamed):
+        entries.append((said("others", sheet().headed), AREA | {"markerfacecolor": OTHER_SETS}))
+    pairs = list(zip(chart.loci, [pieces(locus)[1] for locus in chart.loci], _edges(chart), strict=True))
+    drawn = {locus.event for locus, _, edge in pairs if edge.any()}
+    entries += [(name, EDGE | look) for kind, (name, look) in LOCI.items() if kind in drawn and kind not in events]
+    words = list(dict.fromkeys([*(band.word for band in chart.narrow), *chart.unmeasured]))
+    bands: list[Entry] = [(said("band", words), BAND)] if any((own & ~edge).any() for _, own, edge in pairs) else []
+    if _numbers(chart):
+        entries.append((said("meeting", sheet().headed), MEETING))
+    if not marked:
+        entries.append((said("design_point"), DESIGN | {"markersize": 6.0}))
+    return entries, bands

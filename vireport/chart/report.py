@@ -18,7 +18,7 @@ from vireport.gate.alerts import Alert
 from vireport.gate.opening import WordedOpening
 from vireport.scenario.loading import Loaded
 from vireport.study.provenance import Provenance
-from vireport.text.formatting import Exactness
+from vireport.text.formatting import Exactness, tied
 from vireport.text.tables import Table
 from vireport.wording.templates import Words
 
@@ -53,6 +53,16 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
     def title(self) -> str:
         """That of the scenario, "" where it has none."""
         return self.loaded.scenario.title or ""
+
+    @property
+    def heading(self) -> str:
+        """What is charted."""
+        return self.say("heading", self.chart.plane)
+
+    @property
+    def subtitle(self) -> str:
+        """Title and file of the scenario."""
+        return " · ".join(tied(part) for part in (self.title, self.provenance.scenario_name) if part)
 
     @cached_property
     def named(self) -> Naming:

@@ -119,9 +119,8 @@ def finished(
     # The panels alone are laid out, as high as they shall be; the heading then makes the figure higher, and their share
     # of it smaller. In one step, tight layout would give the heading's room to the panels.
     figure.set_figheight(height)
-    pads: dict[str, Any] = {side: pad * PER_INCH / page.text for side, pad in PADS.items()}
     before = {panel: panel.bbox.frozen() for panel in figure.axes}
-    figure.tight_layout(**pads)
+    _lay_out(figure, height)
     _fix_labels(before, aligned)
     under, share = figure.subplotpars, height / total
     figure.set_figheight(total)
@@ -162,6 +161,21 @@ def _fix_labels(before: Mapping[Axes, Bbox], aligned: Collection[Axes]) -> None:
         shift = ScaledTranslation(dx / PER_INCH, dy / PER_INCH, panel.figure.dpi_scale_trans)
         at = AT_LABEL[axis.get_label_position()]
         axis.set_label_coords(*at, transform=panel.transAxes + shift)
+
+
+def panel_size(axes: Axes, height: float) -> tuple[float, float]:
+    """Width and height [in] that a panel will have in a figure whose everything under the heading is `height` high."""
+    figure: Any = axes.figure
+    _lay_out(figure, height)
+    place = axes.get_position()
+    return float(place.width * sheet().width), float(place.height * height)
+
+
+def _lay_out(figure: Figure, height: float) -> None:
+    """Place the panels of a figure without a heading."""
+    figure.set_figheight(height)
+    pads: dict[str, Any] = {side: pad * PER_INCH / sheet().text for side, pad in PADS.items()}
+    figure.tight_layout(**pads)
 
 
 def _filled(text: str) -> str:

@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.figures.alongside import Plane
 from vireport.figures.captions import held_by
-from vireport.figures.layout import Entry, blank, finished, prefix, round_ticks
+from vireport.figures.layout import Entry, blank, finished, panel_size, prefix, round_ticks
 from vireport.figures.planes import DESIGN, mark_design
 from vireport.figures.style import HALO, LOCI, Color, Look, Picture, Pixel, sheet, style
 from vireport.figures.sweeps import OUTCOMES
@@ -34,7 +35,7 @@ Floats = NDArray[np.float64]
 FINEST = 1000
 """Cells along either axis that a picture shows; of more, every second, third, ... is drawn."""
 
-HEIGHT = 4.7
+HEIGHT = 4.1
 """Height of a map with its axes, at the width of a report's figures [in]."""
 
 NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
@@ -50,8 +51,17 @@ TYPES = {
 NONE_FOUND = "none found up to the impact velocity", Pixel.LIGHT
 NOT_TOLD = "too near a critical point to tell", Pixel.GREY
 
+PIXELS = 400
+"""Fineness of the grid on which names of areas find their places."""
+
+OVER_CELLS: Look = {"facecolor": Color.WHITE, "edgecolor": "none", "pad": 1.0}
+"""What lies under names that may stand on cells of any colour."""
+
 OF_CELLS: Look = {"linewidth": 7.0, "solid_capstyle": "butt"}
 """Look of cells of one colour in a legend."""
+
+MIDDLE = 130.0
+"""Brightness of a colour from which black is easier to read on it than white."""
 
 LINE = 1.4
 """Width of a curve [pt]."""
@@ -82,6 +92,26 @@ def picture_names(plan: MapPlan) -> tuple[str, ...]:
 
 def _optional(plan: MapPlan) -> dict[str, bool]:
     return {"map-voltage": plan.membrane is not None, "map-from-rest": plan.from_rest, "map-shock": plan.shock}
+
+
+class Area(Struct, frozen=True, eq=False):
+    """Cells of one colour.
+
+    Attributes
+    ----------
+    name, color : str
+    cells : ndarray of bool, shape (len(y), len(x))
+    """
+
+    name: str
+    color: str
+    cells: NDArray[np.bool_]
+
+    @property
+    def ink(self) -> str:
+        """Colour of a name on it; as its own, one that no dark page exchanges."""
+        red, green, blue = (int(self.color[k : k + 2], 16) for k in (1, 3, 5))
+        return Pixel.BLACK if 0.3 * red + 0.59 * green + 0.11 * blue > MIDDLE else Pixel.WHITE
 
 
 class MapFigure(Struct, frozen=True, eq=False):
@@ -173,12 +203,13 @@ def _stability(shown: MapFigure) -> Figure:
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
     figure, axes = _blank(shown)
     _fill(axes, shown.raster, shown.raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
-    return _finished(figure, axes, shown, "map-stability", _types(*STABILITIES))
+    return _finished(figure, axes, shown, _types(shown, *STABILITIES))
 
 
-def _types(*kinds: Stability) -> list[Entry]:
-    """Entries of the legend for types of motion."""
-    return [(TYPES[kind][0], OF_CELLS | {"color": TYPES[kind][1]}) for kind in kinds]
+def _types(shown: MapFigure, *kinds: Stability) -> list[Area]:
+    """The cells of each of some types of motion that there are."""
+    code = shown.raster.columns["stability"]
+    return [Area(*TYPES[kind], code == kind.code) for kind in kinds if (code == kind.code).any()]
 
 
 def _of_stable(
@@ -206,14 +237,14 @@ def _margin(shown: MapFigure) -> Figure:
     determinant = "(r_bottom r_top)²" if isinstance(restitution, Restitutions) else "r⁴"
     label = f"1 − |tr|/(1 + {determinant}) [%]"
     figure, axes = _of_stable(shown, 100 * shares, "viridis", label, (0.0, 100.0))
-    return _finished(figure, axes, shown, "map-margin", _types(Stability.UNSTABLE_NODE))
+    return _finished(figure, axes, shown, _types(shown, Stability.UNSTABLE_NODE))
 
 
 def _voltage(shown: MapFigure) -> Figure:
     volts = shown.raster.columns["u_ave_v"]
     power = prefix([volts])
     figure, axes = _of_stable(shown, volts / 10.0**power, "cividis", f"Uₐᵥₑ [{PREFIXES[power]}V]")
-    return _finished(figure, axes, shown, "map-voltage", _types(Stability.UNSTABLE_NODE))
+    return _finished(figure, axes, shown, _types(shown, Stability.UNSTABLE_NODE))
 
 
 def _from_rest(shown: MapFigure) -> Figure:
@@ -221,11 +252,14 @@ def _from_rest(shown: MapFigure) -> Figure:
     figure, axes = _blank(shown)
     colors = ListedColormap([OUTCOMES[each][1] for each in DESTINATIONS])
     _fill(axes, shown.raster, code, colors, -0.5, len(DESTINATIONS) - 0.5)
-    met = [each for k, each in enumerate(DESTINATIONS) if (code == k).any()]
-    entries: list[Entry] = [(OUTCOMES[each][0], OF_CELLS | {"color": Pixel.like(OUTCOMES[each][1])}) for each in met]
+    areas = [
+        Area(OUTCOMES[each][0], Pixel.like(OUTCOMES[each][1]), code == k)
+        for k, each in enumerate(DESTINATIONS)
+        if (code == k).any()
+    ]
     # A stable motion that is not reached is where a design may seem good and is not.
     note = shown.said("missed", shown.found) if shown.found.missed else ""
-    return _finished(figure, axes, shown, "map-from-rest", entries, note)
+    return _finished(figure, axes, shown, areas, note)
 
 
 def _shock(shown: MapFigure) -> Figure:
@@ -235,12 +269,12 @@ def _shock(shown: MapFigure) -> Figure:
     figure, axes = _of_stable(shown, jump / 10.0**power, "viridis", f"least shock [{PREFIXES[power]}m/s]")
     stable = np.isfinite(code) & (code != Stability.UNSTABLE_NODE.code)
     flat = ((np.isnan(jump) & np.isfinite(searched), NONE_FOUND), (stable & np.isnan(searched), NOT_TOLD))
-    entries = _types(Stability.UNSTABLE_NODE)
+    areas = _types(shown, Stability.UNSTABLE_NODE)
     for cells, (words, color) in flat:
         if cells.any():
             _fill(axes, shown.raster, np.where(cells, 1.0, np.nan), ListedColormap([color]), 0.0, 2.0)
-            entries.append((words, OF_CELLS | {"color": color}))
-    return _finished(figure, axes, shown, "map-shock", entries)
+            areas.append(Area(words, color, cells))
+    return _finished(figure, axes, shown, areas)
 
 
 DRAWN = {
@@ -285,26 +319,51 @@ def _edges(values: Floats) -> Floats:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
-def _finished(
-    figure: Figure, axes: Axes, shown: MapFigure, name: str, types: Sequence[Entry], note: str = ""
-) -> Figure:
-    """Draw the curves, white under each so that it shows on any colour, and the design point; write the heading."""
+def _finished(figure: Figure, axes: Axes, shown: MapFigure, types: Sequence[Area], note: str = "") -> Figure:
+    """Draw the curves, white under each so that it shows on any colour, and the design point; name what there is.
+
+    Parameters
+    ----------
+    figure : Figure
+    axes : Axes
+    shown : MapFigure
+    types : sequence of Area
+        Of cells of one colour.
+    note : str
+        A warning over the figure.
+    """
     limits = axes.get_xlim(), axes.get_ylim()
+    paper = Plane(axes, panel_size(axes, _height()))
     for locus in shown.loci:
         if locus.event is not Event.NODE_FOCUS:
             axes.plot(*locus.points.T, color=Color.WHITE, linewidth=HALO, zorder=2.0, solid_capstyle="round")
         look: Look = {"linewidth": LINE, "zorder": 2.5} | LOCI[locus.event][1]
         axes.plot(*locus.points.T, **look)
     axes.set(xlim=limits[0], ylim=limits[1])
-    drawn = {locus.event for locus in shown.loci}
-    curves: list[Entry] = [(of, {"linewidth": LINE} | look) for kind, (of, look) in LOCI.items() if kind in drawn]
-    marks: list[Entry] = []
+    for locus in shown.loci:
+        paper.draw(locus.points)
+    entries: list[Entry] = []
     if shown.marked is not None:
-        ends = ((axis, margin.sweep_value) for axis, margin in shown.marked.ends(shown.plan.names))
-        mark_design(axes, shown.marked.inputs, ends, on_pixels=True)
-        marks = [(shown.said("design_margins"), DESIGN | {"markersize": 6.0})]
-    head = ", ".join(held_by(shown.plan.device, shown.plan.names)), shown.said("heading", name)
-    lines = [(text, Color.BLACK) for text in head]
-    lines += [(note, Color.WARNING)] if note else []
-    lines += [(shown.said("curves"), Color.BLACK)] if shown.loci else []
-    return finished(figure, _height(), lines, [types, curves, marks])
+        names, at = shown.plan.names, shown.marked.inputs
+        by_axis = [[own for axis, own in shown.marked.ends(names) if axis == k] for k in (0, 1)]
+        nearest = [(k, min(found, key=lambda own: abs(own.distance))) for k, found in enumerate(by_axis) if found]
+        ends = mark_design(axes, at, [(axis, end.sweep_value) for axis, end in nearest], on_pixels=True)
+        margins = [shown.said("margin", end.distance, shown.plan.named[axis]) for axis, end in nearest]
+        if not paper.mark(at, ends, margins, shown.said("design_point"), bbox=OVER_CELLS):
+            entries.append((shown.said("design_point"), DESIGN | {"markersize": 6.0}))
+    for area in types:
+        if not paper.name(_pixels(axes, shown.raster, area.cells), area.name, every=False, color=area.ink):
+            entries.append((area.name, OF_CELLS | {"color": area.color}))
+    drawn = {locus.event for locus in shown.loci}
+    entries += [(of, {"linewidth": LINE} | look) for kind, (of, look) in LOCI.items() if kind in drawn]
+    return finished(figure, _height(), [(note, Color.WARNING)] if note else [], [entries])
+
+
+def _pixels(axes: Axes, raster: Raster, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Some cells, of shape (len(y), len(x)), on a grid over the panel: from left to right, and upwards in a column."""
+    place = []
+    for values, limits in ((raster.x, axes.get_xlim()), (raster.y, axes.get_ylim())):
+        order, edges = np.argsort(values), _edges(np.sort(values))
+        middles = limits[0] + (limits[1] - limits[0]) * (np.arange(PIXELS) + 0.5) / PIXELS
+        place.append(order[np.clip(np.searchsorted(edges, middles) - 1, 0, len(values) - 1)])
+    return np.asarray(cells[np.ix_(place[1], place[0])].T)

@@ -19,7 +19,7 @@ from vireport.maps.findings import MapFindings
 from vireport.motions.stability import STABILITIES, Stability
 from vireport.scenario.loading import LoadedMap
 from vireport.study.provenance import Provenance
-from vireport.text.formatting import OF_A_MODEL, Exactness
+from vireport.text.formatting import OF_A_MODEL, Exactness, tied
 from vireport.wording.templates import Words
 
 if TYPE_CHECKING:
@@ -69,6 +69,16 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
     def title(self) -> str:
         """That of the map file, "" where it has none."""
         return self.loaded.scenario.title or ""
+
+    @property
+    def heading(self) -> str:
+        """What is mapped."""
+        return self.say("over", self.plan)
+
+    @property
+    def subtitle(self) -> str:
+        """Title and name of the map file."""
+        return " · ".join(tied(part) for part in (self.title, self.provenance.scenario_name) if part)
 
     def say(self, macro: str, *given: Any) -> str:
         """What a macro of the words of maps says."""
