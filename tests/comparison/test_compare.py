@@ -174,7 +174,7 @@ def test_a_comparison_of_five_opens_in_few_words_and_numbers() -> None:
     assert [text for _, text in worded.facts] == [
         "Not stable: length 0.6 m.",
         "Margin small: length 0.7 m, 0.6934 m and 0.65 m.",
-        f"Margin to use {first.room[0]}; of the next, length 0.7 m: {second.room[0]}.",
+        f"Margin to use of the next, length 0.7 m: {second.room[0]}.",
     ]
     assert [tile.label for tile in worded.tiles] == ["Stable length", "Margin to use", "From rest", "Mean voltage"]
     assert worded.tiles[1].value == first.room[0]
@@ -222,7 +222,7 @@ def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
     assert pair.ranking[0].room == ("not known", "rounding hides the end")
     (told,) = [fact for fact in facts(pair) if fact.startswith("Mean voltage")]
     volts = [x.show(Merit.VOLTAGE) for x in pair.ranking]
-    assert told == f"Mean voltage {volts[0]}; of the next, second, {volts[1]}."
+    assert told == f"Mean voltage of the next, second: {volts[1]}."
 
 
 def test_voltage_that_costs_margin_is_told() -> None:

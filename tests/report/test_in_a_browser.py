@@ -74,6 +74,10 @@ SMALLEST = """Math.min(...[...document.querySelectorAll("svg.figure")].filter(x 
   .flatMap(svg => [...svg.querySelectorAll("text")]
   .map(text => parseFloat(getComputedStyle(text).fontSize) * svg.getScreenCTM().a)))"""
 
+CUT = """[...document.querySelectorAll(".scroll:has(table)")].filter(x => x.checkVisibility()
+  && x.scrollWidth > x.clientWidth).map(x => x.textContent.slice(0, 40))"""
+"""Tables whose last columns are out of sight."""
+
 BEYOND = """[...document.querySelectorAll("svg.figure")].filter(x => x.checkVisibility()).map(
   x => x.parentNode.scrollWidth - x.parentNode.clientWidth)"""
 
@@ -89,6 +93,8 @@ def test_it_fits_the_window_and_nothing_lies_on_anything(width: int, browser: Br
     assert browser.overflow() <= 0
     assert browser.run(OVERLAPS) == []
     assert browser.run(SMALLEST) >= LEGIBLE
+    if width == WIDTHS[0]:
+        assert browser.run(CUT) == []
 
 
 def test_each_figure_is_there_once_and_only_a_narrow_screen_scrolls_it(browser: Browser) -> None:

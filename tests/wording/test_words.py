@@ -708,9 +708,9 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
         "A small disturbance dies out in 9 periods; in the next, b, in 12 periods.",
     ),
     ("why_shock", ("2 m/s", "b", "1 m/s"), "It withstands bumps of 2 m/s; the next, b, 1 m/s."),
-    ("why_margin", ("5 % in force", "b", "none"), "Margin to use 5 % in force; of the next, b: none."),
+    ("why_margin", ("5 % in force", "b", "none"), "Margin to use of the next, b: none."),
     ("why_range", ("1 m < s", "b", "2 m < s"), "Stable for 1 m < s; the next, b: 2 m < s."),
-    ("why_voltage", ("2 kV", "b", "1 kV"), "Mean voltage 2 kV; of the next, b, 1 kV."),
+    ("why_voltage", ("2 kV", "b", "1 kV"), "Mean voltage of the next, b: 1 kV."),
     ("why_rate", ("2 kV/s", "b", "1 kV/s"), "Voltage per second 2 kV/s; of the next, b, 1 kV/s."),
     (
         "traded_voltage",
