@@ -377,10 +377,11 @@ def test_the_best_design_starts_by_itself_unless_the_scenario_does_not_ask_for_i
     unasked, usual = (result.best for result in results)
     assert [best.study.evidence.is_reached for best in (unasked, usual)] == [False, True]
     assert usual.value < unasked.value
-    # Between the best cell that starts by itself and the refined design that does not there is a better one.
+    # No cell that starts by itself, and still does 0.1 % beside it, is better.
+    assert usual.repeats
     grid = grid_of(results[1].problem)
     cells = (grid.judge(grid.t[row]) for row in grid.within())
-    assert usual.value > next(cell.value for cell in cells if cell is not None and cell.met())
+    assert usual.value >= next(cell.value for cell in cells if cell is not None and cell.met())
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,7 @@ def test_limits_and_the_objective_are_named_in_the_words_of_the_templates(tmp_pa
     worded = opening.worded()
     assert limits in [text for _, text in worded.facts]
     assert worded.tiles[0].label == "Stroke of the shaker"
-    assert worded.tiles[0].value == f"{result.best.value:.3g} m"
+    assert worded.tiles[0].value.replace("\u00a0", " ") == f"{1e3 * result.best.value:.3g} mm"
     words = (TEMPLATES / "words" / "optimise.j2").read_text().replace("the upper limit of", "the top of")
     (tmp_path / "words").mkdir()
     (tmp_path / "words" / "optimise.j2").write_text(words)

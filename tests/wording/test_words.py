@@ -774,7 +774,13 @@ OPTIMISE_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ),
     ("at_upper", ("length_m",), "at the upper limit of length_m"),
     ("at_lower", ("length_m",), "at the lower limit of length_m"),
-    ("tile_objective", (thing(words="stroke"), "0.3 m", "smallest"), "Stroke | 0.3 m | the smallest that was found"),
+    ("large", (), "large"),
+    ("small", (), "small"),
+    (
+        "tile_objective",
+        (thing(words="stroke"), "0.3 m", "small"),
+        "Stroke | 0.3 m | as small as the requirements let it be",
+    ),
     ("shortcoming", ("no design x",), "No design x."),
     (
         "none_stable_in_ranges",

@@ -22,7 +22,18 @@ from vireport.study.plan import FIGURE_FORMATS, Task
 from vireport.study.provenance import Provenance
 from vireport.study.results import json_bytes
 from vireport.study.study import Study, analyse
-from vireport.text.formatting import OF_A_MODEL, ROUGHLY, Exactness, apart, error_bound, given, percent, shown, span
+from vireport.text.formatting import (
+    OF_A_MODEL,
+    ROUGHLY,
+    Exactness,
+    apart,
+    error_bound,
+    given,
+    percent,
+    quantity,
+    shown,
+    span,
+)
 from vireport.text.tables import Table, numbers, plain_text, texts
 from vireport.wording.templates import Words
 
@@ -37,6 +48,9 @@ ROUNDED_UP = 1 + 5e-6
 
 MOST_NAMED = 3
 """Inputs up to which each stands in the sentence."""
+
+PREFIXED = "V", "V/s", "m", "m/s"
+"""Units of objectives that take a prefix."""
 
 FILE = "optimise"
 """Of words."""
@@ -247,8 +261,11 @@ def _tiles(result: SearchResult, study: Study) -> Iterator[Statement]:
     if objective.path is not None or objective is Objective.U_AVE:
         yield from run.tiles
         return
-    value = _in_unit(result, shown.value, study.evidence.exactness)
-    yield Statement(Status.NEUTRAL, _said("tile_objective", objective, value, _extreme(result)))
+    exactness, large = study.evidence.exactness, _said("large" if result.problem.sign > 0 else "small")
+    value = _in_unit(result, shown.value, exactness)
+    if objective.unit in PREFIXED:
+        value = quantity(abs(shown.value), objective.unit, exactness)
+    yield Statement(Status.NEUTRAL, _said("tile_objective", objective, value, large))
     yield from run.tiles[-3:]
 
 
