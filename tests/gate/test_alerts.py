@@ -32,7 +32,7 @@ from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.study import Study, sweep_of
 from vireport.text.alerts import CATALOGUE, AlertCode, explanation
-from vireport.text.formatting import OF_A_MODEL
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, shown
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 
@@ -133,10 +133,10 @@ def test_a_deep_deflection_says_what_is_open_with_numbers(name: str, example) ->
     alert = deep_alert(study)
     assert alert.severity == ("warning" if name == "inclined-forcing" else "note")
     for part in (
-        f"up to {1e3 * depth:.3g} mm, {depth / 6.3e-3:.2g} times its active radius of 6.3 mm",
-        f"its area grows {area:.3g} times",
+        f"up to {shown(1e3 * depth)} mm, {shown(depth / 6.3e-3, ROUGHLY)} times its active radius of 6.3 mm",
+        f"its area grows {shown(area)} times",
         "K delta^h is extrapolated",
-        f"At a breakdown field of 100 MV/m its {peak / 1e3:.3g} kV need a thickness of {1e3 * thickness:.2g} mm",
+        f"At a breakdown field of 100 MV/m its {shown(peak / 1e3)} kV need a thickness of {shown(1e3 * thickness, ROUGHLY)} mm",
     ):
         assert part in alert.cause
     film = analyse(loads(text, overrides={f"device.membrane.{key}": value for key, value in GIVEN_FILM.items()}))
@@ -552,7 +552,11 @@ SAID = [
         deep(5.93, Dielectric(1e-3, 4.7, 1e8)),
         ["its area grows 5.93 times, more than the 5.9 times demonstrated for"],
     ),
-    ("VR013", moved(True, ("velocity", 0.06), ("U_ave", -0.25)), ["stiffness moves velocity by +6 %, U_ave by -25 %."]),
+    (
+        "VR013",
+        moved(True, ("velocity", 0.06), ("U_ave", -0.25)),
+        ["stiffness moves velocity by +6 %, U_ave by \u221225 %."],
+    ),
     ("VR013", moved(True, (Parameter.LENGTH, -0.6)), ["length_m by 0.6 times the margin to it."]),
     ("VR013", moved(True), ["B1 is lost."]),
     (
@@ -566,7 +570,7 @@ SAID = [
                 membrane=SimpleNamespace(dielectric=SimpleNamespace(breakdown_field_v_m=2e7)),
             )
         },
-        ["The field reaches 3.1e+07 V/m, 1.55 times the breakdown field of 2e+07 V/m."],
+        ["The field reaches 3.1 × 10⁷ V/m, 1.55 times the breakdown field of 2 × 10⁷ V/m."],
     ),
     ("VR013", moved(False), ["the stable motion is lost."]),
     *(
@@ -582,7 +586,7 @@ SAID = [
             (ShakerDoubt.CLIPPED, 0.25, ["a is cut off: 25 % of its samples"]),
         )
     ),
-    ("VR020", simulated(), ["Of 9 stable orbits the simulation left 2", "reaches 0.002 (tolerance 1e-09)."]),
+    ("VR020", simulated(), ["Of 9 stable orbits the simulation left 2", "reaches 0.002 (tolerance 1 × 10⁻⁹)."]),
     ("VR021", simulated(), ["20 of 40 starts", "end elsewhere (5 in BBT every forcing period, 5 in BBT", "period)."]),
     ("VR022", simulated(), ["5 of 5 simulated starts end in chatter or at rest."]),
     ("VR022", {"solution": known(device=given())}, ["gbar reaches 1.25: a ball at rest"]),

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from msgspec import Struct
 
 from vireport.base.errors import UsageError
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, given, shown
 from vireport.text.terms import TERMS
 
 EXPLANATION_WIDTH = 100
@@ -81,6 +82,14 @@ class _Phrases(tuple[str, ...]):
         return between.join(self)
 
 
+class _Number(float):
+    """A number of a sentence; its pattern says whether it is given, or told roughly, and with a sign."""
+
+    def __format__(self, kind: str) -> str:
+        sign = "+" if kind.startswith("+") and self > 0 else ""
+        return sign + (given(self) if kind == "given" else shown(self, ROUGHLY if "roughly" in kind else OF_A_MODEL))
+
+
 class Explanation(Struct, frozen=True, eq=False):
     """What an alert is known by, why it matters, what to do, and the patterns of the sentences on its cause.
 
@@ -109,16 +118,17 @@ class Explanation(Struct, frozen=True, eq=False):
         return " ".join(map(self._worded, sentences))
 
     def _worded(self, sentence: Sentence) -> str:
-        given = {
+        values = {
             name: _Phrases(map(self._worded, value)) if isinstance(value, list) else value
             for name, value in sentence.given.items()
         }
-        return self.cause[sentence.name].format(**given)
+        values |= {name: _Number(value) for name, value in values.items() if isinstance(value, float)}
+        return self.cause[sentence.name].format(**values)
 
 
 NO_AMPLITUDE = (
     "With this membrane no amplitude gives both short contacts and shallow dents: where an impact presses it in by its "
-    "radius, the contact lasts {percent:.2g} % of a period, and at less depth no shorter."
+    "radius, the contact lasts {percent:roughly} % of a period, and at less depth no shorter."
 )
 """Said where contacts are long or deflections large."""
 
@@ -150,16 +160,16 @@ CATALOGUE = (
         "admissible, and neither drawn nor counted.",
         "Nothing to do; the grazing points show where the motions end.",
         {
-            "one": "One stretch of the algebraic solution would pass through a membrane, by up to {depth:.3g} of the "
+            "one": "One stretch of the algebraic solution would pass through a membrane, by up to {depth} of the "
             "length unit x_c. It is listed in the results as not admissible, and neither drawn nor counted.",
-            "one_stable": "One stretch of the algebraic solution would pass through a membrane, by up to {depth:.3g} "
+            "one_stable": "One stretch of the algebraic solution would pass through a membrane, by up to {depth} "
             "of the length unit x_c, although its eigenvalues indicate stability. It is listed in the results as "
             "not admissible, and neither drawn nor counted.",
             "several": "{count} stretches of the algebraic solution would pass through a membrane, by up to "
-            "{depth:.3g} of the length unit x_c. They are listed in the results as not admissible, and neither "
+            "{depth} of the length unit x_c. They are listed in the results as not admissible, and neither "
             "drawn nor counted.",
             "several_stable": "{count} stretches of the algebraic solution would pass through a membrane, by up to "
-            "{depth:.3g} of the length unit x_c, some with eigenvalues that indicate stability. They are listed "
+            "{depth} of the length unit x_c, some with eigenvalues that indicate stability. They are listed "
             "in the results as not admissible, and neither drawn nor counted.",
             "turns": "In {count} of the stretches of the algebraic solution the ball would turn back between two "
             "impacts, and friction with it: these are no motions. A block 'simulation:' shows what the ball does "
@@ -244,7 +254,7 @@ CATALOGUE = (
         "stability is lost at once rather than gradually.",
         "Change length or force so that the ball turns farther from the membrane, or does not turn at all.",
         {
-            "turns": "The ball turns {percent:.2g} % of the length from a membrane without touching it.",
+            "turns": "The ball turns {percent:roughly} % of the length from a membrane without touching it.",
         },
     ),
     Explanation(
@@ -255,7 +265,7 @@ CATALOGUE = (
         "a fold or pitchfork, or the restitution is next to 1. What is known of the inputs decides how much holds.",
         "Move away from the fold, or use a restitution further from 1; do not act on the digits beyond.",
         {
-            "moves": "A single rounding of the length or the inclination moves q or the phase by {error:.1g}.",
+            "moves": "A single rounding of the length or the inclination moves q or the phase by {error:roughly}.",
         },
     ),
     Explanation(
@@ -267,8 +277,8 @@ CATALOGUE = (
         "restitution does.",
         "Measure the restitution; study the design with its least and largest value (--set device.restitution=...).",
         {
-            "lost": "At a restitution of {restitution:.4g} a stable motion of the design point is lost.",
-            "changes": "1 % of restitution changes the impact velocity by {percent:.2g} %.",
+            "lost": "At a restitution of {restitution:given} a stable motion of the design point is lost.",
+            "changes": "1 % of restitution changes the impact velocity by {percent:roughly} %.",
         },
     ),
     Explanation(
@@ -284,14 +294,14 @@ CATALOGUE = (
         "breakdown field: field and energy are judged then. A lighter ball, a stiffer or larger membrane or gentler "
         "forcing make the deflection smaller.",
         {
-            "deep": "The impacts press the membrane in up to {depth_mm:.3g} mm, {times:.2g} times its active radius of "
-            "{radius_mm:.3g} mm, and its area grows {area:.3g} times. The force K delta^h is extrapolated beyond the "
+            "deep": "The impacts press the membrane in up to {depth_mm} mm, {times:roughly} times its active radius of "
+            "{radius_mm:given} mm, and its area grows {area} times. The force K delta^h is extrapolated beyond the "
             "radius.",
-            "far": "The impacts press the membrane in up to {depth_mm:.3g} mm, {times:.2g} times its active radius of "
-            "{radius_mm:.3g} mm, and its area grows {area:.3g} times, more than the {limit:.2g} times demonstrated for "
-            "a dielectric elastomer. The force K delta^h is extrapolated beyond the radius.",
-            "thickness": "At a breakdown field of {field_mv_m:.3g} MV/m its {peak_kv:.3g} kV need a thickness of "
-            "{thickness_mm:.2g} mm; the scenario gives none.",
+            "far": "The impacts press the membrane in up to {depth_mm} mm, {times:roughly} times its active radius of "
+            "{radius_mm:given} mm, and its area grows {area} times, more than the {limit:roughly} times demonstrated "
+            "for a dielectric elastomer. The force K delta^h is extrapolated beyond the radius.",
+            "thickness": "At a breakdown field of {field_mv_m:given} MV/m its {peak_kv} kV need a thickness of "
+            "{thickness_mm:roughly} mm; the scenario gives none.",
             "no_amplitude": NO_AMPLITUDE,
         },
         {"deep": Severity.NOTE},
@@ -305,8 +315,8 @@ CATALOGUE = (
         "Act on the compliant ends and margins beside the rigid ones; vireport verify, or an accuracy block in the "
         "scenario, computes that motion in detail. Or use a stiffer membrane or a lighter ball.",
         {
-            "share": "A contact takes some {percent:.2g} % of the forcing period with the membrane's own stiffness, "
-            "by an estimate without gravity and forcing.",
+            "share": "A contact takes some {percent:roughly} % of the forcing period with the membrane's own "
+            "stiffness, by an estimate without gravity and forcing.",
             "no_amplitude": NO_AMPLITUDE,
         },
     ),
@@ -318,7 +328,7 @@ CATALOGUE = (
         "mass; published values for this device differ by a factor of six.",
         "Weigh the ball. Velocities, stability and critical points depend on its mass only in a free capsule.",
         {
-            "changes": "1 % of ball mass changes U_ave by up to {percent:.2g} %.",
+            "changes": "1 % of ball mass changes U_ave by up to {percent:roughly} %.",
         },
     ),
     Explanation(
@@ -330,8 +340,8 @@ CATALOGUE = (
         "Act on the values with compliant membranes; the section on them has the shifts.",
         {
             "moves": "The membrane's own stiffness moves {shifts:, }.",
-            "percent": "{name} by {percent:+.2g} %",
-            "margins": "{name} by {margins:.2g} times the margin to it",
+            "percent": "{name} by {percent:+roughly} %",
+            "margins": "{name} by {margins:roughly} times the margin to it",
             "point_lost": "With the membrane's own stiffness {label} is lost.",
             "motion_lost": "With the membrane's own stiffness the stable motion is lost.",
         },
@@ -345,8 +355,8 @@ CATALOGUE = (
         "Do not act on whether it is called admissible; change length or force so that the ball turns farther from "
         "the membrane.",
         {
-            "gap": "The gap between the ball's turning point and a membrane is {gap:.2g} of the length unit x_c, with "
-            "an error bound of {bound:.2g}: undecided within rounding.",
+            "gap": "The gap between the ball's turning point and a membrane is {gap:roughly} of the length unit x_c, "
+            "with an error bound of {bound:roughly}: undecided within rounding.",
         },
     ),
     Explanation(
@@ -358,11 +368,11 @@ CATALOGUE = (
         "radians, a frequency that is a round number of hertz in radians per second, or gravity above 50 m/s^2.",
         "Compare the value with its unit, which stands in its key; if it is intended, nothing needs to be done.",
         {
-            "length": "{path} = {value:.6g}: metres, or is it {value:.6g} mm, which is {meant:.6g} m?",
-            "mass": "{path} = {value:.6g}: {times:.3g} times the capsule's {capsule:.6g} kg, or is it {value:.6g} g?",
-            "angle": "{path} = {value:.6g}: degrees, or is it {value:.6g} rad, which is {meant} degrees?",
-            "frequency": "{path} = {value:.6g}: hertz, or is it {value:.6g} rad/s, which is {meant:g} Hz?",
-            "gravity": "{path} = {value:.6g}: m/s^2, or is it {value:.6g} cm/s^2, which is {meant:.6g} m/s^2?",
+            "length": "{path} = {value:given}: metres, or is it {value:given} mm, which is {meant:given} m?",
+            "mass": "{path} = {value:given}: {times} times the capsule's {capsule:given} kg, or is it {value:given} g?",
+            "angle": "{path} = {value:given}: degrees, or is it {value:given} rad, which is {meant} degrees?",
+            "frequency": "{path} = {value:given}: hertz, or is it {value:given} rad/s, which is {meant:given} Hz?",
+            "gravity": "{path} = {value:given}: m/s^2, or is it {value:given} cm/s^2, which is {meant:given} m/s^2?",
         },
     ),
     Explanation(
@@ -374,7 +384,7 @@ CATALOGUE = (
         "material withstands: the membrane would be destroyed before the energy and power given could be taken.",
         "Lower the bias voltage, use a thicker membrane, or limit the deflection.",
         {
-            "field": "The field reaches {highest:.3g} V/m, {times:.3g} times the breakdown field of {limit:.3g} V/m.",
+            "field": "The field reaches {highest} V/m, {times} times the breakdown field of {limit} V/m.",
         },
     ),
     Explanation(
@@ -388,11 +398,11 @@ CATALOGUE = (
         "Measure the restitution with the bias voltage on, and give that; or lower the bias voltage, or use a thicker "
         "membrane, until the efficiency is well below 100 %.",
         {
-            "gains": "The impacts gain {gained_mj:.3g} mJ in a period and lose {lost_mj:.3g} mJ: an efficiency of "
-            "{percent:.4g} %, which contradicts the restitution of {restitution:.4g}.",
-            "gains_apart": "The impacts gain {gained_mj:.3g} mJ in a period and lose {lost_mj:.3g} mJ: an efficiency "
-            "of {percent:.4g} %, which contradicts the restitutions of {bottom:.4g} and {top:.4g}.",
-            "gains_other": "The impacts of {motion} gain more than they lose: an efficiency of {percent:.4g} %.",
+            "gains": "The impacts gain {gained_mj} mJ in a period and lose {lost_mj} mJ: an efficiency of "
+            "{percent} %, which contradicts the restitution of {restitution:given}.",
+            "gains_apart": "The impacts gain {gained_mj} mJ in a period and lose {lost_mj} mJ: an efficiency "
+            "of {percent} %, which contradicts the restitutions of {bottom:given} and {top:given}.",
+            "gains_other": "The impacts of {motion} gain more than they lose: an efficiency of {percent} %.",
         },
     ),
     Explanation(
@@ -404,18 +414,18 @@ CATALOGUE = (
         "the instrument's range. What is driven or identified by it rests on these.",
         "Compare unit, axis and range of the sensor with the record, and record again or give the force that was set.",
         {
-            "factor": "{channel} has an amplitude of {recorded:.4g} m/s^2, and the scenario's force gives the capsule "
-            "{given:.4g} m/s^2: it fits times {factor}, {unit}.",
+            "factor": "{channel} has an amplitude of {recorded} m/s^2, and the scenario's force gives the capsule "
+            "{given} m/s^2: it fits times {factor}, {unit}.",
             "in_g": "as an acceleration in g would",
             "of_g": "as one in m/s^2 would that was taken for one in g",
             "thousand": "as one would that is a thousandth of what it says",
             "thousandth": "as one in mm/s^2 would",
-            "force": "{channel} has an amplitude of {recorded:.4g} m/s^2, and the scenario's force gives the capsule "
-            "{given:.4g} m/s^2, {ratio:.3g} times that.",
+            "force": "{channel} has an amplitude of {recorded} m/s^2, and the scenario's force gives the capsule "
+            "{given} m/s^2, {ratio} times that.",
             "reversed": "{channel} fits the scenario times -1: its axis points to the bottom.",
-            "lone": "At {at_s:.6g} s {channel} has one sample of {recorded:.4g} m/s^2: {off:.4g} m/s^2 from the "
-            "shaker's motion, and all others within {given:.2g} m/s^2.",
-            "clipped": "{channel} is cut off: {percent:.2g} % of its samples are at the end of its range.",
+            "lone": "At {at_s:given} s {channel} has one sample of {recorded} m/s^2: {off} m/s^2 from the "
+            "shaker's motion, and all others within {given:roughly} m/s^2.",
+            "clipped": "{channel} is cut off: {percent:roughly} % of its samples are at the end of its range.",
         },
     ),
     Explanation(
@@ -428,7 +438,7 @@ CATALOGUE = (
         "report anything else.",
         {
             "left": "Of {orbits} stable orbits the simulation left {missed}; on the others the difference reaches "
-            "{largest:.2g} (tolerance {tolerance:.2g}).",
+            "{largest:roughly} (tolerance {tolerance:roughly}).",
         },
     ),
     Explanation(
@@ -452,7 +462,7 @@ CATALOGUE = (
         "Start the device with enough velocity; less inclination or more force if it is gravity.",
         {
             "starts": "{held} of {total} simulated starts end in chatter or at rest.",
-            "gravity": "gbar reaches {gbar:.3g}: a ball at rest on the bottom membrane stays there.",
+            "gravity": "gbar reaches {gbar}: a ball at rest on the bottom membrane stays there.",
         },
     ),
 )
