@@ -136,7 +136,8 @@ def test_a_deep_deflection_says_what_is_open_with_numbers(name: str, example) ->
         f"up to {shown(1e3 * depth)} mm, {shown(depth / 6.3e-3, ROUGHLY)} times its active radius of 6.3 mm",
         f"its area grows {shown(area)} times",
         "K delta^h is extrapolated",
-        f"At a breakdown field of 100 MV/m its {shown(peak / 1e3)} kV need a thickness of {shown(1e3 * thickness, ROUGHLY)} mm",
+        f"At a breakdown field of 100 MV/m its {shown(peak / 1e3)} kV need a thickness of "
+        f"{shown(1e3 * thickness, ROUGHLY)} mm",
     ):
         assert part in alert.cause
     film = analyse(loads(text, overrides={f"device.membrane.{key}": value for key, value in GIVEN_FILM.items()}))
