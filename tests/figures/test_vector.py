@@ -59,3 +59,15 @@ def test_labels_of_axes_are_in_one_line_beside_their_ticks() -> None:
     ticks = [text.get_window_extent().x0 for axes in figure.axes for text in axes.get_yticklabels() if text.get_text()]
     assert 2 < min(ticks) - top.x1 < 15
     assert min(top.x0, bottom.x0) > 0
+
+
+def test_the_label_of_a_colour_bar_is_beside_its_ticks() -> None:
+    with style():
+        figure, panels = blank(1)
+        image = panels[0, 0].imshow([[0.0, 30.0], [20.0, 40.0]], aspect="auto")
+        bar = figure.colorbar(image, ax=panels[0, 0], label="margin [%]")
+        finished(figure, 3.0, [], [])
+    figure.canvas.draw()
+    label = bar.ax.yaxis.label.get_window_extent()
+    ticks = [text.get_window_extent().x1 for text in bar.ax.get_yticklabels() if text.get_text()]
+    assert 2 < label.x0 - max(ticks) < 15

@@ -119,7 +119,8 @@ def finished(
     # The panels alone are laid out, as high as they shall be; the heading then makes the figure higher, and their share
     # of it smaller. In one step, tight layout would give the heading's room to the panels.
     figure.set_figheight(height)
-    before = {panel: panel.bbox.frozen() for panel in figure.axes}
+    # Not of those that find their place as they are drawn, as the bar of a heat map does.
+    before = {panel: panel.bbox.frozen() for panel in figure.axes if panel.get_axes_locator() is None}
     _lay_out(figure, height)
     _fix_labels(before, aligned)
     under, share = figure.subplotpars, height / total
