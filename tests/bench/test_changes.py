@@ -95,6 +95,11 @@ def test_of_a_restitution_that_falls_with_speed_a_run_tells_of_each_value(over, 
     assert may_work(study, varied, float(study.solution.device.value_of(varied)) * np.array([0.9, 1.1])).all()
 
 
+def test_of_no_values_with_harmonics_none_may_work() -> None:
+    study = study_with(("device.length_m=0.6", "excitation.harmonics=[{order: 2, percent: 2, phase_deg: 10}]"))
+    assert may_work(study, DesignInput.LENGTH, np.zeros(0)).tolist() == []
+
+
 def test_a_design_that_works_needs_no_change() -> None:
     assert changes(study_with(())) is None
 

@@ -113,6 +113,8 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
     def has_motion(self, slack: float = 0.0) -> Mask:
         """Whether designs have a stable motion, or one that lacks up to `slack` of it."""
         there = np.zeros(self.count, dtype=bool)
+        if not self.count:
+            return there
         there[self.motions.cell[self.motions.stable(self.restitution, slack)]] = True
         return there
 
