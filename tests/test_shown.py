@@ -451,7 +451,7 @@ def of_design(design: JudgedDesign) -> Results:
 
 def test_the_best_design_is_told_with_its_own_numbers() -> None:
     result = search()
-    text = plain(outputs.text(result, result.best.study))
+    text = plain(outputs.text(result, result.best.study, tables=True))
     best, evidence = of_design(result.best), result.evidence
     power = power_w(best, *best.design_speeds[0])
     said = [
@@ -461,7 +461,7 @@ def test_the_best_design_is_told_with_its_own_numbers() -> None:
     wrong = [fault for of in said if (fault := of.faults(text))]
     share = float(re.search(r"better by more than ([\d.]+) %", text)[1]) / 100
     assert evidence.bound <= result.best.value * (1 + share) <= evidence.bound * 1.002  # rounded, and so upwards
-    tables = {table.caption: table for table in terminal_tables(outputs.text(result, result.best.study))}
+    tables = {table.caption: table for table in terminal_tables(outputs.text(result, result.best.study, tables=True))}
     table = tables["The best design"]
     rows = [
         {"Input": "device.length_m", "Value": number(best.device.length_m, 8), "In the scenario": number(0.69),

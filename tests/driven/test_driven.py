@@ -222,7 +222,7 @@ def test_the_report_shows_the_numbers_of_the_results(ran: Path) -> None:
     found = json.loads((ran / "results.json").read_text())["driven"]
     rows = {row[0]: row[1:] for row in page.tables["Driven by the record, and predicted"].rows}
     speed, predicted = found["speed_top_m_s"], found["predicted"]["speed_top_m_s"]
-    interval = f"{speed['value']:.4g} ({speed['from']:.4g} to {speed['to']:.4g})"
-    assert rows["Mean speed at the top [m/s]"] == [interval, f"{predicted:.4g}"]
+    interval = f"{speed['value']:.3g} ({speed['from']:.3g} to {speed['to']:.3g})"
+    assert rows["Mean speed at the top [m/s]"] == [interval, f"{predicted:.3g}"]
     assert rows["Periods with one impact on each membrane"] == ["100 %", "100 %"]
     assert '#"' not in page.text

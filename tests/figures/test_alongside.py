@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from vireport.figures.alongside import Plane, around, beside, covered
+from vireport.figures.alongside import Paper, around, beside, covered
 from vireport.figures.layout import blank
 from vireport.figures.style import sheet, style
 
@@ -16,15 +16,15 @@ SIZE = (4.0, 3.0)
 
 
 @pytest.fixture
-def paper() -> Plane:
+def paper() -> Paper:
     """A panel of 4 by 3 inches, from 0 to 4 and from 0 to 30."""
     with style():
         axes: Axes = blank(1)[1][0, 0]
         axes.set(xlim=(0.0, 4.0), ylim=(0.0, 30.0))
-        return Plane(axes, SIZE)
+        return Paper(axes, SIZE)
 
 
-def only(paper: Plane) -> tuple[str, float, float, float]:
+def only(paper: Paper) -> tuple[str, float, float, float]:
     """The one name that is written: where [in], and at which angle."""
     (text,) = paper.axes.texts
     x, y = np.array(text.get_position()) * SIZE

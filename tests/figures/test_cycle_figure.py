@@ -30,7 +30,7 @@ def test_the_areas_that_are_drawn_are_the_energies(over: list[str]) -> None:
         charge, volts = (np.concatenate([line.get_data()[k][:-1] for line in lines]) for k in (0, 1))
         area = abs(np.dot(charge, np.roll(volts, 1)) - np.dot(volts, np.roll(charge, 1))) / 2
         assert area * 1e-6 == pytest.approx(energy, rel=1e-12)
-        assert f"impact on the {where}: area {1e3 * energy:.4g} mJ" in axes.get_title(loc="left")
+        assert f"impact on the {where}: area {1e3 * energy:.3g} mJ" in axes.get_title(loc="left")
         assert axes.get_ylim()[1] > volts.max()
         assert axes.get_xlim()[1] > charge.max()
 

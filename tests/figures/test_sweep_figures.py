@@ -454,7 +454,7 @@ def test_captions_say_what_is_drawn_in_two_sentences() -> None:
         assert "Stable 1:1 motion for 0.629 m < s ≤ 0.75 m." in picture.alt
         assert "B1" in picture.alt
     assert "F = 3 N, f = 2 Hz, β = 45°, M = 0.1245 kg, r = 0.5; s from 0.59 m to 0.75 m" in two.caption
-    assert "F/(2 M f) = 6.024 m/s; B: period doubling" in two.caption
+    assert "F/(2 M f) = 6.02 m/s; B: period doubling" in two.caption
     assert "A: node to focus, B: period doubling, C: pitchfork, G: grazing" in pictures_of("horizontal")[0].caption
     assert "|λ| reaches 87.1" in four.caption
     assert "m = 4.1 g" in seven.caption

@@ -194,14 +194,16 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
         compliance = SimpleNamespace(
             grade=shifted.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=shifted)]
         )
-        assert f"U_ave by {100 * shift:+.0f} %" in cause("VR013", Evidence(solution, compliance=compliance))
+        assert f"U_ave by {100 * shift:+.0f} %".replace("-", "−") in cause(
+            "VR013", Evidence(solution, compliance=compliance)
+        )
     # Short contacts may move a motion as well, next to its end: each alert has its own cause.
     stiff = Evidence(solved("inclined", device__membrane__stiffness=1e12), compliance=compliance)
     assert {"VR011", "VR013"} & {alert.code for alert in alerts(stiff)} == {"VR013"}
     membrane = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 2e7}
     charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
     field = float(charged.design.conversion_by_motion.field_v_m[charged.design.motions.stable_mask].max())
-    assert f"{field:.3g} V/m, {field / 2e7:.3g} times" in cause("VR016", Evidence(charged))
+    assert f"{field / 1e7:.3g} × 10⁷ V/m, {field / 2e7:.3g} times" in cause("VR016", Evidence(charged))
 
 
 @pytest.mark.parametrize(

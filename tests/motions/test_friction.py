@@ -38,7 +38,7 @@ KINDS = {
 
 def endings(device: Device) -> list:
     """The ends of the stable motions of a device, nearest first."""
-    return [end for end in margins_of(device, motions_at(device, Parameter.LENGTH)[0]).found if end.ends_stability]
+    return [end for end in margins_of(device, motions_at(device, Parameter.LENGTH)[0]).margins if end.ends_stability]
 
 
 def flight_equations(x, groups: Groups, n: int) -> list:

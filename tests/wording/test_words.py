@@ -1887,4 +1887,5 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         "words/opening.j2",
         "words/compare.j2",
         "words/optimise.j2",
+        "words/verify.j2",
     }  # Python decides there

@@ -20,7 +20,7 @@ from vireport.chart.chart import Chart
 from vireport.chart.design import ChartMargin
 from vireport.chart.regions import PIXELS, Kinds, RegionSet, block, pieces
 from vireport.chart.words import Naming, naming, words_given
-from vireport.figures.alongside import Plane, around
+from vireport.figures.alongside import Paper, around
 from vireport.figures.captions import held_by
 from vireport.figures.layout import Entry, blank, finished, panel_size, round_ticks
 from vireport.figures.planes import DESIGN, mark_design
@@ -97,7 +97,7 @@ def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
             axis.set_ticks(*round_ticks(float(plane.low[k]), float(plane.high[k]), room))
             axis.set_label_text(f"{varied.quantity} {varied.symbol} [{varied.unit or '–'}]")
         _fill(axes, chart, shown)
-        paper, said = Plane(axes, panel_size(axes, height)), Words("chart", templates)
+        paper, said = Paper(axes, panel_size(axes, height)), Words("chart", templates)
         _draw_curves(paper, chart)
         points = _numbered(chart)
         axes.add_artist(Line2D(*points.T, **MEETING))
@@ -143,7 +143,7 @@ def _smoothed(loop: Floats) -> Path:
     return Path(np.concatenate([points, points[:1]]), codes)
 
 
-def _draw_curves(paper: Plane, chart: Chart) -> None:
+def _draw_curves(paper: Paper, chart: Chart) -> None:
     """Draw the loci."""
     for locus, edges in zip(chart.loci, _edges(chart), strict=True):
         points, bounds = pieces(locus)
@@ -153,7 +153,7 @@ def _draw_curves(paper: Plane, chart: Chart) -> None:
                 paper.draw(points[rows], thin)
 
 
-def _named_curves(paper: Plane, chart: Chart) -> set[Event]:
+def _named_curves(paper: Paper, chart: Chart) -> set[Event]:
     """Write the name of each locus that parts regions along it, of the longest first; the events that have one.
 
     A curve without a clear place has none: others of its look have.
@@ -188,7 +188,7 @@ def _runs(part: Mask) -> Iterator[slice]:
         yield slice(first, after + 1)
 
 
-def _names(paper: Plane, chart: Chart, shown: Colored, named: Naming, said: Words) -> set[Kinds | None]:
+def _names(paper: Paper, chart: Chart, shown: Colored, named: Naming, said: Words) -> set[Kinds | None]:
     """Write what is stable in each part of the plane that has room; what has a name."""
     regions = chart.regions
     if regions is None:
@@ -208,7 +208,7 @@ def _names(paper: Plane, chart: Chart, shown: Colored, named: Naming, said: Word
     }
 
 
-def _design(paper: Plane, chart: Chart, said: Words) -> bool:
+def _design(paper: Paper, chart: Chart, said: Words) -> bool:
     """Draw the design point with the nearer margin along each input; whether its name has a place."""
     design = chart.design
     if design is None:

@@ -36,7 +36,7 @@ Place = tuple[float, float, float]
 """The middle of a name, and its angle [rad]."""
 
 
-class Plane(Struct, eq=False):
+class Paper(Struct, eq=False):
     """A panel with what is drawn in it.
 
     Attributes

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.figures.alongside import Plane
+from vireport.figures.alongside import Paper
 from vireport.figures.captions import held_by
 from vireport.figures.layout import Entry, blank, finished, panel_size, prefix, round_ticks
 from vireport.figures.planes import DESIGN, mark_design
@@ -333,7 +333,7 @@ def _finished(figure: Figure, axes: Axes, shown: MapFigure, types: Sequence[Area
         A warning over the figure.
     """
     limits = axes.get_xlim(), axes.get_ylim()
-    paper = Plane(axes, panel_size(axes, _height()))
+    paper = Paper(axes, panel_size(axes, _height()))
     for locus in shown.loci:
         if locus.event is not Event.NODE_FOCUS:
             axes.plot(*locus.points.T, color=Color.WHITE, linewidth=HALO, zorder=2.0, solid_capstyle="round")
