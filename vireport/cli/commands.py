@@ -137,8 +137,10 @@ def run(
     require_writable(folder, file_names(formats), force)
     tell_lacking(loaded, formats, quiet)
     with progress(quiet, verbose) as say:
+        # Those of a sweep are asked for by it; a device without one has none but those of its pages.
+        every_figure = bool(format_) or loaded.scenario.sweep is None
         outcome = run_outcome(
-            loaded, formats, command, templates, say, certify, before, earlier, paper, width_mm, bool(format_)
+            loaded, formats, command, templates, say, certify, before, earlier, paper, width_mm, every_figure
         )
     deliver(outcome, folder, quiet)
 
