@@ -252,9 +252,9 @@ def test_the_plan_decides_and_the_words_tell_the_numbers() -> None:
     names = "2", "3", "4", "6", "7", "answer", "device", "diagram", "margins"
     assert list(drawn) == [f"figure-{name}" for name in names]
     for name in ("figure-3", "figure-6"):
-        for part in ("F = 5.87 N, d = 0.2545", "BTBT, every 2 forcing periods", "r = 0.5"):
+        for part in ("F = 5.87 N, d = 0.255", "BTBT, every 2 forcing periods", "r = 0.5"):
             assert part in drawn[name].caption
-        for part in ("0.71496", "residual"):
+        for part in ("0.715", "residual"):
             assert part in drawn[name].alt
         assert "F = 5 N" not in drawn[name].caption
     assert "BT at 2" in drawn["figure-diagram"].alt
