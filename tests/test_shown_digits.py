@@ -72,7 +72,7 @@ def outputs_of_others(study: Study) -> Iterator[tuple[str, str]]:
     yield "comparison", Page(render_html(report)).text
     few = ["motions={impacts: 2, periods: 1}"]
     chart = chart_of(load(EXAMPLES / "inclined.yaml", few), "length_m=0.6..0.75,frequency_hz=1.8..2.2", lambda _: None)
-    yield "chart on a terminal", chart_text(chart)
+    yield "chart on a terminal", chart_text(chart, tables=True)
     yield "chart in Markdown", chart_markdown(chart)
 
 

@@ -149,9 +149,7 @@ def test_stable_motion_ends_on_a_curve_over_both_restitutions(name: str, ranges:
     own = plane_of(load(EXAMPLES / f"{name}.yaml").scenario, over)
     drawn, rng, checked = chart(own, Limits(4, 2)), np.random.default_rng(3), 0
     assert events <= {locus.event for locus in drawn.loci}
-    assert picture(drawn).caption.startswith(
-        "Chart of restitution at the top against restitution at the bottom, of 1:1"
-    )
+    assert picture(drawn).caption.startswith("Restitution at the top against restitution at the bottom, of 1:1")
     for _ in range(8):
         at = own.low + own.widths * rng.uniform(0.02, 0.98, 2)
         device = own.device_at(at.tolist())

@@ -31,7 +31,7 @@ def test_accuracy_prints_its_study_and_writes_it(quick, example, tmp_path: Path,
     text = "".join(row for row in example("inclined").read_text().splitlines(True) if "ball_mass" not in row)
     (tmp_path / "massless.yaml").write_text(text)
     folder = tmp_path / "out"
-    assert main(["verify", str(tmp_path / "massless.yaml"), "-o", str(folder), "--figure-width", "86mm"]) == 0
+    assert main(["verify", str(tmp_path / "massless.yaml"), "-o", str(folder), "--figure-width", "86mm", "-v"]) == 0
     out = capsys.readouterr().out
     assert "closed form" in out
     assert "device.ball_mass_kg is not given" in out

@@ -174,6 +174,7 @@ def test_identify_tells_its_share(source: dict[str, str], example) -> None:
         free=[],
         command="",
         json=True,
+        tables=False,
         say=told.append,
     )
     assert len(shares(told)) >= 4

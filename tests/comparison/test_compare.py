@@ -744,7 +744,7 @@ def test_data_are_compared_without_drawing(tmp_path: Path) -> None:
     baseline = tmp_path / "results.json"
     baseline.write_text(json.dumps(study("inclined").to_dict()))
     code = (
-        "import sys; from vireport.cli import main; two, one, baseline = sys.argv[1:]\n"
+        "import sys; from vireport.cli.app import main; two, one, baseline = sys.argv[1:]\n"
         "main(['compare', two, one, '--json']); main(['compare', '--exit-code', baseline, one, '--json'])\n"
         "print(*sys.modules, file=sys.stderr)"
     )

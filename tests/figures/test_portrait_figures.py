@@ -301,7 +301,7 @@ def test_the_analytic_branch_lies_beneath_the_diagram() -> None:
 SCRIPT = """
 import hashlib
 from figure_cases import PAPER, motion
-from vireport.figures import png_of
+from vireport.figures.style import png_of
 from vireport.figures.portraits import figure_3, figure_6
 for draw in (figure_3, figure_6):
     print(hashlib.sha256(png_of(draw([motion(name) for name in PAPER]))).hexdigest())

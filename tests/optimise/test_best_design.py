@@ -477,7 +477,7 @@ def test_tolerances_that_no_design_has_are_in_the_way(tmp_path: Path, capsys) ->
     scenario = tmp_path / "scenario.yaml"
     wide = "tolerances: {frequency_percent: 45}\n"
     scenario.write_text(text_of("u_ave_v", (LENGTH, FREQUENCY), "", 100) + wide)
-    assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 1
+    assert main(["optimise", str(scenario), "-o", str(tmp_path / "out"), "-v"]) == 1
     said = " ".join(capsys.readouterr().out.split())
     assert "the nearest fails tolerances: towards frequency" in said
     assert "No design of the grid keeps stable motion at all corners of " in said

@@ -205,7 +205,7 @@ def test_what_was_not_judged_is_not_said_to_fail(tmp_path: Path, capsys, monkeyp
     monkeypatch.setattr("vireport.optimise.search.MOST_REFINED", 1)
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text(looked_for("margin_period_doubling_percent: 70", 64, vary=(FORCE,)))
-    assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 1
+    assert main(["optimise", str(scenario), "-o", str(tmp_path / "out"), "-v"]) == 1
     said = " ".join(capsys.readouterr().out.split())
     evidence = json.loads((tmp_path / "out/optimise.json").read_text())["evidence"]
     judged, count = evidence["candidates_judged"], evidence["candidates"]

@@ -167,7 +167,7 @@ def test_energy_of_any_word_is_judged_as_that_of_the_1_1_motion(over: dict[str, 
     assert values["power_at_least_mw"] == (pytest.approx(1e3 * gained * of.frequency_hz / periods, rel=1e-9), True)
     assert values["efficiency_at_most_percent"] == (pytest.approx(100 * gained / lost, rel=1e-9), False)
     (cause,) = [alert.cause for alert in study.alerts if alert.code == "VR017"]
-    assert f"an efficiency of {100 * gained / lost:.4g} %" in cause
+    assert f"an efficiency of {100 * gained / lost:.3g} %" in cause
     allowed = {"requirements.efficiency_at_most_percent": 1000.0, "device.membrane.breakdown_field_v_m": 0.99 * field}
     again = analyse(loads(OTHER_WORD, overrides=over | allowed), ("json",))
     assert [(line.key, line.outcome.why) for line in again.criteria if not line.passed] == []
@@ -246,7 +246,7 @@ def test_where_a_search_without_limits_ends_two_requirements_that_are_met_make_n
     assert study.verdict.status is Status.BAD
     beyond_field = [alert.cause for alert in study.alerts if alert.code == "VR016"]
     assert len(beyond_field) == (objective == "power_mw")
-    assert all("5.6 times" in cause for cause in beyond_field)
+    assert all("5.6" in cause and "times" in cause for cause in beyond_field)
 
 
 @pytest.mark.slow
@@ -292,7 +292,7 @@ def test_limits_that_are_not_given_are_named_and_written_into_the_best_design(tm
         "reached_from_rest": True,
     }
     assert {line["key"] for line in data["best"]["requirements"]} == set(data["limits_by_default"])
-    assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 0
+    assert main(["optimise", str(scenario), "-o", str(tmp_path / "out"), "-v"]) == 0
     said = "Also required, as the scenario does not say otherwise: Reached from rest (reached_from_rest); Electrical"
     assert said in " ".join(capsys.readouterr().out.split())
     assert main(["run", str(tmp_path / "out/best.yaml"), "--json"]) == 0
@@ -345,7 +345,7 @@ def test_the_device_of_the_paper_has_a_best_design(required: str, found: bool) -
         assert stretch.area_ratio == pytest.approx(5.3, rel=1e-3)
         assert stretch.area_ratio <= 5.3
     else:
-        assert result.best.value > 250_000
+        assert result.best.value > 240_000
 
 
 SOFT = "device.membrane.stiffness"

@@ -180,7 +180,7 @@ def test_the_workflow_runs_what_exists(tmp_path: Path, monkeypatch: pytest.Monke
     (step,) = (step for step in job["steps"] if "GITHUB_STEP_SUMMARY" in step.get("run", ""))
     environment = {"GITHUB_STEP_SUMMARY": str(summary), "PATH": "/usr/bin:/bin"}
     subprocess.run(["bash", "-e", "-c", step["run"]], env=environment, check=True)
-    title = "## Stable, margin small: Capsule at 45 degrees, accepted\n"
+    title = "## Stable, margin to use less than required: Capsule at 45 degrees, accepted\n"
     assert summary.read_text().startswith(title)
     (upload,) = (step for step in job["steps"] if "upload-artifact" in step.get("uses", ""))
     assert Path(upload["with"]["path"]).is_dir()

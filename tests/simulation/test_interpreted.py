@@ -71,5 +71,6 @@ def test_a_long_interpreted_job_says_so_once(monkeypatch: pytest.MonkeyPatch, ca
     first(1, ["", "follow_one(np.array([0.5, 0.3, 0.5, 0.5, 0.0, 1.0]), [1.0, 0.0, 0.7, 0.2], 10, compiled=False)"]),
 )
 def test_the_compiler_is_not_paid_for_unless_it_is_asked_for(impacts: str) -> None:
-    code = f"import sys, numpy as np; from vireport.simulation import *\n{impacts}\nsys.exit('numba' in sys.modules)"
+    imported = "import sys, numpy as np; from vireport.simulation.events import *"
+    code = f"{imported}\n{impacts}\nsys.exit('numba' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
