@@ -36,8 +36,11 @@ export const show = (value, digits = DIGITS) => plain(value, digits).replaceAll(
 
 /** A number that a model gives, with the digits that its error leaves, as the program prints it. */
 export const shown = (value, digits) => {
-  const text = value.toPrecision(digits);
-  return (text.includes("e") || Number(text) === value ? plain(value, digits) : text).replaceAll("-", "−");
+  // What is not 1 is not printed as 1: a restitution, or a multiplier at the end of stability.
+  let used = digits;
+  while (used < 14 && Math.abs(Number(value.toPrecision(used))) === 1 && Math.abs(value) !== 1) used += 1;
+  const text = value.toPrecision(used);
+  return (text.includes("e") || Number(text) === value ? plain(value, used) : text).replaceAll("-", "−");
 };
 
 /** A change in per cent, with its sign. */

@@ -86,9 +86,9 @@ def texts(page: Browser, selector: str) -> list[str]:
 
 def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> None:
     known = opened(EXAMPLES / f"{name}.yaml")
-    for state in ({}, {"device.restitution": 0.47}):
+    for state in ({}, {"device.restitution": 0.46}):
         if state:
-            slide(page, "Restitution r", 0.47)
+            slide(page, "Restitution r", 0.46)
             settled(page)
         study = analyse(loaded_of(known, state), ("json",))
         design = study.to_dict()["design_point"]

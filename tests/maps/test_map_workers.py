@@ -31,7 +31,7 @@ def file(tmp_path: Path) -> Path:
 RUN = """
 import sys
 from pathlib import Path
-from vireport.maps import run_map
+from vireport.maps.run import run_map
 if __name__ == "__main__":
     run_map(sys.argv[1], Path(sys.argv[2]), workers=2, draw=False)
 """

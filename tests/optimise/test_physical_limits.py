@@ -173,7 +173,7 @@ def test_energy_of_any_word_is_judged_as_that_of_the_1_1_motion(over: dict[str, 
     assert [(line.key, line.outcome.why) for line in again.criteria if not line.passed] == []
     assert again.verdict.word == "Stable, but with more electrical energy than the impacts lose"
     (cause,) = [alert.cause for alert in again.alerts if alert.code == "VR016"]
-    assert f"{field:.3g} V/m" in cause
+    assert f"{field / 1e8:.3g} × 10⁸ V/m" in cause
     thick = {"device.membrane.thickness_m": 2e-4, "device.membrane.breakdown_field_v_m": 0.099 * field}
     breaking = analyse(loads(OTHER_WORD, overrides=over | thick), ("json",))
     assert breaking.verdict.word == "Stable, but above the breakdown field"
@@ -370,7 +370,6 @@ def test_a_best_design_at_an_end_of_its_range_says_so(
     assert json.loads(capsys.readouterr().out)["best"]["at_limit"] == {path: said}
     result = optimise(problem_of(loads(scenario.read_text())))
     told = outputs.text(result, outputs.run_of(result), tables=True)
-    assert re.search(r"At its limit: [\w ]+\. A wider range may give more\.", " ".join(told.split()))
     assert f"{said} limit" in told
 
 
