@@ -155,7 +155,7 @@ def _since_baseline(row: ComparisonRow) -> ComparisonRow:
     numbers = isinstance(before, float) and isinstance(after, float)
     change = (after - before) / abs(before) if numbers and before and row.group is not QuantityGroup.MARGIN else None
     what = visible(row.quantity, LONGEST_TEXT)
-    sentence = since_baseline(what, (before, after), row.unit, change)
+    sentence = since_baseline(what, (before, after), row.unit, change, row.group.exactness)
     return replace(row, quantity=what, cells=cells, change=change, differs=True, sentence=sentence)
 
 

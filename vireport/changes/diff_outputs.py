@@ -34,7 +34,7 @@ def changes_table(changed: Sequence[ComparisonRow], baseline: str = "the baselin
         (
             row.group,
             row.quantity,
-            *before_and_after(row.values, row.unit),
+            *before_and_after(row.values, row.unit, row.group.exactness),
             ABSENT if row.change is None else percent(row.change, signed=True),
         )
         for row in changed

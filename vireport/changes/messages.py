@@ -181,15 +181,17 @@ def side_by_side(
     return Message.LACKING.format(text=text, missing=of.missing, names=names)
 
 
-def before_and_after(values: Sequence[float | str | None], unit: str) -> list[str]:
+def before_and_after(values: Sequence[float | str | None], unit: str, error: Exactness = OF_A_MODEL) -> list[str]:
     """Print both sides of a change, numbers with so many digits that they differ."""
-    numbers = iter(printed([value for value in values if isinstance(value, float)], unit))
+    numbers = iter(printed([value for value in values if isinstance(value, float)], unit, error))
     return [next(numbers) if isinstance(value, float) else value or Message.NONE for value in values]
 
 
-def since_baseline(what: str, values: Sequence[float | str | None], unit: str, change: float | None) -> str:
-    """Tell what is new, gone, or not as it was."""
-    before, after = before_and_after(values, unit)
+def since_baseline(
+    what: str, values: Sequence[float | str | None], unit: str, change: float | None, error: Exactness = OF_A_MODEL
+) -> str:
+    """Tell what is new, gone, or not as it was, numbers as exact as `error` says."""
+    before, after = before_and_after(values, unit, error)
     if values[0] is None:
         return Message.NEW.format(what=what, after=after)
     if values[1] is None:

@@ -22,6 +22,7 @@ from vireport.motions.stability import Stability
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
+from vireport.text.formatting import OF_A_MODEL, OF_INPUTS, Exactness
 
 SAMPLED = 1e-5
 """Relative difference up to which extremes of a curve are the same: they are taken of its samples."""
@@ -55,6 +56,11 @@ class QuantityGroup(StrEnum):
     VOLTAGE = "voltage"
     CRITICAL_POINT = "critical point"
     ALERT = "alert"
+
+    @property
+    def exactness(self) -> Exactness:
+        """How exact its numbers are where no study says so: inputs are as given."""
+        return OF_INPUTS if self is QuantityGroup.SCENARIO else OF_A_MODEL
 
 
 class ComparedQuantity(Struct, frozen=True):
