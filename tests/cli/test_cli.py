@@ -54,7 +54,7 @@ def test_a_design_point_draws_no_bifurcation_figure(example, tmp_path: Path) -> 
     run = vireport(str(example("design-point")), "-o", str(tmp_path / "out"))
     assert run.returncode == 0
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        "report.html", "report.pdf", "results.json"
+        "report.html", "report.pdf", "results.json", "figure-device.png", "figure-margins.png"
     }  # fmt: skip
 
 

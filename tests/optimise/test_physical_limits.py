@@ -246,7 +246,7 @@ def test_where_a_search_without_limits_ends_two_requirements_that_are_met_make_n
     assert study.verdict.status is Status.BAD
     beyond_field = [alert.cause for alert in study.alerts if alert.code == "VR016"]
     assert len(beyond_field) == (objective == "power_mw")
-    assert all("5.6" in cause and "times" in cause for cause in beyond_field)
+    assert all("5.60 times" in cause for cause in beyond_field)
 
 
 @pytest.mark.slow
@@ -345,7 +345,7 @@ def test_the_device_of_the_paper_has_a_best_design(required: str, found: bool) -
         assert stretch.area_ratio == pytest.approx(5.3, rel=1e-3)
         assert stretch.area_ratio <= 5.3
     else:
-        assert result.best.value > 240_000
+        assert result.best.value == pytest.approx(246_413, rel=1e-4)  # 258,726 where it need not start 0.1 % beside it
 
 
 SOFT = "device.membrane.stiffness"
@@ -369,8 +369,10 @@ def test_a_best_design_at_an_end_of_its_range_says_so(
     assert main(["optimise", str(scenario), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["best"]["at_limit"] == {path: said}
     result = optimise(problem_of(loads(scenario.read_text())))
-    told = outputs.text(result, outputs.run_of(result), tables=True)
-    assert f"{said} limit" in told
+    study = outputs.run_of(result)
+    facts = [text for _, text in outputs.opening(result, study).worded().facts]
+    assert f"At the {said} limit of {path.rpartition('.')[2]}: a wider range may hold a better design." in facts
+    assert f"{said} limit" in outputs.text(result, study, tables=True)
 
 
 @pytest.mark.slow

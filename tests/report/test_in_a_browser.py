@@ -26,7 +26,7 @@ LEGIBLE = 9.0
 PAPER = {"light": (200, 256), "dark": (0, 60)}
 """Mean brightness of a page."""
 
-PIXELS = 32
+PIXELS = 30
 """By how much a heat map makes a page brighter: its colours mean something, and no dark page exchanges them."""
 
 pytestmark = [pytest.mark.slow, needs_a_browser]

@@ -24,7 +24,7 @@ CASES = first(0, [("inclined", "a4"), ("inclined", "letter"), *((name, "a4") for
 EMPTY_FROM = 40.0
 """Height without text from which it counts as empty: more than that between the ticks of a figure [pt]."""
 
-MOST_EMPTY, LEAST_OF_THE_LAST = 0.45, 0.19
+MOST_EMPTY, LEAST_OF_THE_LAST = 0.45, 0.2
 """Of the height of a page between its margins: what a figure leaves blank that stands on the next page, as none floats
 into another section, and how far down the last page begins to be worth its paper."""
 

@@ -22,17 +22,13 @@ from vireport.gate.opening import WordedOpening
 from vireport.motions.events import Event
 from vireport.physics.motion import Motion
 from vireport.scenario.loading import Loaded
-from vireport.study.plan import FIGURE_FORMATS, Task
+from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import json_bytes
 from vireport.text.tables import Table, markdown_of, markdown_text, plain_text
 
 CHART_FILES = {
-    Task.HTML: ("report.html",),
-    Task.PDF: ("report.pdf",),
-    Task.PNG: ("figure-chart.png",),
-    Task.SVG: ("figure-chart.svg",),
-    Task.FIGURE_PDF: ("figure-chart.pdf",),
+    **page_and_figure_files(["figure-chart"]),
     Task.JSON: ("chart.json",),
     Task.MARKDOWN: ("chart.md",),
 }

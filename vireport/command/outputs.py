@@ -15,7 +15,7 @@ from vireport.base.progress import portion
 from vireport.command.outcome import CommandOutcome
 from vireport.gate.evidence import unmet
 from vireport.scenario.loading import Loaded
-from vireport.study.plan import FIGURE_FORMATS, FIGURES, FIGURES_OF_PAGES, Task
+from vireport.study.plan import FIGURE_FORMATS, FIGURES, FIGURES_OF_PAGES, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import branches_csv, worst_scenario
 from vireport.study.study import Study, analyse, results_json, with_certificates
@@ -34,11 +34,7 @@ ANALYSED_SHARE = 0.9
 """
 
 NAMES = {
-    Task.HTML: ("report.html",),
-    Task.PDF: ("report.pdf",),
-    Task.PNG: tuple(f"{figure}.png" for figure in FIGURES),
-    Task.SVG: tuple(f"{figure}.svg" for figure in FIGURES),
-    Task.FIGURE_PDF: tuple(f"{figure}.pdf" for figure in FIGURES),
+    **page_and_figure_files(FIGURES),
     Task.JSON: ("results.json", "worst.yaml"),
     Task.CSV: ("branches.csv",),
     Task.JUNIT: ("junit.xml",),

@@ -16,7 +16,7 @@ from vireport.command.outputs import file_names
 from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
 from vireport.comparison.ranking import ranking_table
 from vireport.comparison.variants import MOST_SCENARIOS
-from vireport.study.plan import FIGURE_FORMATS, Task
+from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import csv_bytes, json_bytes
 from vireport.text.tables import plain_text
@@ -32,11 +32,7 @@ _FIGURES = [f"{name}{page}" for name in COMPARED_FIGURES for page in _PAGES]
 _FIGURES.append(OVERLAY)
 
 COMPARISON_FILES = {
-    Task.HTML: ("report.html",),
-    Task.PDF: ("report.pdf",),
-    Task.PNG: tuple(f"{name}.png" for name in _FIGURES),
-    Task.SVG: tuple(f"{name}.svg" for name in _FIGURES),
-    Task.FIGURE_PDF: tuple(f"{name}.pdf" for name in _FIGURES),
+    **page_and_figure_files(_FIGURES),
     Task.JSON: ("compare.json",),
     Task.CSV: ("compare.csv",),
     Task.MARKDOWN: ("summary.md",),

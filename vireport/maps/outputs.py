@@ -11,21 +11,15 @@ from vireport.maps.design import map_design
 from vireport.maps.findings import findings_of
 from vireport.maps.report import MapReport
 from vireport.scenario.loading import Loaded, LoadedMap
-from vireport.study.plan import Task
+from vireport.study.plan import Task, page_and_figure_files
 from vireport.study.provenance import provenance_of, with_pages
 
 if TYPE_CHECKING:
     from vireport.maps.store import Store
 
-SUFFIXES = {Task.PNG: "png", Task.SVG: "svg", Task.FIGURE_PDF: "pdf"}
-
 HEAT_MAPS = "map-stability", "map-margin", "map-voltage", "map-from-rest", "map-shock"
 
-MAP_FILES = {
-    Task.HTML: ("report.html",),
-    Task.PDF: ("report.pdf",),
-    **{task: tuple(f"{name}.{suffix}" for name in HEAT_MAPS) for task, suffix in SUFFIXES.items()},
-}
+MAP_FILES = page_and_figure_files(HEAT_MAPS)
 """Files that a map may be written to beside its cells, by their formats."""
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG)

@@ -18,7 +18,7 @@ from vireport.optimise.search import SearchResult
 from vireport.scenario.blocks import DesignPath, Objective
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
-from vireport.study.plan import FIGURE_FORMATS, Task
+from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance
 from vireport.study.results import json_bytes
 from vireport.study.study import Study, analyse
@@ -60,13 +60,7 @@ _said = words_of(FILE)
 PAGES = Task.HTML, Task.PDF
 """Reports on the best design."""
 
-OPTIMISE_FILES = {
-    Task.HTML: ("report.html",),
-    Task.PDF: ("report.pdf",),
-    Task.PNG: ("front.png",),
-    Task.SVG: ("front.svg",),
-    Task.FIGURE_PDF: ("front.pdf",),
-}
+OPTIMISE_FILES = page_and_figure_files(["front"])
 """Files that a search may be written to beside its data, by their formats."""
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG)

@@ -111,8 +111,18 @@ FIGURES = (
 FIGURES_OF_PAGES = (Task.FIGURE_ANSWER, Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_CYCLE)
 """Figures that are on the pages of a run; as files of their own they are written where formats are asked for."""
 
-FIGURE_FORMATS = (Task.PNG, Task.SVG, Task.FIGURE_PDF)
+FIGURE_SUFFIXES = {Task.PNG: "png", Task.SVG: "svg", Task.FIGURE_PDF: "pdf"}
+
+FIGURE_FORMATS = tuple(FIGURE_SUFFIXES)
 """In which each figure is a file of its own."""
+
+
+def page_and_figure_files(figures: Iterable[str]) -> dict[Task, tuple[str, ...]]:
+    """The files of a report and of its figures, by their formats."""
+    names = tuple(figures)
+    drawn = {task: tuple(f"{name}.{suffix}" for name in names) for task, suffix in FIGURE_SUFFIXES.items()}
+    return {Task.HTML: ("report.html",), Task.PDF: ("report.pdf",), **drawn}
+
 
 FORMATS = (Task.HTML, Task.PDF, Task.PNG, Task.JSON, Task.CSV)
 """What is written by default."""
