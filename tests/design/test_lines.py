@@ -9,6 +9,8 @@ import pytest
 
 from vireport.design.lines import LINES, Ending, LineCurve, endings, stable_ones
 from vireport.design.point import motions_at
+from vireport.motions.events import Event
+from vireport.motions.paths import follow
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions
 from vireport.scenario.parameters import Parameter
@@ -80,3 +82,19 @@ def test_asymmetric_motions_end_where_they_turn_back_as_their_own_image(
         own = list(endings(device, stable_ones(device, motions), LINES, (sign,)))
         assert own
         assert all(end.x[-1] * sign > 0 for end in own)
+
+
+def test_a_way_that_begins_where_families_meet_ends_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the least force of a level capsule no motion leaves by gravity: rounding alone takes steps of some 1e-7."""
+    points = []
+
+    def counted(*asked):
+        trail = follow(*asked)
+        points.append((len(trail.points), trail.events[-1][1]))
+        return trail
+
+    monkeypatch.setattr("vireport.design.lines.follow", counted)
+    device = Device(0.1245, 0.5870953356082458, 9.8, 0.6574888584808883, 1.056082590675376, 2.0, 0.0)
+    assert ends(device)
+    assert Event.LOST in [event for _, event in points]
+    assert max(count for count, _ in points) < 100

@@ -7,6 +7,7 @@ is bracketed and then found on the curve itself.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Callable
 from functools import cached_property
 from math import atan, copysign, inf, isfinite, nan, pi, sqrt
@@ -54,6 +55,9 @@ SHARPEST = 0.1
 
 MOST_POINTS = 4000
 """Points of one family in one direction."""
+
+MOST_IDLE_STEPS = 50
+"""Steps that together must be longer than the shortest that is never refused; of 60 random devices no two were not."""
 
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction at which a motion is found, and the one up to which rounding may keep it."""
@@ -412,7 +416,10 @@ class Trail(Struct, frozen=True, eq=False):
 def follow(path: Path, start: PathPoint, until: frozenset[Event] = frozenset()) -> Trail:
     """Follow a path from a motion, in the direction of its tangent, until something ends it, or one of some events."""
     trail, arc, step = Trail([start], []), Arc(start, start), path.first
-    while len(trail.points) < MOST_POINTS and step > SHORTEST_STEP:
+    # At the very value of an event several families can meet in the start, or none leave it. There rounding passes for
+    # motions, from step to step, and the way goes nowhere.
+    steps: deque[float] = deque([inf], MOST_IDLE_STEPS)
+    while len(trail.points) < MOST_POINTS and step > SHORTEST_STEP and sum(steps) > CLOSE:
         step = min(step, path.reach(arc.end))
         try:
             new = Arc(arc.end, path.neighbour(arc, arc.length + step))
@@ -421,6 +428,7 @@ def follow(path: Path, start: PathPoint, until: frozenset[Event] = frozenset()) 
                 if _advance(path, trail, new, until):
                     return trail
                 arc = new
+                steps.append(abs(new.length))
         except NumericalError:
             strain = inf
         step *= AIM / min(max(strain, LEAST), MOST)
