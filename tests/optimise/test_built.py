@@ -125,3 +125,15 @@ def test_a_design_at_an_end_of_its_range_stays_there() -> None:
     best = type(result.best)(np.array([1.0]), at_end, result.problem.value_of(at_end, np.array([1.0])))
     built = built_design(result.problem, best)
     assert built.t.tolist() == [1.0]
+
+
+def test_inputs_that_are_no_margins_stand_with_name_and_unit_of_their_keys() -> None:
+    """As they are declared, and with the prefix that brings the number between 1 and 1000."""
+    paths = {"bias_voltage_v": (80, 2080), "stiffness": (4e5, 5e5), "ball_radius_m": (0.001, 0.0057)}
+    vary = ", ".join(f"{{path: device.membrane.{key}, from: {low}, to: {high}}}" for key, (low, high) in paths.items())
+    design = f"design: {{maximise: u_ave_v, cells: 27, vary: [{vary}]}}"
+    problem = problem_of(loads(f"{DEVICE}requirements: {{{unlimited()}}}\n{design}\n"))
+    best = judged_design(problem, np.array([0.5, 0.5, 1.0]))
+    result = SearchResult(problem, best, None, (), SearchEvidence((3, 3, 3), 27, 27))
+    sentence = outputs.opening(result, best.study).worded().sentence
+    assert sentence == "Best: bias voltage 1.08 kV, stiffness 450 kN/mʰ, ball radius 5.7 mm."

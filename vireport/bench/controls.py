@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from enum import StrEnum
 from math import inf
 from typing import Any
@@ -17,7 +17,7 @@ from vireport.scenario.blocks import (
     MembraneBlock,
     RequirementsBlock,
     Scenario,
-    TolerancesBlock,
+    key_of,
     percent_key,
     unit_of,
 )
@@ -109,7 +109,7 @@ def values_of(scenario: Scenario) -> dict[str, Any]:
 
 def ends_of(scenario: Scenario, varied: ScalarInput) -> tuple[float, float]:
     """From where to where an input is moved: the ends of its slider."""
-    return _ends(varied.path, _key_of(varied.path), value_at(scenario, varied.path), scenario)
+    return _ends(varied.path, key_of(varied.path), value_at(scenario, varied.path), scenario)
 
 
 def value_at(scenario: Scenario, path: str) -> Any:
@@ -136,26 +136,8 @@ def _is_number(key: FieldInfo) -> bool:
     return key.annotation in (float, float | None)
 
 
-_BLOCKS: Mapping[str, Any] = {"requirements": RequirementsBlock, "tolerances": TolerancesBlock}
-
-
-def _key_of(path: str) -> FieldInfo:
-    """The declaration of a key, by its path."""
-    block: Any = Scenario
-    *blocks, name = path.split(".")
-    for part in blocks:
-        declared = block.model_fields[part].annotation
-        block = _BLOCKS.get(part) or next(x for x in (declared, *getattr(declared, "__args__", ())) if _is_block(x))
-    key: FieldInfo = block.model_fields[name]
-    return key
-
-
-def _is_block(kind: Any) -> bool:
-    return hasattr(kind, "model_fields")
-
-
 def _control(scenario: Scenario, path: str, group: Group) -> Control:
-    key, value, typed = _key_of(path), value_at(scenario, path), group in (Group.REQUIRED, Group.TOLERANCES)
+    key, value, typed = key_of(path), value_at(scenario, path), group in (Group.REQUIRED, Group.TOLERANCES)
     start, end = _ends(path, key, value, scenario)
     what = key.title or "", SYMBOLS.get(path, ""), unit_of(key), key.description or ""
     return Control(path, group, *what, start, end, not typed)

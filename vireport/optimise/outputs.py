@@ -15,7 +15,7 @@ from vireport.gate.opening import MOST_FACTS, Opening, Said, Statement, words_of
 from vireport.gate.verdict import Status
 from vireport.optimise.grid import OFF, SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
-from vireport.scenario.blocks import DesignPath, Objective
+from vireport.scenario.blocks import DesignPath, Objective, key_of, set_in_type, unit_of
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
@@ -24,6 +24,7 @@ from vireport.study.results import json_bytes
 from vireport.study.study import Study, analyse
 from vireport.text.formatting import (
     OF_A_MODEL,
+    OF_INPUTS,
     ROUGHLY,
     Exactness,
     apart,
@@ -49,8 +50,8 @@ ROUNDED_UP = 1 + 5e-6
 MOST_NAMED = 3
 """Inputs up to which each stands in the sentence."""
 
-PREFIXED = "V", "V/s", "m", "m/s"
-"""Units of objectives that take a prefix."""
+PREFIXED = "V", "V/s", "V/m", "m", "m/s", "N/mʰ"
+"""Units of objectives and of membranes that take a prefix."""
 
 FILE = "optimise"
 """Of words."""
@@ -268,16 +269,22 @@ def _extreme(result: SearchResult) -> Said:
 
 
 def _named(path: DesignPath) -> str:
-    """What an input is called within a sentence; by its key where it has no name."""
+    """What an input is called within a sentence."""
     known = next((own.quantity for own in DesignInput if own.path == path), None)
-    return known or path.rpartition(".")[2].replace("_", " ")
+    return known or (key_of(path).title or path).lower()
 
 
 def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
     """The inputs of a design with their units."""
     units = {own.path: own for own in DesignInput}
     values = zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)
-    return [units[path].given(value) if path in units else given(value) for path, value in values]
+    return [units[path].given(value) if path in units else _with_unit(path, value) for path, value in values]
+
+
+def _with_unit(path: DesignPath, value: float) -> str:
+    """An input that has no margins, with the unit of its key."""
+    unit = set_in_type(unit_of(key_of(path)))
+    return quantity(value, unit, OF_INPUTS) if unit in PREFIXED else f"{given(value)} {unit}".rstrip()
 
 
 def _parts(result: SearchResult, say: Words) -> Iterator[str | Table]:

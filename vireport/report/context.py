@@ -38,7 +38,7 @@ from vireport.report.voltages import (
     mass_effects,
     places,
 )
-from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs
+from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.study.provenance import Provenance
@@ -63,9 +63,6 @@ SYMBOLS = {varied.path: varied.marked for varied in DesignInput} | {
     "gravity_m_s2": "*g*",
     "period_ratio": "*n*",
 }
-
-UNITS = {"1": "", "deg": "°", "m/s^2": "m/s²", "N/m^h": "N/mʰ"}
-"""Units of the scenario format that are set in another way."""
 
 OF_LAW = "device.restitution_exponent"
 """An input of which nothing is told where it is 0: the restitution then is what the row above it says."""
@@ -315,7 +312,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         for entry in inputs(self.study.scenario):
             if entry.path not in without and (entry.value or entry.path != OF_LAW):
                 swept = entry.unit == UNIT_OF_SWEPT
-                unit = self.solution.parameter.unit if swept else UNITS.get(entry.unit, entry.unit)
+                unit = self.solution.parameter.unit if swept else set_in_type(entry.unit)
                 symbol, origin = SYMBOLS.get(entry.path, ""), _origin(self.study, entry.path)
                 sweep = self.solution.sweep
                 chosen = sweep is not None and entry.path.rpartition(".")[2] == sweep.parameter

@@ -8,7 +8,7 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 from collections.abc import Iterator
 from enum import Enum, StrEnum
 from math import prod
-from typing import Annotated, Any, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
 
 from msgspec import Struct
 from pydantic import (
@@ -44,6 +44,9 @@ MOST_VARIED = 4
 MOST_EFFECTS = 16
 MOST_VALUES = 4_000  # of an axis; a file has at most 5,000 values
 LARGEST_CHUNK = 1_000_000
+
+UNITS = {"1": "", "deg": "°", "m/s^2": "m/s²", "N/m^h": "N/mʰ"}
+"""Units of keys that pages set in another way."""
 
 UNIT_OF_SWEPT = "the unit of the swept parameter"
 """Stands for the unit of a value of whichever parameter is swept."""
@@ -1412,6 +1415,29 @@ class Input(NamedTuple):
     title: str
     unit: str
     value: object
+
+
+def key_of(path: str) -> FieldInfo:
+    """The declaration of a key, by its path in a scenario."""
+    block: Any = Scenario
+    *blocks, name = path.split(".")
+    for part in blocks:
+        kinds = _kinds(block.model_fields[part].annotation)
+        block = next(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Block))
+    key: FieldInfo = block.model_fields[name]
+    return key
+
+
+def _kinds(annotation: Any) -> Iterator[Any]:
+    """The types that an annotation allows."""
+    yield annotation
+    for kind in get_args(annotation):
+        yield from _kinds(kind)
+
+
+def set_in_type(unit: str) -> str:
+    """The unit of a key as pages have it."""
+    return UNITS.get(unit, unit)
 
 
 def unit_of(key: FieldInfo) -> str:
