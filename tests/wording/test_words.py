@@ -846,7 +846,7 @@ OPTIMISE_SAID: list[tuple[str, tuple[object, ...], str]] = [
         "Line chart. With smallest margins of 2 to 9 % the smallest stroke goes from 1 m to 3 m.",
     ),
     ("front_along", (), "smallest margin to the end of stable motion, in any input [%]"),
-    ("front_costs", ("1", "3", "V"), "1 % of margin costs 1 to 3 V"),
+    ("front_costs", ("1 to 3", "V"), "1 % of margin costs 1 to 3 V"),
     ("front_required", (), "dashed: the margin that is required"),
 ]
 

@@ -400,7 +400,7 @@ def picture_front(result: SearchResult, templates: Path | None = None) -> Pictur
 
 
 def _front(result: SearchResult, say: Words) -> Figure:
-    from vireport.figures.layout import blank, finished, round_ticks
+    from vireport.figures.layout import blank, finished, fit_vertically, round_ticks
     from vireport.figures.style import Color, sheet, style
 
     objective, share = result.problem.objective, result.problem.share
@@ -414,8 +414,9 @@ def _front(result: SearchResult, say: Words) -> Figure:
             axes.axvline(100 * share, color=Color.VERMILION, linestyle="--", zorder=1.5)
         axes.set_xlabel(fill(say("front_along"), sheet().letters(sheet().across)))
         axes.set_ylabel(f"{objective.words} [{objective.unit}]")
-        low, high = (shown(cost(_costs(result))) for cost in (min, max))
-        lines: list[tuple[str, str]] = [(say("front_costs", low, high, objective.unit), Color.BLUE)]
+        fit_vertically([axes])
+        costs = span(min(_costs(result)), max(_costs(result)))
+        lines: list[tuple[str, str]] = [(say("front_costs", costs, objective.unit), Color.BLUE)]
         lines += [(say("front_required"), Color.VERMILION)] if share else []
         return finished(figure, HEIGHT, lines, [])
 
