@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -155,6 +156,20 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
     ),
 }  # fmt: skip
 
+SIMULATED = "force swept, simulated"
+LONG = {
+    SIMULATED,
+    "a slow sweep, simulated",
+    "horizontal, no design point, other sequences",
+    "no stable 1:1 motion, and another one from rest",
+}
+"""Scenarios that take a second or more."""
+
+
+def cases(names: Iterable[str]) -> list[Any]:
+    return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in names]
+
+
 DISTORTED: tuple[str, dict[str, object]] = (
     "design-point",
     {
@@ -217,7 +232,7 @@ def matching(caption: str, captions: Any) -> str | None:
     return next((pattern for pattern in captions if re.fullmatch(pattern, caption)), None)
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", cases(SCENARIOS))
 def test_every_table_shows_what_results_and_definitions_say(name: str) -> None:
     results, wrong = results_of(name), []
     for table in page_of(name).all_tables:
@@ -235,7 +250,7 @@ def test_every_table_shows_what_results_and_definitions_say(name: str) -> None:
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", cases(SCENARIOS))
 def test_every_sentence_has_the_numbers_of_the_results(name: str) -> None:
     text = page_of(name).text
     wrong = [fault for said in sentences(results_of(name)) if (fault := said.faults(text))]
@@ -252,7 +267,7 @@ def test_what_tolerances_of_a_distorted_force_come_to_is_told_with_its_own_numbe
 OPENED = *SCENARIOS, *OPENINGS, "distorted"
 
 
-@pytest.mark.parametrize("name", OPENED)
+@pytest.mark.parametrize("name", cases(OPENED))
 def test_the_first_page_says_what_the_results_come_to(name: str) -> None:
     x, page = results_of(name), page_of(name)
     assert page.headings[0] == Opening(x).sentence()
@@ -271,6 +286,7 @@ def test_a_simulation_is_said_to_agree_only_where_one_does() -> None:
         assert [tidy(tile.remark) for tile in tiles if tile.label == "From rest"] == [remark]
 
 
+@pytest.mark.slow
 def test_the_first_page_of_the_scenarios_has_each_kind_of_fact_and_of_number() -> None:
     """A margin by rigid impacts, by soft membranes and by an effect, and none left; ranges with each kind of end."""
     limits = {(use["limited_by"], use["gone"]) for x in map(results_of, OPENED) if (use := x.data["margin_to_use"])}
@@ -294,7 +310,7 @@ DRAWN = [name for name in SCENARIOS if not name.startswith("horizontal")]
 """Scenarios whose figures are drawn: each kind of figure is among them."""
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", cases(DRAWN))
 def test_curves_show_what_their_legends_and_the_results_say(name: str) -> None:
     x, drawn = results_of(name), pictures_of(name)
     held = {"figure-2": motion_faults, "figure-4": stability_faults, "figure-7": voltage_faults}
@@ -313,7 +329,7 @@ def test_curves_show_what_their_legends_and_the_results_say(name: str) -> None:
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", cases(DRAWN))
 def test_captions_have_the_numbers_of_the_results(name: str) -> None:
     x, drawn = results_of(name), pictures_of(name)
     texts = {figure: f"{picture.caption} {picture.alt}" for figure, picture in drawn.items()}
@@ -321,8 +337,9 @@ def test_captions_have_the_numbers_of_the_results(name: str) -> None:
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_speeds_of_starts_that_are_alike_in_all_scenarios_are_told_where_they_differ() -> None:
-    simulated = study_of("force swept, simulated")
+    simulated = study_of(SIMULATED)
     check = simulated.crosscheck
     speeds = replace(check, start_speed=np.linspace(1.234, 2.346, len(check.start_speed)))
     of = replace(simulated, crosscheck=speeds)
@@ -330,18 +347,20 @@ def test_speeds_of_starts_that_are_alike_in_all_scenarios_are_told_where_they_di
     assert "uniform up to 1.23 to 2.35 of the unit" in plain(re.sub(r'#?"([^"]*)";?', r"\1", fill(report, None)))
 
 
+@pytest.mark.slow
 def test_each_held_caption_is_of_a_figure() -> None:
     held = {figure for name in DRAWN for figure, _ in captions(results_of(name))}
     names = "3", "4", "6", "answer", "atlas", "cycle", "device", "diagram", "hysteresis", "ladder"
     assert held == {f"figure-{name}" for name in names}
 
 
+@pytest.mark.slow
 def test_each_held_table_is_on_a_page() -> None:
     captions = [table.caption for name in SCENARIOS for table in page_of(name).all_tables]
     assert [pattern for pattern in TABLES if not any(re.fullmatch(pattern, caption) for caption in captions)] == []
 
 
-COMPARED = {"inclined": "length swept, with everything", "inclined-forcing": "force swept, simulated"}
+COMPARED = {"inclined": "length swept, with everything", "inclined-forcing": SIMULATED}
 
 
 @cache
@@ -351,6 +370,7 @@ def comparison() -> tuple[Comparison, Page, dict[str, Results]]:
     return both, Page(render_html(report)), {name: results_of(of) for name, of in COMPARED.items()}
 
 
+@pytest.mark.slow
 def test_a_comparison_shows_what_the_results_of_its_scenarios_say() -> None:
     both, page, named = comparison()
     wrong = []
@@ -389,6 +409,7 @@ def test_a_ranking_has_the_least_voltage_of_several_motions_and_counts_impacts_b
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_a_comparison_shows_its_values_in_the_columns_of_their_scenarios() -> None:
     both, page, named = comparison()
     expected, shown, wrong = differing_settings(named), {}, []
@@ -572,7 +593,7 @@ def cells_of(row: str) -> list[str]:
     return [cell.strip().replace("\\", "") for cell in row.strip("|").split("|")]
 
 
-@pytest.mark.parametrize("name", ["length swept, with everything", "frequency swept", "force swept, simulated"])
+@pytest.mark.parametrize("name", cases(["length swept, with everything", "frequency swept", SIMULATED]))
 def test_captions_of_figures_along_the_sweep_have_the_numbers_of_the_results(name: str) -> None:
     study, wrong = study_of(name), []
     for figure, said in along_the_sweep(results_of(name)):

@@ -60,7 +60,7 @@ def known(value: float, inclination: float) -> tuple[Sweep, list[Motion]]:
 
 @pytest.mark.parametrize(
     ("letters", "periods", "value", "inclination"),
-    first(1, [("BT", 1, 0.5, 45.0), ("BBT", 2, 0.5, 45.0), ("BBT", 1, 0.26, 10.0)], unpacked=True),
+    first(0, [("BT", 1, 0.5, 45.0), ("BBT", 2, 0.5, 45.0), ("BBT", 1, 0.26, 10.0)], unpacked=True),
 )
 def test_it_finds_the_motions_that_exclusion_over_all_flight_times_finds(letters, periods, value, inclination) -> None:
     sweep, every = known(value, inclination)

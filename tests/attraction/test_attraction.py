@@ -275,9 +275,8 @@ def test_enclosures_of_next_impacts_hold_what_is_simulated() -> None:
     assert min(told) > 50
 
 
-@pytest.mark.parametrize(
-    "d", [0.2, pytest.param(0.415, marks=pytest.mark.slow), pytest.param(1.2, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("d", [0.2, 0.415, 1.2])
 def test_no_set_is_proved_of_which_states_come_to_different_impacts(d: float) -> None:
     """Sets that a membrane cuts in two: some states touch it on the way, others do not; and sets that arrive slowly."""
     groups, random, count = Groups(d, 0.24, Restitutions(0.6, 0.3)), np.random.default_rng(5), 20_000
@@ -580,6 +579,7 @@ def settled_sets(groups: Groups, count: int, seed: int) -> tuple[np.ndarray, np.
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("groups", [Groups(0.4, 0.24, 0.5), Groups(0.2, 0.0, Restitutions(0.8, 0.3))])
 def test_what_surely_settles_comes_to_rest_before_it_is_released(groups: Groups) -> None:
     """Wherever in a set: the next impact is after a ride on that membrane. Of such as may hop over the release none."""
@@ -701,6 +701,7 @@ def test_a_box_is_known_where_all_of_it_is() -> None:
     assert (known.holds(np.stack([low[0], high[0], low[1], high[1]], axis=1)) == whole).all()
 
 
+@pytest.mark.slow
 def test_a_ball_that_comes_to_rest_is_proved_to_arrive_only_where_that_membrane_releases_it_to_the_motion() -> None:
     groups, _, trap = stable(3.0)
     moments = _first_moments()

@@ -27,7 +27,8 @@ def study_with(overrides: tuple[str, ...]) -> Study:
     return analyse(load(EXAMPLES / "inclined.yaml", ("sweep=", *overrides)), ())
 
 
-@pytest.mark.parametrize("case", ["margin", *(pytest.param(x, marks=pytest.mark.slow) for x in CASES if x != "margin")])
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
 def test_each_value_works_and_half_of_the_way_does_not(case: str) -> None:
     overrides = CASES[case]
     study = study_with(overrides)

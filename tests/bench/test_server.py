@@ -297,6 +297,7 @@ def test_an_earlier_run_is_explored_as_its_scenario_is(tmp_path: Path, monkeypat
     assert again.device.length_m == 0.71
 
 
+@pytest.mark.slow
 def test_where_no_browser_opens_the_address_is_there(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

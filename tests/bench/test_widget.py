@@ -50,6 +50,7 @@ def page() -> Iterator[Page]:
     widget.close()
 
 
+@pytest.mark.slow
 def test_questions_are_answered_by_their_number(page: Page) -> None:
     page.ask(1, "first", {"device.length_m": 0.7})
     page.ask(2, "study", {"device.length_m": 0.6})

@@ -506,12 +506,13 @@ def laps_in_forty_digits(groups: Groups, word: str, laps: int) -> list[list[tupl
     return [rows[k : k + len(word)] for k in range(0, len(rows), len(word))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("length_m", "amplitude_n", "inclination_deg", "restitution", "word", "stops"),
     [
-        pytest.param(0.8334, 5.622, 11.09, 0.537, "BT", False, id="the 1:1 motion", marks=pytest.mark.slow),
+        pytest.param(0.8334, 5.622, 11.09, 0.537, "BT", False, id="the 1:1 motion"),
         pytest.param(0.5790, 5.117, 18.92, 0.4193, "BT", True, id="a 1:1 motion with stops"),
-        pytest.param(0.5087, 5.666, 12.89, 0.4949, "BBT", True, id="another motion", marks=pytest.mark.slow),
+        pytest.param(0.5087, 5.666, 12.89, 0.4949, "BBT", True, id="another motion"),
     ],
 )
 def test_from_rest_a_ball_with_friction_comes_to_what_it_does_in_forty_digits(

@@ -138,6 +138,7 @@ def ran(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_results_have_the_record_beside_the_prediction(ran: Path) -> None:
     data = json.loads((ran / "results.json").read_text())["driven"]
     assert data["record"] == "records/shaker.wav"

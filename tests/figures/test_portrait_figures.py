@@ -289,6 +289,7 @@ def test_impacts_without_a_partner_are_drawn_without_warnings() -> None:
     assert np.isfinite(figure_7(study, points).axes[0].get_ylim()).all()
 
 
+@pytest.mark.slow
 def test_the_analytic_branch_lies_beneath_the_diagram() -> None:
     study = simulated_study()
     check = study.crosscheck

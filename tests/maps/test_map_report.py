@@ -98,6 +98,7 @@ LARGEST = "Largest values among the cells with a stable motion"
 CELLS = "Cells by the 1:1 motion that they have, a stable one before others"
 
 
+@pytest.mark.slow
 def test_the_numbers_of_its_cells_are_those_of_its_rows(plain) -> None:
     page, rows = plain
     assert wrong(page.tables[CELLS], by_type(rows)) == []
@@ -239,7 +240,7 @@ def test_options_that_do_not_go_together_are_refused_before_any_work(options, me
 @pytest.mark.parametrize(
     ("file", "source", "place"),
     first(
-        1,
+        0,
         [
             ("words/map.j2", "{% macro title(name) %}\n{{ x.nothing }}{% endmacro %}", "words/map.j2"),
             ("map.typ.j2", "{{ report.nothing }}", "map.typ.j2:1: "),

@@ -474,7 +474,7 @@ def test_a_clock_that_drifts_is_named() -> None:
 @pytest.mark.parametrize(
     "over",
     first(
-        1,
+        0,
         [
             {"excitation__harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225}]},
             {"device__friction": 0.02},

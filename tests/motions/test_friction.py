@@ -109,12 +109,13 @@ def test_how_far_friction_moves_the_period_doubling_is_what_theory_has() -> None
         assert end.error_bound < 1e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "device",
     [
         replace(PAPER, friction=0.05),
         *(
-            pytest.param(replace(PAPER, friction=0.05, **others), marks=pytest.mark.slow)
+            replace(PAPER, friction=0.05, **others)
             for others in (
                 {"restitution": Restitutions(0.525, 0.475)},
                 {"capsule": CapsuleMotion.FREE, "ball_mass_kg": 0.0041},

@@ -16,6 +16,7 @@ from vireport.physics.forcing import Harmonic
 from vireport.physics.numbers import ARRAYS, DIGITS, ROUNDED, DecimalOps, Rounded
 
 
+@pytest.mark.slow
 @given(st.floats(-40, 40))
 def test_decimal_sine_and_cosine(x: float) -> None:
     with localcontext() as context, mp.workdps(50):

@@ -54,6 +54,7 @@ def drawn(study_of) -> tuple[Report, str]:
     return report, render_html(report).decode()
 
 
+@pytest.mark.slow
 def test_the_page_has_every_element_that_is_drawn_and_its_text(drawn) -> None:
     report, page = drawn
     assert "<img" not in page

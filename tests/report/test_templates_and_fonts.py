@@ -62,6 +62,7 @@ def test_a_template_that_fails_is_named_with_its_line(mistake: str, report: Repo
     assert caught.value.exit_code == 3
 
 
+@pytest.mark.slow
 def test_nothing_is_written_where_a_template_fails(tmp_path: Path, capsys) -> None:
     text, message = MISTAKES["recursion"]
     (tmp_path / "report.typ.j2").write_text(text)

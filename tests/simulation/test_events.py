@@ -183,6 +183,7 @@ def flights():
     return s, impact, (far_gap, far_turn), (near_gap, near_turn)
 
 
+@pytest.mark.slow
 def test_no_impact_is_missed_or_invented(flights) -> None:
     s, impact, (far_gap, far_turn), (near_gap, near_turn) = flights
     n = len(far_gap)

@@ -50,6 +50,7 @@ def test_friction_of_nothing_is_none(example) -> None:
     assert plain == same
 
 
+@pytest.mark.slow
 def test_a_run_has_motions_margins_effects_and_says_what_it_leaves_out(rubbed) -> None:
     data = json.loads(json.dumps(rubbed.to_dict(), allow_nan=False))
     assert data["scenario"]["device"]["friction"] == 0.05

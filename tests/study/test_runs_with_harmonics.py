@@ -49,6 +49,7 @@ def test_harmonics_of_nothing_are_a_sine(example) -> None:
     assert plain == same
 
 
+@pytest.mark.slow
 def test_a_run_has_motions_margins_effects_and_what_comes_of_switching_on(distorted) -> None:
     data = json.loads(json.dumps(distorted.to_dict(), allow_nan=False))
     assert data["scenario"]["excitation"]["harmonics"] == SECOND["excitation.harmonics"]
