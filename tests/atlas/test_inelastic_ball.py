@@ -53,6 +53,15 @@ def test_onset_and_doubling_are_those_of_the_formulae(n: int, down: bool) -> Non
     assert set(values) == {Event.GRAZING, Event.PERIOD_DOUBLING}
 
 
+@pytest.mark.parametrize("n", first(1, [1, 2]))
+def test_the_family_begins_at_the_onset_and_there_is_none_just_below(n: int) -> None:
+    """There a solution passes through the table by less than 1e-15: only the acceleration tells that the ball rests."""
+    onset = sqrt(1 + (n * pi) ** 2)
+    found = atlas(onset - 1e-5, onset + 1e-5, impacts=1, periods=n)
+    (family,) = (own for own in found.families if own.word.periods == n)
+    assert family.sweep_value.min() / GRAVITY == pytest.approx(onset, rel=1e-14)
+
+
 def test_no_word_is_made_of_the_ball_that_rests() -> None:
     """Below the onset the ball rests between its leaps, and no motion of impacts alone is there."""
     assert not atlas(pi + 0.01, sqrt(1 + pi**2) - 1e-9).families

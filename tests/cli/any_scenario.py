@@ -267,7 +267,7 @@ class Calls:
             ],
             "charted": ["map", file, "--over", "restitution,length_m", "-o", out, "--format", "html,json"],
             "optimise": ["optimise", file, "--json"],
-            "verify": ["verify", file, "--json"],
+            "verify": ["verify", file, "--json", "--set", "accuracy={repeats: 1, ladder: [1, 100]}"],
         }[command]
 
     def ended(self, command: str, capfd: Any) -> tuple[int, str]:

@@ -7,7 +7,7 @@ the compiler only when the first impact is asked for.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -41,6 +41,9 @@ CONSTANT, OF_SINE, OF_HARMONIC = 4, 6, 3
 PARTS = 8
 # Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
 INTERPRETED_IMPACT, LONG = 1e-5, 5.0
+# Devices of which the zeros of the acceleration are remembered: a ball that is followed block by block asks for them
+# before each, and they take as long as some hundred impacts.
+REMEMBERED = 64
 
 Array = NDArray[np.float64]
 
@@ -167,22 +170,33 @@ def _forced(model: Array) -> tuple[Array, Array] | tuple[None, None]:
     """Harmonics and zeros of the acceleration of rows of `check_model`, as the search takes them; None of a sine."""
     if model.shape[1] == OF_SINE:
         return None, None
-    _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
-    zeros = [zeros_of_pull(model[row]) for row in first]
-    most = max(map(len, zeros))
-    still = np.stack([_filled(phases, most) for phases in zeros])[which.ravel()]
-    return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), np.ascontiguousarray(still)
+    return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), _still(model, (0,))[:, 0].copy()
 
 
 def search_data(model: Array) -> tuple[Array, Array, Array]:
     """What the search of a ball with friction takes of rows of `check_model`: its numbers, harmonics and zeros."""
-    _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
-    zeros = [[zeros_of_pull(model[row], way) for way in (-1, 1)] for row in first]
-    most = max(len(phases) for both in zeros for phases in both)
-    still = np.stack([np.stack([_filled(phases, most) for phases in both]) for both in zeros])[which.ravel()]
     harmonics = model[:, OF_SINE:-1].reshape(len(model), -1, OF_HARMONIC)
     plain = np.column_stack([model[:, :CONSTANT], model[:, -1]])
-    return plain, np.ascontiguousarray(harmonics), np.ascontiguousarray(still)
+    return plain, np.ascontiguousarray(harmonics), _still(model, (-1, 1))
+
+
+def _still(model: Array, ways: tuple[int, ...]) -> Array:
+    """The zeros of the acceleration of rows of `check_model`, as many for each and for each sign of Z', (n, w, m, 2)."""
+    if len(model) == 1:
+        return _still_of_one(model.tobytes(), ways).copy()
+    _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
+    return _still_of(model[first], ways)[which.ravel()]
+
+
+@lru_cache(REMEMBERED)
+def _still_of_one(row: bytes, ways: tuple[int, ...]) -> Array:
+    return _still_of(np.frombuffer(row)[None], ways)
+
+
+def _still_of(rows: Array, ways: tuple[int, ...]) -> Array:
+    zeros = [[zeros_of_pull(row, way) for way in ways] for row in rows]
+    most = max(len(phases) for of_row in zeros for phases in of_row)
+    return np.stack([np.stack([_filled(phases, most) for phases in of_row]) for of_row in zeros])
 
 
 def _filled(zeros: Array, count: int) -> Array:
