@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import log
+from types import SimpleNamespace
 
 import mpmath as mp
 import numpy as np
@@ -17,6 +18,7 @@ from vireport.disturbances.recovery import NoRecovery, Recovery, recovery_of
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Restitutions, SpeedLaw
+from vireport.physics.numbers import UNIT
 from vireport.scenario.blocks import CapsuleMotion
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0)
@@ -82,6 +84,24 @@ def test_no_recovery_is_stated_where_the_end_of_stability_is_within_the_error() 
     margin = next(m for m in solution_of(PAPER, None, None, design=True).design.margins if m.event == "period_doubling")
     at = PAPER.with_values({margin.parameter: margin.sweep_value})
     assert recovery_of(solution_of(at, None, None, design=True)) is NoRecovery.AT_EVENT
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_rounding_of_the_modulus_alone_may_put_a_motion_at_its_event(side: int) -> None:
+    """Next to the trace of a fold or period doubling, here known without error; 1000 roundings off the bound holds."""
+    solution = solution_of(PAPER, None, None, design=True)
+    stable = solution.design.motions.select(solution.design.motions.stable_mask)
+    exact = {name: np.zeros(1) for name in solution.bounds.design}
+    for roundings, states_it in ((1, False), (4, False), (1000, True)):
+        trace = side * (1 + stable.decay**2) * (1 - roundings * UNIT)
+        near = SimpleNamespace(motions=replace(stable, trace=np.array([trace])))
+        found = recovery_of(SimpleNamespace(design=near, bounds=SimpleNamespace(design=exact), device=PAPER))
+        assert isinstance(found, Recovery) is states_it
+        if states_it:
+            with mp.workdps(50):
+                modulus = (abs(trace) + mp.sqrt(mp.mpf(trace) ** 2 - 4 * mp.mpf(stable.decay) ** 2)) / 2
+                periods = mp.log(mp.mpf(1) / 100) / mp.log(modulus)
+                assert abs(periods - mp.mpf(found.periods)) < found.error_bound < found.periods / 50
 
 
 def test_results_say_why_there_is_no_recovery() -> None:

@@ -181,7 +181,7 @@ def search_data(model: Array) -> tuple[Array, Array, Array]:
 
 
 def _still(model: Array, ways: tuple[int, ...]) -> Array:
-    """The zeros of the acceleration of rows of `check_model`, as many for each and for each sign of Z', (n, w, m, 2)."""
+    """The zeros of the acceleration of rows of `check_model`, as many for each sign of Z', (n, w, m, 2)."""
     if len(model) == 1:
         return _still_of_one(model.tobytes(), ways).copy()
     _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
