@@ -54,7 +54,7 @@ def main() -> None:
             which = np.full(size, strand)
 
             def evaluate(which=which, w=w, study=study, curve=curve) -> None:
-                motions = motions_of(curve.sweep, curve.level, curve.at(which, w))
+                motions = motions_of(curve.sweep, curve.at(which, w))
                 unit = study.solution.device.velocity_unit(curve.sweep.parameter, motions.sweep_value)
                 voltages(unit * motions.velocity_bottom, unit * motions.velocity_top, study.solution.membrane)
 

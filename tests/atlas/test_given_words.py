@@ -13,8 +13,7 @@ from vireport.atlas.families import atlas
 from vireport.atlas.given import motions_of
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.chart.over import chart_of
-from vireport.motions.periodicity import Model
-from vireport.motions.points import model_of
+from vireport.motions.periodicity import Model, model_of
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device

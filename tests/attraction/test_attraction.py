@@ -53,7 +53,6 @@ from vireport.attraction.trap import Trap, lap_derivative, norm_bound, proved_tr
 from vireport.base.errors import UsageError
 from vireport.checks.enclosures import UnprovedError
 from vireport.design.point import motions_at
-from vireport.motions.points import motion_at
 from vireport.physics import flight
 from vireport.physics.affine import Affine, between
 from vireport.physics.device import Device
@@ -86,7 +85,7 @@ def stable(
     of = device(force, length, beta, restitution)
     found, _, _ = motions_at(of, Parameter.LENGTH)
     groups, row = of.groups(Parameter.LENGTH, length).as_floats(), int(np.flatnonzero(found.stable_mask)[0])
-    motion = motion_at(found, row, 1)
+    motion = found.motion(row, 1)
     trap = trap_of(groups, motion, True)
     assert trap is not None
     return groups, motion, trap
@@ -144,7 +143,7 @@ def test_no_region_about_an_unstable_motion_contracts() -> None:
     groups = beyond.groups(Parameter.LENGTH, 0.75).as_floats()
     metrics = np.eye(2), stable(5.2)[2].metric
     for row in np.flatnonzero(found.admissible_mask & ~found.stable_mask):
-        motion = motion_at(found, int(row), 1)
+        motion = found.motion(int(row), 1)
         assert trap_of(groups, motion, True) is None
         for metric in metrics:
             for radius in (1e-1, 1e-3, 1e-6):
@@ -752,7 +751,7 @@ def test_a_ball_that_the_top_membrane_releases_is_proved_to_take_the_way_that_is
     flat = device(5.0, 0.5554, 0.0)
     found, _, _ = motions_at(flat, Parameter.LENGTH)
     groups = flat.groups(Parameter.LENGTH, 0.5554).as_floats()
-    traps = [trap_of(groups, motion_at(found, int(row), 1), True) for row in np.flatnonzero(found.stable_mask)]
+    traps = [trap_of(groups, found.motion(int(row), 1), True) for row in np.flatnonzero(found.stable_mask)]
     ends = {wall: reaches(flat, [trap for trap in traps if trap is not None], wall=wall)[0] for wall in (1, -1)}
     for wall, time in ((1, 0.5), (-1, -0.5)):
         rows = followed(groups, wall, np.array([time]), np.zeros(1), 60)

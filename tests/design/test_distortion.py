@@ -21,7 +21,6 @@ from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import linearised, residuals, trace
-from vireport.motions.points import motion_at
 from vireport.motions.turning import turns
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, unaccelerated, wave
@@ -51,7 +50,7 @@ def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_dig
     motions, told, _ = found(device)
     assert [each.order for each in told] == [2, 3]
     own = motions.stable_mask & ((motions.u >= 0) | (device.inclination_deg > 0))
-    motion = motion_at(motions, int(np.argmax(own)), 1)
+    motion = motions.motion(int(np.argmax(own)), 1)
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for each in told:
         if each.share is None:
@@ -122,7 +121,7 @@ def test_a_simulator_repeats_every_period_short_of_it_and_every_second_one_beyon
 
 def least_of_rays(device: Device, motions: Motions, order: int, rays: int) -> float:
     """The least share on many rays, for the first stable motion."""
-    least, motion = inf, motion_at(motions, 0, device.period_ratio)
+    least, motion = inf, motions.motion(0, device.period_ratio)
     for phase in np.linspace(0, 2 * pi, rays, endpoint=False):
         limit = min(least, distortion.LARGEST)
         curve = Curve(motion.word, Ray.of(device, order, float(phase), FLOATS), -1.0, limit, 1.0)
@@ -240,7 +239,7 @@ def test_the_force_is_what_its_wave_says(seed: int) -> None:
 @pytest.mark.parametrize("share", [1e-12, 1e-6, 0.05, 0.5])
 def test_turning_points_are_those_of_the_flights(share: float) -> None:
     device = replace(INCLINED, length_m=0.2, inclination_deg=20.0)
-    motion = motion_at(motions_at(device, Parameter.LENGTH)[0], 0, 1)
+    motion = motions_at(device, Parameter.LENGTH)[0].motion(0, 1)
     groups = device.groups(Parameter.LENGTH, 0.2).as_floats()._replace(harmonics=(Harmonic(3, share, share),))
     velocity, start = groups.after(1, float(motion.velocity[0])), float(motion.time[0])
     begun = groups.wave(pi * start, FLOATS)
@@ -255,7 +254,7 @@ def test_turning_points_are_those_of_the_flights(share: float) -> None:
 
 def test_derivatives_by_what_varies_are_differences() -> None:
     motions, _, _ = found(UNEQUAL)
-    motion, ray = motion_at(motions, 0, 1), Ray.of(UNEQUAL, 3, 0.7, FLOATS)
+    motion, ray = motions.motion(0, 1), Ray.of(UNEQUAL, 3, 0.7, FLOATS)
     x = np.array([*motion.velocity, *motion.time, 0.02])
     _, matrix = linearised(motion.word, x, ray)
     steps = 1e-6 * np.eye(5)
@@ -275,7 +274,7 @@ def test_a_pitchfork_at_which_another_motion_takes_over_is_no_end() -> None:
     """Just beyond the pitchfork of the level capsule a little of the third harmonic leads through it, and goes on."""
     device = replace(LEVEL, length_m=0.41)
     motions, told, _ = found(device)
-    motion = motion_at(motions, 0, 1)
+    motion = motions.motion(0, 1)
     phase = radians(told[1].phase_deg)
     curve = Curve(motion.word, Ray.of(device, 3, phase, FLOATS), -1.0, 1.0, 1.0)
     (first, *_), (last, x, *_) = ends_along(curve, motion, 1.0, True)

@@ -12,7 +12,6 @@ from vireport.design.followed import followed_motion
 from vireport.disturbances.behaviour import disturbances_of
 from vireport.disturbances.from_rest import FromRest
 from vireport.motions.events import Event
-from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -108,7 +107,7 @@ def test_only_stable_motions_are_followed_and_from_the_least_inclination_upwards
     here, highs = solution.design.motions, []
     assert set(here.stable_mask) == {True, False}
     for row, stable in enumerate(here.stable_mask):
-        found = followed_motion(solution.device, motion_at(here, row, 1), DesignInput.INCLINATION)
+        found = followed_motion(solution.device, here.motion(row, 1), DesignInput.INCLINATION)
         assert (found is not None) == stable
         if found is not None:
             assert (found.low, found.below) == (0.0, Event.SWEEP_END)

@@ -20,7 +20,6 @@ from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import orbits
-from vireport.motions.points import motion_at
 from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.motions.turning import turns, wall_gap
@@ -131,7 +130,7 @@ def test_the_gap_to_a_membrane_is_that_of_many_times(parts) -> None:
         for row in range(len(motions)):
             expected = gap_by_sampling(flights, motions, row, 1)
             assert motions.wall_gap[row] == pytest.approx(expected, abs=2e-7)
-            found = [turn.gap for turn in turns(motion_at(motions, row, 1), groups.as_floats())]
+            found = [turn.gap for turn in turns(motions.motion(row, 1), groups.as_floats())]
             assert min([float(groups.d), *found]) == pytest.approx(motions.wall_gap[row], abs=1e-9)
             seen += motions.wall_gap[row] < groups.d
     assert seen

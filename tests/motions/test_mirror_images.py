@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from vireport.motions.branches import Branch
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.level_curve import orbits_on
+from vireport.motions.level_curve import plane_of
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
@@ -48,8 +48,7 @@ def test_the_image_of_a_branch_is_a_branch_of_motions(kind: str) -> None:
     for branch, image in pairs:
         assert branch.symmetry is image.symmetry is Symmetry.ASYMMETRIC
         m = image.motions
-        orbit = orbits_on(sweep.level, m.u, m.phi_bottom, sweep.device.restitution, sweep.device.period_ratio,
-                          sweep.device.harmonics)  # fmt: skip
+        orbit = plane_of(sweep).orbits(m.u, m.phi_bottom)
         np.testing.assert_allclose(m.velocity_bottom, orbit.velocity_bottom, rtol=0, atol=1e-11)
         np.testing.assert_allclose(m.velocity_top, orbit.velocity_top, rtol=0, atol=1e-11)
         np.testing.assert_allclose(np.exp(1j * m.phi_top), orbit.cos_top + 1j * orbit.sin_top, rtol=0, atol=1e-11)

@@ -8,7 +8,7 @@ import pytest
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.paths import Arc, Curve, PathPoint, follow
-from vireport.motions.points import model_of, motion_at
+from vireport.motions.periodicity import model_of
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
 from vireport.physics.numbers import FLOATS
@@ -25,7 +25,7 @@ def test_a_border_that_is_crossed_and_crossed_back_within_a_step_is_seen(inclina
     assert len(labelled) == 2
     row = int(np.argmin(np.abs(branch.motions.sweep_value - 1.1)))
     low, high = sweep.coordinate_range
-    motion = motion_at(branch.motions, row, 1)
+    motion = branch.motions.motion(row, 1)
     curve = Curve(motion.word, model_of(sweep, FLOATS), low, high, high - low)
     x = curve.vector(motion)
     x[-1] = float(branch.motions.d[row])

@@ -124,7 +124,7 @@ def height_is_right(
                     expected = expected / (before_top - after_top) / both
             level = Level(Held.BOTH, gbar, Friction(friction) if rubs else None, d, varied)
             plane = Bounces(level, r, n, harmonics)
-            assert abs(plane.height(u, phi, DIGITS) - expected) < mpf(10) ** -33 * (1 + abs(expected))
+            assert abs(plane.value(u, phi, DIGITS) - expected) < mpf(10) ** -33 * (1 + abs(expected))
             orbit = plane.orbits(u, phi, mp)
             assert abs(orbit.velocity_bottom - before_bottom) + abs(orbit.velocity_top - before_top) < mpf(10) ** -33
 
@@ -141,7 +141,7 @@ def test_a_motion_of_given_restitutions_is_on_the_levels_of_its_groups(rubs: boo
             for varied in VARIED:
                 plane = Bounces(Level(Held.BOTH, own.gbar, friction, own.d, varied), r, n, harmonics)
                 size = 1 + own.velocity_bottom**2 + own.velocity_top**2
-                assert abs(plane.height(mpf(u), mpf(phi), mp)) < mpf(10) ** -30 * size
+                assert abs(plane.value(mpf(u), mpf(phi), mp)) < mpf(10) ** -30 * size
                 found = plane.orbits(mpf(u), mpf(phi), mp)
                 for x, y in zip(by_wall(found.restitution), by_wall(r), strict=True):
                     assert abs(x - y) < mpf(10) ** -25

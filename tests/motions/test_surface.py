@@ -12,7 +12,7 @@ from strategies import phases, shares
 
 from vireport.motions.level_curve import evaluate, find_strands
 from vireport.motions.orbits import coefficients, orbits
-from vireport.motions.sweep import Held, Level, level_residual, level_terms
+from vireport.motions.sweep import Held, Level, SweptPlane, level_residual
 
 restitutions = st.floats(0, 0.999)
 ratios = st.integers(1, 5)
@@ -94,10 +94,10 @@ def test_gbar_keeps_its_digits_next_to_the_symmetric_motion(u: float, phi: float
 )
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_strands_lie_on_their_level(level: Level, n: int) -> None:
-    strands = find_strands(level, 0.5, n)
+    strands = find_strands(SweptPlane(level, 0.5, n))
     for k, strand in enumerate(strands):
         w = np.linspace(strand.start, strand.end, 301)
-        o = evaluate(strands, np.full(301, k), w, level, 0.5, n)
+        o = evaluate(SweptPlane(level, 0.5, n), strands, k, w)
         scale = 1 + np.abs(o.d) + np.abs(o.gbar)
         assert np.max(np.abs(level_residual(level, o)) / scale) < 1e-13 * n * n
         if strand.closed:
@@ -115,10 +115,10 @@ def test_strands_cover_every_share_at_which_the_level_has_motions() -> None:
         Level(Held.D, 0.9),
     ):
         u = np.linspace(-0.4999, 0.4999, 100_003)
-        a, b, c = level_terms(level, coefficients(u, 0.5, 1), u, 0.5, 1)
+        a, b, c = SweptPlane(level, 0.5, 1).terms(coefficients(u, 0.5, 1), u)
         exists = np.hypot(a, b) > np.abs(c)
         covered = np.zeros_like(exists)
-        for strand in find_strands(level, 0.5, 1):
+        for strand in find_strands(SweptPlane(level, 0.5, 1)):
             covered |= (u > strand.low) & (u < strand.high)
         assert (exists == covered).all()
 
@@ -134,7 +134,7 @@ def test_a_tiny_interval_of_motions_between_two_samples_is_found(held: Held, n: 
     u = np.linspace(-0.49, 0.49, 2001)
     k = int(np.argmax([reach(at) for at in u]))
     top = -minimize_scalar(lambda at: -reach(at), bracket=u[k - 1 : k + 2], tol=1e-14).fun
-    strands = find_strands(Level(held, top * (1 - 1e-10)), 0.5, n)
+    strands = find_strands(SweptPlane(Level(held, top * (1 - 1e-10)), 0.5, n))
     assert any(s.low < u[k] + 1e-3 and s.high > u[k] - 1e-3 for s in strands)
     assert 0 < sum(s.high - s.low for s in strands) < 1e-3
-    assert find_strands(Level(held, top * (1 + 1e-7)), 0.5, n) == []
+    assert find_strands(SweptPlane(Level(held, top * (1 + 1e-7)), 0.5, n)) == []

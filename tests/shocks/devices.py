@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from vireport.design.point import motions_at
-from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
@@ -44,7 +43,7 @@ def of(device: Device) -> Case:
     """What a device has."""
     at = Parameter.LENGTH, device.length_m
     found, _, _ = motions_at(device, Parameter.LENGTH)
-    rows = [motion_at(found, row, device.period_ratio) for row in range(len(found))]
+    rows = [found.motion(row, device.period_ratio) for row in range(len(found))]
     return Case(
         device.groups(*at).as_floats(),
         [rows[i] for i in np.flatnonzero(found.stable_mask)],

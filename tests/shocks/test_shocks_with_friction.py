@@ -15,7 +15,6 @@ from test_shock import lead_out, least
 
 from vireport.design.point import motions_at
 from vireport.disturbances.ramp import ramped
-from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import wrapped
@@ -37,7 +36,7 @@ def test_jacobians_are_differences_of_the_simulation_and_those_of_the_closed_for
     device = Device(0.1245, 0.5, 9.8, 0.75, 4.0, 2.0, 45.0, friction=0.1)
     found, _, _ = motions_at(device, Parameter.LENGTH)
     (row,) = np.flatnonzero(found.stable_mask)
-    groups, motion = device.groups(Parameter.LENGTH, 0.75).as_floats(), motion_at(found, int(row), 1)
+    groups, motion = device.groups(Parameter.LENGTH, 0.75).as_floats(), found.motion(int(row), 1)
     matrices, effects, step = flight_matrices(groups, motion), kick_effects(groups, motion), 1e-6
     lap = matrices[1] @ matrices[0]
     assert np.trace(lap) == pytest.approx(found.trace[row], rel=1e-10)

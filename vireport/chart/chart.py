@@ -30,7 +30,7 @@ from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.families import Atlas
 from vireport.motions.paths import Curve, PathPoint, completed, follow
-from vireport.motions.points import model_of, motion_at
+from vireport.motions.periodicity import model_of
 from vireport.motions.sweep import NO_TOLERANCE
 from vireport.motions.switching import Limits, touching
 from vireport.physics.device import Device
@@ -249,7 +249,7 @@ def _followed_starts(line: StraightSweep, word: Word) -> Iterator[LocusStart]:
         curve = Curve(word, moved, low, high, high - low)
         motions, *_ = motions_at(device, Parameter.LENGTH)
         for row in motions.admissible_mask.nonzero()[0]:
-            x = curve.vector(replace(motion_at(motions, int(row), word.periods), coordinate=0.0))
+            x = curve.vector(replace(motions.motion(int(row), word.periods), coordinate=0.0))
             start = PathPoint(curve, x, curve.tangent(x))
             trail = completed(curve, start, follow(curve, start))
             for at, event in trail.events:

@@ -25,7 +25,6 @@ from vireport.chart.network import FollowedLocus
 from vireport.chart.plane import Cut, Plane, Stable, StraightSweep, is_swept
 from vireport.design.point import motions_at
 from vireport.motions.paths import Curve
-from vireport.motions.points import motion_at
 from vireport.motions.sweep import NO_TOLERANCE, settable
 from vireport.motions.switching import Limits
 from vireport.physics.motion import IMAGE, Motion
@@ -336,7 +335,7 @@ def stable_motions(plane: Plane, inputs: tuple[float, float], limits: Limits) ->
     if not plane.swept:
         (motions, *_), periods = motions_at(device, Parameter.LENGTH), device.period_ratio
         rows = motions.stable_mask.nonzero()[0]
-        found = [motion_at(motions, int(row), periods) for row in rows]
+        found = [motions.motion(int(row), periods) for row in rows]
         decay = float(device.groups(Parameter.LENGTH, device.length_m, FLOATS).decay((1, -1)))
         solved = [(motion, float(motions.trace[row]), decay) for motion, row in zip(found, rows, strict=True)]
     else:

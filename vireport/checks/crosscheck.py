@@ -280,7 +280,7 @@ def _counted(ends: Iterable[tuple[float, Attractor]]) -> tuple[MotionCount, ...]
 
 def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | None]:
     """The analytic motions at values of the swept parameter, all at once."""
-    sweep, level = diagram.sweep, diagram.curve.level
+    sweep = diagram.sweep
     groups = _of_each(sweep.device.groups(sweep.parameter, values), len(values))
     # One restitution for all values: motions are then found five times as fast.
     device = sweep.device
@@ -293,7 +293,7 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
         orbit = everywhere.orbit.select(everywhere.cell == i)
         if bounces:
             orbit = replace(orbit, restitution=each(groups.restitution, itemgetter(np.full(len(orbit.u), i))))
-        motions = motions_of(sweep, level, orbit)
+        motions = motions_of(sweep, orbit)
         motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], groups.d[i], groups.gbar[i]
         at_values[i] = motions
     return at_values

@@ -22,7 +22,6 @@ from vireport.motions.one_to_one import motions_of
 from vireport.motions.orbits import orbits
 from vireport.motions.points import Point, place_at
 from vireport.motions.pointwise import find_motions
-from vireport.motions.polish import FARTHEST
 from vireport.motions.stability import Stability
 from vireport.motions.sweep import Sweep
 from vireport.physics.motion import Symmetry
@@ -336,7 +335,7 @@ def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
         return
     horizontal = case.inclination_deg == 0 and abs(guess[0]) < SYMMETRIC
     near = orbits(np.array([guess[0]]), np.array([guess[1]]), sweep.device.restitution, sweep.device.period_ratio)
-    places = [place_at(sweep, float(sweep.value(at)), near, horizontal, FARTHEST) for at in (d, d - half, d + half)]
+    places = [place_at(sweep, float(sweep.value(at)), near, horizontal) for at in (d, d - half, d + half)]
     speeds = [
         float(orbits(*place, sweep.device.restitution, sweep.device.period_ratio).velocity_bottom) for place in places
     ]
@@ -359,7 +358,7 @@ def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours
 def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
     """U and phase of the first stable motion at a value of the swept parameter."""
     groups = sweep.device.groups(sweep.parameter, value).each(lambda group: np.array([group], dtype=float))
-    motions = motions_of(sweep, sweep.level, find_motions(groups, 1).orbit)
+    motions = motions_of(sweep, find_motions(groups, 1).orbit)
     stable = np.flatnonzero(motions.stable_mask)
     return (float(motions.q[stable[0]]) - 0.5, float(motions.phi_bottom[stable[0]])) if stable.size else None
 

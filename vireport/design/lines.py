@@ -22,7 +22,6 @@ from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve, PathPoint, follow
 from vireport.motions.periodicity import Variation
-from vireport.motions.points import motion_at
 from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
@@ -315,9 +314,7 @@ class Followed(NamedTuple):
 def stable_ones(device: Device, motions: Motions) -> list[Followed]:
     """The stable motions among those of a device."""
     n = device.period_ratio
-    return [
-        Followed(motion_at(motions, int(row), n), float(motions.u[row])) for row in np.flatnonzero(motions.stable_mask)
-    ]
+    return [Followed(motions.motion(int(row), n), float(motions.u[row])) for row in np.flatnonzero(motions.stable_mask)]
 
 
 def endings(

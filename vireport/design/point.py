@@ -22,7 +22,7 @@ from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.orbits import Friction, orbits
 from vireport.motions.points import Point, place_at, place_of
 from vireport.motions.pointwise import find_motions
-from vireport.motions.polish import FARTHEST, in_decimals
+from vireport.motions.polish import in_decimals
 from vireport.motions.sweep import NO_TOLERANCE, Sweep, settable
 from vireport.physics.device import NO_GRAVITY, Device
 from vireport.physics.energy import Conversion, Voltages
@@ -312,12 +312,12 @@ def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
     else:
         places = _in_closed_form(device)
     sweep = around_length(device)
-    n, level = device.period_ratio, sweep.level
+    n = device.period_ratio
     d, _, _, harmonics, rubbed = device.groups(Parameter.LENGTH, device.length_m)
     friction = None if rubbed is None else Friction(rubbed)
     at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in places], dtype=float) for k in range(1, 5))
     orbit = orbits(at_u, at_phi, restitution, n, harmonics=harmonics, friction=friction)
-    motions = motions_of(sweep, level, orbit, restitution)
+    motions = motions_of(sweep, orbit, restitution)
     motions.sweep_value[:] = device.value_of(parameter)
     motions.d[:] = d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
@@ -354,7 +354,7 @@ def _in_closed_form(device: Device) -> list[_Place]:
         orbit = guesses.orbit.select([k])
         symmetric = mirrored(device) and bool(orbit.u[0] == 0)
         try:
-            u, phi = place_at(sweep, device.length_m, orbit, symmetric, FARTHEST)
+            u, phi = place_at(sweep, device.length_m, orbit, symmetric)
         except NumericalError:
             if gap > 0:  # on a fold, to rounding: two motions in one
                 place = float(orbit.u[0]), float(np.mod(orbit.phi[0], 2 * np.pi))

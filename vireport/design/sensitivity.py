@@ -14,7 +14,6 @@ from vireport.design.point import motions_at
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Friction, orbits
 from vireport.motions.periodicity import linearised
-from vireport.motions.points import motion_at
 from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import UNSTABLE, classify, lap_decay
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts
@@ -138,7 +137,7 @@ def _input_error_of_law(device: Device, motions: Motions) -> Floats:
     n, groups = device.period_ratio, device.groups(Parameter.LENGTH, device.length_m).as_floats()
     errors = []
     for row in range(len(motions)):
-        motion = motion_at(motions, row, n)
+        motion = motions.motion(row, n)
         x = np.concatenate([motion.velocity, motion.time, groups.numbers])
         _, matrix = linearised(motion.word, x, OwnGroups(groups))
         unknowns = 2 * len(motion.word)

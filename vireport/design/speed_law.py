@@ -20,7 +20,6 @@ from vireport.design.lines import Followed, Line, carried, mirrored, model_on_li
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve, PathPoint, follow
-from vireport.motions.points import motion_at
 from vireport.motions.polish import FARTHEST, Solved, in_decimals, solve_motion
 from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics import flight
@@ -150,7 +149,7 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
     curve = Solutions(word, Falling(model_on_line(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
     starts = []
     for row in range(len(constant_ones)):
-        x = curve.vector(motion_at(constant_ones, row, device.period_ratio))
+        x = curve.vector(constant_ones.motion(row, device.period_ratio))
         x[-1] = 0.0
         starts.append((_towards(curve, x, 1.0), flat and bool(constant_ones.u[row] == 0)))
     ends, lost = _followed(device, curve, starts)

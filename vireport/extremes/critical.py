@@ -114,10 +114,10 @@ def _changes_of_type(harvester: Harvester) -> CaseFinding:
         within = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
         within &= (orbit.d >= curve.bounds[0]) & (orbit.d <= curve.bounds[1])
         orbit, place = orbit.select(within), np.flatnonzero(within)
-        admissible = motions_of(curve.sweep, curve.level, orbit).admissible_mask
+        admissible = motions_of(curve.sweep, orbit).admissible_mask
         orbit, place = orbit.select(admissible), place[admissible]
         state = orbit.velocity_bottom, orbit.phi, orbit.u
-        trace = exact.trace(state, orbit.gbar, harvester.device.restitution, curve.n, np)
+        trace = exact.trace(state, orbit.gbar, harvester.device.restitution, curve.plane.n, np)
         focus = np.abs(trace) < 2 * bottom * top
         counted += int(np.sum((focus[1:] != focus[:-1]) & (np.diff(place) == 1)))
     points = [point for point in solution.critical_points if point.event is Event.NODE_FOCUS]

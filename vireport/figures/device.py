@@ -40,7 +40,7 @@ from vireport.figures.style import (
     style,
 )
 from vireport.motions.one_to_one import ball_path
-from vireport.motions.points import model_of
+from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
 from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task

@@ -17,7 +17,7 @@ from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.figures.style import style as styled
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.motions.families import Atlas
-from vireport.motions.points import model_of
+from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
 from vireport.study.plan import Task
 from vireport.study.study import Study, require_study

@@ -18,15 +18,14 @@ the surface of `orbits` has.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from msgspec import Struct
 
+from vireport.motions.contour import ContourPlane
 from vireport.motions.orbits import Orbits
-from vireport.motions.sweep import Level, mirrors
-from vireport.physics.forcing import SINE, Harmonic
+from vireport.physics.forcing import SINE
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, DoubleOps
 from vireport.scenario.parameters import Parameter
@@ -70,51 +69,8 @@ class Passed(Struct, frozen=True):
     per_u: Any
 
 
-def _passed(u: Any, phi: Any, n: int, harmonics: Sequence[Harmonic], ops: Any, divided: bool) -> Passed:
-    """Impulse and path of the force in the flight from bottom to top.
-
-    The phase that passes is a = pi n (1 + 2u), so that sums and differences follow from the half of what u adds, with
-    all digits where u is small.
-    """
-    impulses = difference = path = per_u = 0
-    for harmonic in (SINE, *harmonics):
-        order, turns = harmonic.order, harmonic.order * n
-        half = ops.pi * turns * u
-        sin_half, cos_half = ops.sin(half), ops.cos(half)
-        small, large, sin_a = 2 * sin_half * sin_half, 2 * cos_half * cos_half, 2 * sin_half * cos_half
-        plus, minus, sin_a = (small, large, -sin_a) if turns % 2 else (large, small, sin_a)  # 1 + cos a, 1 - cos a
-        sine, cosine = ops.sin(order * phi), ops.cos(order * phi)
-        sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a  # of both ends, added
-        onward, less = cosine * sin_a - sine * minus, cosine * minus + sine * sin_a  # sine gained, cosine lost
-        impulses = impulses + (harmonic.cosine * sines - harmonic.sine * cosines) / order
-        difference = difference + (harmonic.cosine * onward + harmonic.sine * less) / order
-        path = path + (harmonic.cosine * less - harmonic.sine * onward) / (order * order)
-        if divided:
-            wave = 2 * ops.pi * turns
-            plus, sin_a = wave * ops.sinc(turns * u) * sin_half, -wave * ops.sinc(2 * turns * u)
-            sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a
-            per_u = per_u + (harmonic.cosine * sines - harmonic.sine * cosines) / order
-    return Passed(impulses / ops.pi, difference / ops.pi, path / (ops.pi * ops.pi), per_u / ops.pi if divided else None)
-
-
-class Bounces(Struct, frozen=True, eq=False):
-    """The plane of q and phase of a sweep over a restitution: how far a place is above the level, and its motion.
-
-    Attributes
-    ----------
-    level : Level
-    r : array_like or Restitutions
-        Of the device; one of it, or both together, vary.
-    n : int
-        Forcing periods per motion.
-    harmonics : tuple of Harmonic
-        Of the force.
-    """
-
-    level: Level
-    r: Any
-    n: int
-    harmonics: tuple[Harmonic, ...] = ()
+class Bounces(ContourPlane, frozen=True, eq=False):
+    """The plane of q and phase of a sweep over a restitution: how far a place is above the level, and its motion."""
 
     @property
     def order(self) -> int:
@@ -125,7 +81,7 @@ class Bounces(Struct, frozen=True, eq=False):
     @property
     def sharp(self) -> bool:
         """Whether the level may have features of any size next to q = 1/2: not where u is divided out."""
-        return not mirrors(self.level, self.r, self.n, self.harmonics)
+        return not self.mirrors
 
     @property
     def unresolved(self) -> str:
@@ -150,7 +106,7 @@ class Bounces(Struct, frozen=True, eq=False):
             return gbar, gbar
         return gbar + self.level.friction.constant, gbar - self.level.friction.constant
 
-    def height(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
+    def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
         """How far places are above the level, times powers of the flight times.
 
         Of a horizontal capsule with mirror images u, whose zeros are the symmetric motions, is divided out, and of one
@@ -164,8 +120,8 @@ class Bounces(Struct, frozen=True, eq=False):
         their difference. The height is that condition times Tu Td or its square, in which nothing is divided by.
         """
         varied, (bottom, top) = self.level.varied, by_wall(self.r)
-        divided = mirrors(self.level, self.r, self.n, self.harmonics)
-        passed = _passed(u, phi, self.n, self.harmonics, ops, divided)
+        divided = self.mirrors
+        passed = self._passed(u, phi, ops, divided)
         up, down = self.n + 2 * self.n * u, self.n - 2 * self.n * u
         both, reach = up * down, self.level.d + passed.path
         of_up, of_down = self._gravities
@@ -202,18 +158,46 @@ class Bounces(Struct, frozen=True, eq=False):
         before_top, before_bottom = before_top + passed.difference * up, before_bottom - passed.difference * down
         return above + (bottom - top) * both * before_bottom * before_top
 
-    def value(self, u: Any, phi: Any) -> Any:
-        """The height of places of one shape, numbers or arrays."""
-        return self.height(u, phi)
+    def _passed(self, u: Any, phi: Any, ops: Any, divided: bool = False) -> Passed:
+        """Impulse and path of the force in the flight from bottom to top; `divided` asks for the sum over u as well.
+
+        The phase that passes is a = pi n (1 + 2u), so that sums and differences follow from the half of what u adds,
+        with all digits where u is small.
+        """
+        impulses = difference = path = per_u = 0
+        for harmonic in (SINE, *self.harmonics):
+            order, turns = harmonic.order, harmonic.order * self.n
+            half = ops.pi * turns * u
+            sin_half, cos_half = ops.sin(half), ops.cos(half)
+            small, large, sin_a = 2 * sin_half * sin_half, 2 * cos_half * cos_half, 2 * sin_half * cos_half
+            plus, minus, sin_a = (small, large, -sin_a) if turns % 2 else (large, small, sin_a)  # 1 + cos a, 1 - cos a
+            sine, cosine = ops.sin(order * phi), ops.cos(order * phi)
+            sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a  # of both ends, added
+            onward, less = cosine * sin_a - sine * minus, cosine * minus + sine * sin_a  # sine gained, cosine lost
+            impulses = impulses + (harmonic.cosine * sines - harmonic.sine * cosines) / order
+            difference = difference + (harmonic.cosine * onward + harmonic.sine * less) / order
+            path = path + (harmonic.cosine * less - harmonic.sine * onward) / (order * order)
+            if divided:
+                wave = 2 * ops.pi * turns
+                plus, sin_a = wave * ops.sinc(turns * u) * sin_half, -wave * ops.sinc(2 * turns * u)
+                sines, cosines = sine * plus + cosine * sin_a, cosine * plus - sine * sin_a
+                per_u = per_u + (harmonic.cosine * sines - harmonic.sine * cosines) / order
+        return Passed(
+            impulses / ops.pi, difference / ops.pi, path / (ops.pi * ops.pi), per_u / ops.pi if divided else None
+        )
 
     def on_grid(self, u: Any, phi: Any) -> Any:
         """The height at all pairs of a u and a phase."""
-        return np.asarray(self.height(u[:, None], phi[None, :]))
+        return np.asarray(self.value(u[:, None], phi[None, :]))
 
     def gradient(self, u: Any, phi: Any) -> tuple[Any, Any, Any]:
         """The height and its derivatives by u and by the phase."""
-        by_u, by_phi = self.height(u + 1j * IMAGINARY_STEP, phi, STEPPED), self.height(u, phi + 1j * IMAGINARY_STEP)
+        by_u, by_phi = self.value(u + 1j * IMAGINARY_STEP, phi, STEPPED), self.value(u, phi + 1j * IMAGINARY_STEP)
         return by_u.real, by_u.imag / IMAGINARY_STEP, by_phi.imag / IMAGINARY_STEP
+
+    def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
+        """Derivatives of the height by u and by the phase, exact whatever the step."""
+        return self.gradient(u, phi)[1:]
 
     def orbits(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
         """Evaluate the motions at places on the level, with their restitutions."""
@@ -222,7 +206,7 @@ class Bounces(Struct, frozen=True, eq=False):
         sin_half, cos_half = ops.sin(half), ops.cos(half)
         way = (-1) ** self.n  # half turns
         cos_a, sin_a = way * (1 - 2 * sin_half * sin_half), way * 2 * sin_half * cos_half
-        passed = _passed(u, phi, self.n, self.harmonics, ops, False)
+        passed = self._passed(u, phi, ops)
         up, down = self.n + 2 * self.n * u, self.n - 2 * self.n * u
         reach, (of_up, of_down) = self.level.d + passed.path, self._gravities
         at_bottom, at_top = (passed.impulses - passed.difference) / 2, (passed.impulses + passed.difference) / 2

@@ -1,4 +1,8 @@
-"""1:1 motions along a sweep: families whose motions are known in closed form, admissible or not."""
+"""1:1 motions along a sweep: families whose motions are known in closed form, admissible or not.
+
+A piece of the level curve becomes a branch: its motions are evaluated, with those that were solved for in their rows,
+and what is known exactly there. The mirror image of a branch is its reflection.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +15,23 @@ from msgspec.structs import replace
 
 from vireport.motions.events import Event
 from vireport.motions.families import Family, Mark
-from vireport.motions.one_to_one import Motions
+from vireport.motions.level_curve import COLUMNS, LevelCurve
+from vireport.motions.one_to_one import Motions, motions_of
+from vireport.motions.orbits import Orbits
 from vireport.motions.paths import Curve
-from vireport.motions.points import model_of
+from vireport.motions.periodicity import model_of
+from vireport.motions.pieces import INSET, Piece
+from vireport.motions.points import OneToOne, Point, SweepEnd, points_on, sweep_ends
+from vireport.motions.stability import NODE, UNSTABLE
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Voltages
+from vireport.physics.groups import by_wall
 from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
+
+BEGINS_AT_SYMMETRY = 1e-12
+"""|u| at the end of a piece below which it begins at the symmetric motion; the end is known to rounding."""
 
 ENDS = Event.GRAZING, Event.ZERO_VELOCITY, Event.STOP
 """What motions do not go on beyond, though the closed form does."""
@@ -54,6 +67,101 @@ class Branch(Struct, frozen=True, eq=False):
     def number(self) -> int:
         """Number of the branch, which its family has."""
         return self.family.number
+
+
+def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]:
+    """The branch that a piece of a level curve is, and its mirror image where this is another; not numbered yet."""
+    at_events = curve.at(piece.strand, piece.w)
+    orbit = _before_rest(curve, piece, at_events)
+    points, ends = points_on(curve, piece, at_events), sweep_ends(curve, piece, orbit)
+    u, phi = np.array(orbit.u), np.array(orbit.phi)
+    for row, end in ends.items():
+        if end.place is not None:
+            u[row], phi[row] = end.place
+    for row, point in points.items():
+        if point.rest is None:
+            u[row], phi[row] = point.closed.u, point.closed.phi_bottom
+    # Where an asymmetric branch of a horizontal capsule begins at the symmetric motion.
+    at_symmetry = [row for row in (0, -1) if piece.mirrored and abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
+    u[at_symmetry] = 0.0
+    motions = motions_of(curve.sweep, curve.plane.orbits(u, phi))
+    _pin(motions, curve, ends, points)
+    motions.stability[at_symmetry] = UNSTABLE
+    marks = tuple(_marks(piece, points, at_symmetry))
+    symmetry = Symmetry.SYMMETRIC if piece.symmetric else Symmetry.ASYMMETRIC
+    branch = Branch(family_of(curve.sweep, motions, marks), symmetry, None, motions)
+    if not piece.mirrored:
+        return branch, None
+    image = motions.mirrored()
+    for row, end in ends.items():
+        if end.image_phase is not None:
+            image.phi_bottom[row] = end.image_phase
+    for row, point in points.items():
+        if point.mirror is not None:
+            _pin_place(image, row, point.mirror.closed)
+    return branch, Branch(family_of(curve.sweep, image, marks), symmetry, None, image)
+
+
+def _before_rest(curve: LevelCurve, piece: Piece, orbit: Orbits) -> Orbits:
+    """The motions of a piece; where an impact has no velocity, those just before."""
+    # At the very impact without velocity the trace is infinite and the ball rests at a membrane: the row states what
+    # holds just before, and `_pin` what is exact.
+    at_rest = [row for row, at in piece.conditions.items() if at.event is Event.ZERO_VELOCITY]
+    if not at_rest:
+        return orbit
+    w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
+    w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
+    return curve.at(piece.strand, w)
+
+
+def _pin(motions: Motions, curve: LevelCurve, ends: dict[int, SweepEnd], points: dict[int, Point]) -> None:
+    """Put into the rows of a branch what is known exactly there.
+
+    Where an impact has no velocity, the trace stays that of `INSET` before it.
+    """
+    sweep = curve.sweep
+    for row, end in ends.items():
+        motions.sweep_value[row] = end.value
+        motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end.value)
+        _pin_restitution(motions, curve, row, end.value)
+    for row, point in points.items():
+        motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
+        _pin_restitution(motions, curve, row, point.sweep_value)
+        _pin_place(motions, row, point.closed)
+        if point.event is Event.STOP:
+            motions.wall_gap[row], motions.admissible_mask[row] = 0.0, False
+        elif point.event is not Event.GRAZING:
+            motions.stability[row] = NODE if point.event is Event.NODE_FOCUS else UNSTABLE
+        elif point.rest is None:
+            motions.wall_gap[row], motions.admissible_mask[row] = 0.0, False
+    np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
+
+
+def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float) -> None:
+    """Put the restitution of a value of the swept parameter into a row, where motions have their own."""
+    if curve.level.varied is not None:
+        exact = curve.level.restitution(curve.plane.r, value)
+        for column, constant in zip(by_wall(motions.restitution), by_wall(exact), strict=True):
+            column[row] = constant
+
+
+def _pin_place(motions: Motions, row: int, closed: OneToOne) -> None:
+    """Put a motion of the closed form into a row."""
+    motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
+    motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
+    motions.phi_top[row] = closed.phi_top
+
+
+def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> Iterator[Mark]:
+    """The events on a piece of the curve, in order."""
+    last = len(piece.w) - 1
+    beginnings = [row % (last + 1) for row in at_symmetry]
+    for row, k in enumerate(piece.event):
+        event, point = COLUMNS[k].event if k >= 0 else None, points.get(row)
+        if event is None and row in (0, last):
+            event = Event.PITCHFORK if row in beginnings else Event.CLOSED
+        if event is not None:
+            yield Mark(row, event if point is None or event is Event.ZERO_VELOCITY else point.event, point)
 
 
 def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:

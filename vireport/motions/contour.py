@@ -11,9 +11,10 @@ grid. Between two points of a strand the curve is found on the normal of the cho
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -21,9 +22,8 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
 from vireport.motions.roots import bracketed_root
-from vireport.motions.sweep import EDGE, Level, level_polynomial, level_slope, level_value
-from vireport.physics.forcing import Harmonic
-from vireport.physics.numbers import IMAGINARY_STEP
+from vireport.motions.sweep import EDGE, SweptPlane, level_slope, level_value
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -73,45 +73,39 @@ EXTREMUM_STEPS = 40
 """Newton steps to an extremum of the level, of which six are usual."""
 
 
-class LevelHeight(Protocol):
-    """How far above its level a place of the plane of q and phase is, and its derivatives."""
+class ContourPlane(SweptPlane, frozen=True, eq=False):
+    """The plane of q and phase of a sweep whose level is followed as a contour."""
 
     @property
-    def n(self) -> int:
-        """Forcing periods per motion."""
-
-    @property
+    @abstractmethod
     def order(self) -> int:
         """Highest order of the phase in the level."""
 
     @property
+    @abstractmethod
     def sharp(self) -> bool:
         """Whether the level may have features of any size next to q = 1/2, as that of a nearly horizontal capsule."""
 
     @property
+    @abstractmethod
     def unresolved(self) -> str:
         """Why its level cannot be followed, where that is so."""
 
+    @abstractmethod
     def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
         """A measure of places on the level that is above 0 where motions are, and how far below it none are near."""
 
-    def value(self, u: Any, phi: Any) -> Any:
-        """The height above the level at places of one shape."""
-
+    @abstractmethod
     def on_grid(self, u: Floats, phi: Floats) -> Floats:
-        """The height at all pairs of a u and a phase."""
+        """The height above the level at all pairs of a u and a phase."""
 
+    @abstractmethod
     def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
         """The height and its derivatives by u and by the phase."""
 
 
-class Surface(Struct, frozen=True, eq=False):
+class Surface(ContourPlane, frozen=True, eq=False):
     """The plane of a level of one group, of a force with harmonics."""
-
-    level: Level
-    r: Any
-    n: int
-    harmonics: tuple[Harmonic, ...]
 
     @property
     def order(self) -> int:
@@ -132,19 +126,25 @@ class Surface(Struct, frozen=True, eq=False):
         """A measure of places on the level that is above 0 where motions are: here anywhere."""
         return np.ones(len(u)), 0.0
 
-    def value(self, u: Any, phi: Any) -> Any:
+    def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
         """The height above the level at places of one shape."""
-        return level_value(level_polynomial(self.level, u, self.r, self.n, self.harmonics), phi)
+        return level_value(self.polynomial(u, ops), phi, ops)
+
+    def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
+        """Derivatives of the height by u, as a difference over a share of a step to either side, and by the phase."""
+        step = step / self.order
+        by_u = (self.value(u + step, phi) - self.value(u - step, phi)) / (2 * step)
+        return by_u, self.gradient(u, phi)[2]
 
     def on_grid(self, u: Floats, phi: Floats) -> Floats:
         """The height at all pairs of a u and a phase."""
-        parts, held = level_polynomial(self.level, u, self.r, self.n, self.harmonics)
+        parts, held = self.polynomial(u)
         waves = ((a[:, None] * np.sin(j * phi) + b[:, None] * np.cos(j * phi)) for j, a, b in parts)
         return np.asarray(sum(waves, -np.asarray(held)[:, None]))
 
     def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
         """The height and its derivatives by u and by the phase."""
-        polynomial = level_polynomial(self.level, u + 1j * IMAGINARY_STEP, self.r, self.n, self.harmonics)
+        polynomial = self.polynomial(u + 1j * IMAGINARY_STEP)
         value = level_value(polynomial, phi)
         return value.real, value.imag / IMAGINARY_STEP, np.real(level_slope(polynomial, phi))
 
@@ -189,7 +189,7 @@ class Contour(Struct, frozen=True, eq=False):
         return [float(i) for i in np.flatnonzero(np.abs(self.u[1:-1]) <= ON_MIDDLE) + 1]
 
 
-def contours(surface: LevelHeight) -> list[Contour]:
+def contours(surface: ContourPlane) -> list[Contour]:
     """Every piece of the level curve over 0 < q < 1."""
     u, phi = _grid(surface)
     values = surface.on_grid(u, phi)
@@ -198,7 +198,7 @@ def contours(surface: LevelHeight) -> list[Contour]:
     return [_refined(surface, part) for whole in chains for part in _within(surface, whole)]
 
 
-def _within(surface: LevelHeight, strand: Contour) -> Iterator[Contour]:
+def _within(surface: ContourPlane, strand: Contour) -> Iterator[Contour]:
     """The parts of a contour next to which there may be motions."""
     measure, below = surface.within(strand.u, strand.phi)
     near = measure > below
@@ -217,7 +217,7 @@ def _within(surface: LevelHeight, strand: Contour) -> Iterator[Contour]:
         yield Contour(u[begin : end + 1], phi[begin : end + 1], False)
 
 
-def places(strands: Sequence[Any], which: Ints, w: Floats, surface: LevelHeight) -> tuple[Floats, Floats]:
+def places(strands: Sequence[Any], which: Ints, w: Floats, surface: ContourPlane) -> tuple[Floats, Floats]:
     """The places at parameters `w` of the strands `which`: on the normal of a chord of a contour, to the last bit.
 
     What is no contour is the symmetric line, where u is zero and the parameter is the phase.
@@ -230,7 +230,7 @@ def places(strands: Sequence[Any], which: Ints, w: Floats, surface: LevelHeight)
     return u, phi
 
 
-def _on(strand: Contour, w: Floats, surface: LevelHeight) -> tuple[Floats, Floats]:
+def _on(strand: Contour, w: Floats, surface: ContourPlane) -> tuple[Floats, Floats]:
     last = len(strand.u) - 1
     turns, shifted = np.zeros_like(w), w
     if strand.closed:
@@ -247,7 +247,7 @@ def _on(strand: Contour, w: Floats, surface: LevelHeight) -> tuple[Floats, Float
     return np.clip(u, -EDGE, EDGE), phi + turns * (strand.phi[-1] - strand.phi[0])
 
 
-def _corrected(surface: LevelHeight, u: Floats, phi: Floats, normal: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+def _corrected(surface: ContourPlane, u: Floats, phi: Floats, normal: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """The points of the curve on straight lines in a direction, by Newton's method."""
     size = np.hypot(*normal)
     across = normal[0] / size, normal[1] / size
@@ -271,7 +271,7 @@ def _corrected(surface: LevelHeight, u: Floats, phi: Floats, normal: tuple[Float
     return u, phi
 
 
-def _grid(surface: LevelHeight) -> tuple[Floats, Floats]:
+def _grid(surface: ContourPlane) -> tuple[Floats, Floats]:
     """Grid lines of u and of the phase on which the surface is sampled."""
     highest = surface.order
     even = np.linspace(-EDGE, EDGE, PER_PERIOD * surface.n * highest + 1)
@@ -284,7 +284,7 @@ def _grid(surface: LevelHeight) -> tuple[Floats, Floats]:
     return u, 2 * np.pi * (np.arange(count) + 0.5) / count
 
 
-def _chains(surface: LevelHeight, u: Floats, phi: Floats, values: Floats) -> Iterator[Contour]:
+def _chains(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> Iterator[Contour]:
     """The curve's crossings of the grid, joined from cell to cell."""
     rows, columns = values.shape
     above = values > 0
@@ -324,7 +324,7 @@ def _walked(begin: int, links: dict[int, list[int]], seen: set[int]) -> list[int
     return chain
 
 
-def _joints(surface: LevelHeight, u: Floats, phi: Floats, above: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+def _joints(surface: ContourPlane, u: Floats, phi: Floats, above: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """Pairs of edges between which the curve crosses a cell."""
     rows, columns = above.shape
     shift, right = rows * columns, np.roll(above, -1, axis=1)
@@ -356,13 +356,13 @@ def _joints(surface: LevelHeight, u: Floats, phi: Floats, above: NDArray[np.bool
                 yield onward, high
 
 
-def _saddle(surface: LevelHeight, u: float, phi: float) -> bool:
+def _saddle(surface: ContourPlane, u: float, phi: float) -> bool:
     """Whether the level is exceeded in the middle of a saddle next to a place."""
     place = _stationary(surface, np.array([u]), np.array([phi]))
     return bool(surface.value(*place)[0] > 0)
 
 
-def _stationary(surface: LevelHeight, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
+def _stationary(surface: ContourPlane, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
     """Places near others at which the level does not change, by Newton's method with differences."""
     du, dphi = np.maximum(1e-6 * np.abs(u), 1e-12), 1e-6
     first = u, phi
@@ -381,7 +381,7 @@ def _stationary(surface: LevelHeight, u: Floats, phi: Floats) -> tuple[Floats, F
     return np.where(lost, first[0], u), np.where(lost, first[1], phi)
 
 
-def _hidden(surface: LevelHeight, u: Floats, phi: Floats, values: Floats) -> list[Contour]:
+def _hidden(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> list[Contour]:
     """The curves around extrema that no edge of the grid shows."""
     inner, size = values[1:-1], np.abs(values)
     nearest = np.ones_like(inner, dtype=bool)
@@ -410,7 +410,7 @@ def _hidden(surface: LevelHeight, u: Floats, phi: Floats, values: Floats) -> lis
     return loops
 
 
-def _around(surface: LevelHeight, u: float, phi: float, reach: float) -> Contour:
+def _around(surface: ContourPlane, u: float, phi: float, reach: float) -> Contour:
     """The small closed curve through a place, whose size in u is known."""
     # In the curve's own proportions it is round: u and the phase are measured by its extent in either.
     points, place = [(u, phi)], np.array([u, phi])
@@ -430,7 +430,7 @@ def _around(surface: LevelHeight, u: float, phi: float, reach: float) -> Contour
     return Contour(whole[:, 0], whole[:, 1], True)
 
 
-def _extent(surface: LevelHeight, u: float, phi: float, reach: float) -> float:
+def _extent(surface: ContourPlane, u: float, phi: float, reach: float) -> float:
     """Extent in the phase of a small closed curve with that in u."""
     centre = np.array([u - reach]), np.array([phi])
     small = 1e-4
@@ -441,7 +441,7 @@ def _extent(surface: LevelHeight, u: float, phi: float, reach: float) -> float:
 
 
 def _next_to(
-    surface: LevelHeight, guess: Floats, wide: Floats, way: Floats, side: float = 0.0
+    surface: ContourPlane, guess: Floats, wide: Floats, way: Floats, side: float = 0.0
 ) -> tuple[Floats, Floats]:
     """The point of the curve nearest to a guess, and its direction there, in coordinates over `wide`.
 
@@ -475,7 +475,7 @@ def _thinned(strand: Contour) -> Contour:
     return Contour(strand.u[kept], strand.phi[kept], strand.closed)
 
 
-def _refined(surface: LevelHeight, strand: Contour) -> Contour:
+def _refined(surface: ContourPlane, strand: Contour) -> Contour:
     """A contour with more points where the curve bends away from a chord."""
     _, by_u, by_phi = surface.gradient(strand.u, strand.phi)
     du, dphi = np.diff(strand.u), np.diff(strand.phi)
@@ -503,7 +503,7 @@ def _refined(surface: LevelHeight, strand: Contour) -> Contour:
     return Contour(whole[:, 0], whole[:, 1], strand.closed)
 
 
-def _walk(surface: LevelHeight, first: Floats, second: Floats, way: Floats) -> list[tuple[float, float]]:
+def _walk(surface: ContourPlane, first: Floats, second: Floats, way: Floats) -> list[tuple[float, float]]:
     """Points of the curve from one on it to another, in a direction.
 
     Raises

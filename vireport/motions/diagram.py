@@ -6,14 +6,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.records import brief
-from vireport.motions.branches import Branch
+from vireport.motions.branches import Branch, branches_of
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
 from vireport.motions.level_curve import LevelCurve, curve_of, sample
+from vireport.motions.pieces import pieces_of
 from vireport.motions.points import Point
 from vireport.motions.stability import Stability
 from vireport.motions.sweep import Sweep
-from vireport.motions.tracing import branches_of
 from vireport.physics.motion import Motion, Symmetry
 
 SAME_POINT = 1e-9
@@ -56,7 +56,8 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
         With a restitution below 1.
     """
     curve = curve_of(sweep)
-    branches, critical_points = _numbered(curve, branches_of(curve, sample(curve)))
+    pieces = pieces_of(curve, sample(curve))
+    branches, critical_points = _numbered(curve, [branches_of(curve, piece) for piece in pieces])
     return BifurcationDiagram(curve, branches, critical_points)
 
 

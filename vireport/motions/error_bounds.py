@@ -26,12 +26,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.motions.level_curve import plane_of
 from vireport.motions.one_to_one import Motions
-from vireport.motions.orbits import coefficients, orbits_above
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, residuals
 from vireport.motions.stability import discriminant, lap_decay, return_trace
-from vireport.motions.sweep import Held, Level, Sweep, level_polynomial, level_terms, level_value
+from vireport.motions.sweep import Held, Level, Sweep, SweptPlane
 from vireport.physics.device import GROUP_ERROR
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
@@ -94,15 +94,10 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] |
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
     u, ops = Rounded(m.u, delta_u), ROUNDED
-    harmonics, strength = _harmonics(sweep.device.harmonics), _strength(sweep.device.harmonics)
-    phi, level = Rounded(m.phi_bottom, delta_phi), _enclosed_level(sweep.level)
-    if level.varied is None:
-        orbit = orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops, harmonics, level.friction)
-    else:
-        from vireport.motions.bounces import Bounces
-
-        orbit = Bounces(level, each(sweep.device.restitution, Rounded), n, harmonics).orbits(u, phi, ops)
-        r = orbit.restitution
+    strength, phi = _strength(sweep.device.harmonics), Rounded(m.phi_bottom, delta_phi)
+    plane = _enclosed(plane_of(sweep))
+    orbit = replace(plane, r=r).orbits(u, phi, ops) if plane.level.varied is None else plane.orbits(u, phi, ops)
+    r = r if orbit.restitution is None else orbit.restitution
     trace = return_trace(orbit, r)
     top = wrapped(np.arctan2(orbit.sin_top.value, orbit.cos_top.value) - m.phi_top)
     phase_top = orbit.sin_top.error + orbit.cos_top.error + np.abs(top) + 2 * FUNCTION * np.pi
@@ -137,7 +132,7 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] |
         "velocity_bottom": velocity_bottom,
         "velocity_top": velocity_top,
         "trace": _unless_lost(_from(trace, m.trace), m.trace),
-        "determinant": _determinant_bounds(level, r, m),
+        "determinant": _determinant_bounds(plane.level, r, m),
         "discriminant": _unless_lost(_from(discriminant(trace, lap_decay(r)), m.discriminant), m.discriminant),
         "wall_gap": np.where(at_rest, np.inf, d + np.where(m.wall_gap < m.d, turning, 0.0)),
     }
@@ -192,51 +187,24 @@ def _strength(harmonics: Sequence[Harmonic]) -> float:
 
 def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     """How far, in q and in phase, the exact motion of the level is from each 1:1 motion."""
-    level, n, harmonics = sweep.level, sweep.device.period_ratio, sweep.device.harmonics
-    if level.varied is not None:
-        return _bouncing_bounds(sweep, m)
-    ops, r, u = ROUNDED, each(m.restitution, Rounded), Rounded(m.u)
-    most = max(by_wall(m.restitution))
-    h = STEP * (1 - most) / (1 + most)
-    sine, cosine = ops.sin(Rounded(m.phi_bottom)), ops.cos(Rounded(m.phi_bottom))
-    if harmonics:
-        from vireport.motions.contour import Surface
-
-        h, phi = h / max(harmonic.order for harmonic in harmonics), Rounded(m.phi_bottom)
-        residual = level_value(level_polynomial(_enclosed_level(level), u, r, n, _harmonics(harmonics), ops), phi, ops)
-        height = Surface(level, m.restitution, n, harmonics)
-        _, _, slope_phi = height.gradient(m.u, m.phi_bottom)
-        slope_u = (height.value(m.u + h, m.phi_bottom) - height.value(m.u - h, m.phi_bottom)) / (2 * h)
-    else:
-        a, b, c = level_terms(_enclosed_level(level), coefficients(u, r, n, ops), u, r, n, ops)
-
-        def condition(u: Floats) -> Any:
-            a, b, c = level_terms(level, coefficients(u, m.restitution, n), u, m.restitution, n)
-            return a * sine.value + b * cosine.value - c
-
-        slope_u = (condition(m.u + h) - condition(m.u - h)) / (2 * h)
-        slope_phi = a.value * cosine.value - b.value * sine.value
-        residual = a * sine + b * cosine - c
+    plane, u, phi = plane_of(sweep), m.u, m.phi_bottom
+    if plane.level.varied is None:
+        plane = replace(plane, r=m.restitution)  # where it falls with speed, of each motion its own
+    most = max(by_wall(plane.r))
+    slope_u, slope_phi = plane.slopes(u, phi, STEP * (1 - most) / (1 + most))
+    residual = _enclosed(plane).value(Rounded(u), Rounded(phi), ROUNDED)
     # The least change of (q, phase) to make up for a residual rho is rho grad/|grad|^2.
     reach = CURVATURE * _largest(residual) / (slope_u**2 + slope_phi**2)
     # On the symmetric line of a horizontal capsule u = 0 is exact, and any phase is that of a motion.
-    free = level.symmetric(m.restitution, harmonics) & (m.u == 0)
+    free = plane.level.symmetric(plane.r, plane.harmonics) & (u == 0)
     delta_u, delta_phi = (np.where(free, 0.0, reach * np.abs(slope)) for slope in (slope_u, slope_phi))
     return delta_u, delta_phi
 
 
-def _bouncing_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
-    """`_place_bounds` along a sweep over a restitution."""
-    from vireport.motions.bounces import Bounces
-
-    level, r, harmonics = sweep.level, sweep.device.restitution, sweep.device.harmonics
-    plane = Bounces(level, r, sweep.device.period_ratio, harmonics)
-    enclosed = replace(plane, level=_enclosed_level(level), r=each(r, Rounded), harmonics=_harmonics(harmonics))
-    residual = enclosed.height(Rounded(m.u), Rounded(m.phi_bottom), ROUNDED)
-    _, slope_u, slope_phi = plane.gradient(m.u, m.phi_bottom)
-    reach = CURVATURE * _largest(residual) / (slope_u**2 + slope_phi**2)
-    free = level.symmetric(r, harmonics) & (m.u == 0)
-    return np.where(free, 0.0, reach * np.abs(slope_u)), np.where(free, 0.0, reach * np.abs(slope_phi))
+def _enclosed(plane: SweptPlane) -> SweptPlane:
+    """A plane in numbers that carry the error to which the scenario gives them."""
+    level, r, harmonics = _enclosed_level(plane.level), each(plane.r, Rounded), _harmonics(plane.harmonics)
+    return replace(plane, level=level, r=r, harmonics=harmonics)
 
 
 def _enclosed_level(level: Level) -> Level:

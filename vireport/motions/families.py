@@ -16,8 +16,8 @@ from vireport.base.records import brief
 from vireport.motions.error_bounds import distance_bounds, family_bounds
 from vireport.motions.events import Event
 from vireport.motions.paths import Curve
-from vireport.motions.periodicity import Model
-from vireport.motions.points import Point, model_of
+from vireport.motions.periodicity import Model, model_of
+from vireport.motions.points import Point
 from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
 from vireport.motions.sweep import Sweep, settable
 from vireport.motions.switching import Limits

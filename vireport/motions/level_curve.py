@@ -1,5 +1,8 @@
 """The level curve of a sweep on the surface of motions: cut into strands, evaluated along them, and sampled.
 
+Read from `curve_of` on: where a sweep has motions at all, the strands of its curve, the motions along these with the
+functions that are zero where something happens, and the samples between which nothing is missed.
+
 Above each q a level a sin(phi) + b cos(phi) = c has two motions where |c| < (a^2 + b^2)^(1/2), one where they meet,
 none beyond. So a sweep's motions lie above the intervals of q where that holds, on an upper and a lower sheet that
 join smoothly at each end that is a meeting. One parameter w runs over both: q = middle - half cos(w), upper sheet
@@ -9,7 +12,7 @@ for 0 < w < pi, lower for pi < w < 2 pi. Where the force has harmonics there are
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -17,21 +20,18 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
 from vireport.base.records import brief
+from vireport.motions.bounces import Bounces
 from vireport.motions.conditions import Condition
+from vireport.motions.contour import Contour, ContourPlane, Surface, contours, places
 from vireport.motions.events import Event
-from vireport.motions.orbits import Orbits, coefficients, orbits, orbits_above, rubbing
+from vireport.motions.orbits import Orbits, coefficients, orbits_above, rubbing
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, lap_decay, return_trace
-from vireport.motions.sweep import EDGE, Level, Sweep, level_terms, mirrors
-from vireport.motions.turning import slowest, wall_gap
+from vireport.motions.sweep import EDGE, Level, Sweep, SweptPlane
 from vireport.physics.device import FINEST_D
 from vireport.physics.forcing import SINE, Harmonic
 from vireport.physics.groups import by_wall
-from vireport.physics.numbers import ARRAYS
 from vireport.scenario.parameters import Parameter
-
-if TYPE_CHECKING:
-    from vireport.motions.contour import Contour, LevelHeight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -128,96 +128,103 @@ class Strand(Struct, frozen=True, eq=False):
         return [w for w in (-middle, middle, 2 * np.pi - middle) if self.start < w < self.end]
 
 
-Strands: TypeAlias = "list[Strand | Contour]"
+Strands: TypeAlias = list[Strand | Contour]
 """The pieces of a level curve; contours where the force has harmonics, but for the symmetric line."""
 
 
-def find_strands(level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()) -> Strands:
-    """Every strand of a level curve over 0 < q < 1.
+class LevelCurve(Struct, frozen=True, eq=False):
+    """A level curve ready to be evaluated.
 
-    Parameters
+    Attributes
     ----------
-    level : Level
-        What the sweep holds.
-    r : float or Restitutions
-        Restitution coefficient, 0 <= r < 1.
-    n : int
-        Forcing periods per motion.
-    harmonics : tuple of Harmonic
-        Of the force.
-    """
-    strands: Strands = []
-    # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line beside the rest of
-    # the level, of which u is divided out in `level_terms`.
-    if mirrors(level, r, n, harmonics):
-        strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
-    if (plane := _plane(level, r, n, harmonics)) is not None:
-        from vireport.motions.contour import contours
-
-        return [*strands, *contours(plane)]
-    for low, high in _existence(level, r, n):
-        if low == -EDGE and high == EDGE:
-            strands += [Strand(low, high, 0.0, np.pi, False), Strand(low, high, np.pi, 2 * np.pi, False)]
-        elif high == EDGE:
-            strands.append(Strand(low, high, -np.pi, np.pi, False))
-        else:
-            strands.append(Strand(low, high, 0.0, 2 * np.pi, low != -EDGE))
-    return strands
-
-
-def _plane(level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> LevelHeight | None:
-    """Where the level is a contour; None where two sheets are its motions."""
-    if level.varied is not None:
-        from vireport.motions.bounces import Bounces
-
-        return Bounces(level, r, n, harmonics)
-    if harmonics:
-        from vireport.motions.contour import Surface
-
-        return Surface(level, r, n, harmonics)
-    return None
-
-
-def orbits_on(
-    level: Level, u: Any, phi: Any, r: Any, n: int, harmonics: tuple[Harmonic, ...] = (), ops: Any = ARRAYS
-) -> Orbits:
-    """Evaluate the motions at places of a level; `r` is the restitution of its device."""
-    if level.varied is not None:
-        from vireport.motions.bounces import Bounces
-
-        return Bounces(level, r, n, harmonics).orbits(u, phi, ops)
-    return orbits(u, phi, r, n, ops, harmonics, level.friction)
-
-
-def _existence(level: Level, r: Any, n: int) -> list[tuple[float, float]]:
-    """Intervals of u in which the level has motions.
-
-    The margin (a^2 + b^2)^(1/2) - |c| is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to
-    the edges, where d vanishes, in every decade down to rounding; its zeros are then bisected, and its extrema that
-    come close to zero without crossing it are refined first.
+    sweep : Sweep
+    plane : SweptPlane
+        In which the curve lies.
+    strands : list of Strand or Contour
+    bounds : tuple of float
+        Range of the sweep's coordinate that is looked at: what is asked for, as far as there can be motions and
+        rounding resolves them.
     """
 
-    def margin(u: Floats) -> Floats:
-        a, b, c = level_terms(level, coefficients(u, r, n), u, r, n)
-        return np.asarray(np.hypot(a, b) - np.abs(c))
+    sweep: Sweep
+    plane: SweptPlane
+    strands: Strands
+    bounds: tuple[float, float]
 
-    even = np.linspace(-EDGE, EDGE, 256 * n + 1)
-    decades = 10.0 ** np.arange(TINIEST_FEATURE, -2, 0.25)
-    near_edge = EDGE - decades[decades > 1e-12]
-    grid = np.sort(np.concatenate([even, decades, -decades, near_edge, -near_edge]))
-    values = margin(grid)
-    index = np.nonzero(may_hide_zeros(values))[0] + 1
-    # Without this, intervals of motions narrower than a step of the grid are lost.
-    if index.size:
-        sign = np.sign(values[index])
-        extra = golden_minimum(lambda u: sign * margin(u), grid[index - 1], grid[index + 1], EXISTENCE_SECTIONS)
-        order = np.argsort(np.concatenate([grid, extra]), kind="stable")
-        grid, values = np.concatenate([grid, extra])[order], np.concatenate([values, margin(extra)])[order]
-    inside = values > 0
-    flips = np.nonzero(inside[1:] != inside[:-1])[0]
-    roots = bracketed_root(margin, grid[flips], grid[flips + 1])
-    ends = np.concatenate([[-EDGE] if inside[0] else [], roots, [EDGE] if inside[-1] else []])
-    return [(float(ends[i]), float(ends[i + 1])) for i in range(0, len(ends), 2)]
+    __repr__ = brief
+
+    @property
+    def level(self) -> Level:
+        """What the sweep holds."""
+        return self.plane.level
+
+    def restitution(self, orbit: Orbits) -> Any:
+        """The restitution of motions: the device's, but for those along a sweep over it."""
+        return self.plane.r if orbit.restitution is None else orbit.restitution
+
+    @property
+    def speed(self) -> float:
+        """Scale of the impact velocities of all motions on the level."""
+        if self.level.d is not None:
+            return float(1 + self.level.d / self.plane.n + self.level.value * self.plane.n)
+        most = float(max(by_wall(self.plane.r)))
+        return 1 + (1 + most) / (1 - most) / float(np.pi)
+
+    def at(self, which: Ints | int, w: Floats) -> Orbits:
+        """Motions at parameters `w` of the strands `which`, one for all or of each."""
+        return evaluate(self.plane, self.strands, which, w)
+
+    def event_values(self, orbit: Orbits) -> Floats:
+        """Functions that are zero where the conditions of `COLUMNS` hold, but for grazing: NaN, as the gap costs most.
+
+        The last four are positive on what may be a motion.
+        """
+        r, (low, high) = self.restitution(orbit), self.bounds
+        coordinate = self.sweep.coordinate(orbit)
+        with np.errstate(all="ignore"):
+            trace = return_trace(orbit, r)
+        unknown = np.full(trace.shape, np.nan)
+        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
+        decay = lap_decay(r)
+        bounces = decay > 0
+        traced = [
+            np.where(bounces, condition.excess(trace, decay), unknown)
+            if condition.event is Event.NODE_FOCUS
+            else condition.excess(trace, decay)
+            for condition in COLUMNS[TRACED]
+        ]
+        in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
+        return np.array([*traced, unknown, orbit.velocity_bottom, -orbit.velocity_top, *in_sweep]).T
+
+
+def plane_of(sweep: Sweep) -> SweptPlane:
+    """The plane of the 1:1 motions of a sweep, by what their level is there: two sheets of a sine, else a contour."""
+    device = sweep.device
+    kind: type[SweptPlane] = Surface if device.harmonics else SweptPlane
+    if sweep.parameter.bounces:
+        kind = Bounces
+    return kind(sweep.level, device.restitution, device.period_ratio, device.harmonics)
+
+
+def curve_of(sweep: Sweep) -> LevelCurve:
+    """Find the level curve of a sweep."""
+    plane, device = plane_of(sweep), sweep.device
+    if sweep.parameter.bounces:
+        return LevelCurve(sweep, plane, find_strands(plane), sweep.coordinate_range)
+    ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
+    least = min(float(end.d) for end in ends), min(float(end.gbar) for end in ends)
+    largest = largest_groups(device.restitution, device.period_ratio, device.harmonics)
+    if device.rubs:
+        most = max(float(end.friction) for end in ends)
+        largest = largest_with_friction(largest, most, device.restitution, device.period_ratio)
+    low, high = sweep.coordinate_range
+    if any(group > most for group, most in zip(least, largest, strict=True)):
+        return LevelCurve(sweep, plane, [], (low, high))
+    strands = find_strands(plane)
+    # A sweep over decades is bounded on the scale of the motions, or else its ends are lost in rounding.
+    if sweep.parameter is Parameter.INCLINATION:
+        return LevelCurve(sweep, plane, strands, (low, min(high, largest[1])))
+    return LevelCurve(sweep, plane, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
 
 
 def largest_with_friction(largest: tuple[float, float], friction: float, r: Any, n: int) -> tuple[float, float]:
@@ -240,15 +247,62 @@ def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> tuple[flo
     return 1.001 * float(d.max()), 1.001 * float(gbar.max())
 
 
-def evaluate(
-    strands: Strands, which: Ints, w: Floats, level: Level, r: Any, n: int, harmonics: tuple[Harmonic, ...] = ()
-) -> Orbits:
-    """Motions at parameters `w` of the strands `which`, arrays of one shape."""
-    if (plane := _plane(level, r, n, harmonics)) is not None:
-        from vireport.motions.contour import places
+def find_strands(plane: SweptPlane) -> Strands:
+    """Every strand of the level of a plane over 0 < q < 1."""
+    strands: Strands = []
+    # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line beside the rest of
+    # the level, of which u is divided out in `SweptPlane.terms`.
+    if plane.mirrors:
+        strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
+    if isinstance(plane, ContourPlane):
+        return [*strands, *contours(plane)]
+    for low, high in _existence(plane):
+        if low == -EDGE and high == EDGE:
+            strands += [Strand(low, high, 0.0, np.pi, False), Strand(low, high, np.pi, 2 * np.pi, False)]
+        elif high == EDGE:
+            strands.append(Strand(low, high, -np.pi, np.pi, False))
+        else:
+            strands.append(Strand(low, high, 0.0, 2 * np.pi, low != -EDGE))
+    return strands
 
+
+def _existence(plane: SweptPlane) -> list[tuple[float, float]]:
+    """Intervals of u in which the level has motions.
+
+    The margin (a^2 + b^2)^(1/2) - |c| is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to
+    the edges, where d vanishes, in every decade down to rounding; its zeros are then bisected, and its extrema that
+    come close to zero without crossing it are refined first.
+    """
+
+    def margin(u: Floats) -> Floats:
+        a, b, c = plane.terms(coefficients(u, plane.r, plane.n), u)
+        return np.asarray(np.hypot(a, b) - np.abs(c))
+
+    even = np.linspace(-EDGE, EDGE, 256 * plane.n + 1)
+    decades = 10.0 ** np.arange(TINIEST_FEATURE, -2, 0.25)
+    near_edge = EDGE - decades[decades > 1e-12]
+    grid = np.sort(np.concatenate([even, decades, -decades, near_edge, -near_edge]))
+    values = margin(grid)
+    index = np.nonzero(may_hide_zeros(values))[0] + 1
+    # Without this, intervals of motions narrower than a step of the grid are lost.
+    if index.size:
+        sign = np.sign(values[index])
+        extra = golden_minimum(lambda u: sign * margin(u), grid[index - 1], grid[index + 1], EXISTENCE_SECTIONS)
+        order = np.argsort(np.concatenate([grid, extra]), kind="stable")
+        grid, values = np.concatenate([grid, extra])[order], np.concatenate([values, margin(extra)])[order]
+    inside = values > 0
+    flips = np.nonzero(inside[1:] != inside[:-1])[0]
+    roots = bracketed_root(margin, grid[flips], grid[flips + 1])
+    ends = np.concatenate([[-EDGE] if inside[0] else [], roots, [EDGE] if inside[-1] else []])
+    return [(float(ends[i]), float(ends[i + 1])) for i in range(0, len(ends), 2)]
+
+
+def evaluate(plane: SweptPlane, strands: Strands, which: Ints | int, w: Floats) -> Orbits:
+    """Motions at parameters `w` of the strands `which`, one for all or of each."""
+    which = np.broadcast_to(which, w.shape)
+    if isinstance(plane, ContourPlane):
         u, phi = places(strands, which, w, plane)
-        return orbits_on(level, u, np.mod(phi, 2 * np.pi), r, n, harmonics)
+        return plane.orbits(u, np.mod(phi, 2 * np.pi))
     sheets = [strand for strand in strands if isinstance(strand, Strand)]  # all of them
     low = np.array([s.low for s in sheets])[which]
     width = np.array([s.high - s.low for s in sheets])[which]
@@ -257,8 +311,8 @@ def evaluate(
     near_high = width * np.cos(half_angle) ** 2
     # Measured from the nearer end, so that u keeps its relative accuracy where the sheets meet.
     u = np.where(near_low <= near_high, low + near_low, low + width - near_high)
-    terms = coefficients(u, r, n)
-    a, b, c = level_terms(level, terms, u, r, n)
+    terms = coefficients(u, plane.r, plane.n)
+    a, b, c = plane.terms(terms, u)
     norm = np.hypot(a, b)
     ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
     # An open strand ends on one sheet, at an edge where the two do not meet: there w must not be taken modulo 2 pi.
@@ -268,124 +322,7 @@ def evaluate(
     # a sin(phi) + b cos(phi) = (a^2 + b^2)^(1/2) cos(phi - arctan2(a, b)) = c: two phases, one on either sheet.
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
-    return orbits_above(terms, u, np.mod(phi, 2 * np.pi), r, n, friction=level.friction)
-
-
-class LevelCurve(Struct, frozen=True, eq=False):
-    """A level curve ready to be evaluated.
-
-    Attributes
-    ----------
-    sweep : Sweep
-    level : Level
-    strands : list of Strand or Contour
-    bounds : tuple of float
-        Range of the sweep's coordinate that is looked at: what is asked for, as far as there can be motions and
-        rounding resolves them.
-    """
-
-    sweep: Sweep
-    level: Level
-    strands: Strands
-    bounds: tuple[float, float]
-
-    __repr__ = brief
-
-    @property
-    def r(self) -> Any:
-        """Restitution coefficient of the device, of both membranes or of each."""
-        return self.sweep.device.restitution
-
-    def restitution(self, orbit: Orbits) -> Any:
-        """That of motions, which have their own along a sweep over it."""
-        return self.r if orbit.restitution is None else orbit.restitution
-
-    def through(self, u: Floats, phi: Floats) -> Orbits:
-        """The motions at places of the curve."""
-        return orbits_on(self.level, u, phi, self.r, self.n, self.harmonics)
-
-    @property
-    def n(self) -> int:
-        """Forcing periods per motion."""
-        return self.sweep.device.period_ratio
-
-    @property
-    def harmonics(self) -> tuple[Harmonic, ...]:
-        """Harmonics of the force."""
-        return self.sweep.device.harmonics
-
-    @property
-    def horizontal(self) -> bool:
-        """Whether motions have mirror images, see `mirrors`."""
-        return mirrors(self.level, self.r, self.n, self.harmonics)
-
-    def at(self, which: Ints, w: Floats) -> Orbits:
-        """Motions at parameters `w` of the strands `which`."""
-        return evaluate(self.strands, which, w, self.level, self.r, self.n, self.harmonics)
-
-    @property
-    def speed(self) -> float:
-        """Scale of the impact velocities of all motions on the level."""
-        if self.level.d is not None:
-            return float(1 + self.level.d / self.n + self.level.value * self.n)
-        most = float(max(by_wall(self.r)))
-        return 1 + (1 + most) / (1 - most) / float(np.pi)
-
-    def on(self, strand: int, w: Floats) -> Orbits:
-        """Motions at parameters `w` of one strand."""
-        return self.at(np.full(len(w), strand), w)
-
-    def event_values(self, orbit: Orbits, with_gap: object = True) -> Floats:
-        """Functions that are zero where the conditions of `COLUMNS` hold.
-
-        The last four are positive on what may be a motion. The gap costs most; it is NaN outside the mask `with_gap`
-        and where there can be no motion.
-        """
-        r, (low, high) = self.restitution(orbit), self.bounds
-        coordinate = self.sweep.coordinate(orbit)
-        with np.errstate(all="ignore"):
-            trace = return_trace(orbit, r)
-        unknown = np.full(trace.shape, np.nan)
-        # Without restitution Delta = tr^2 touches zero and never falls below it: no motion is a focus.
-        decay = lap_decay(r)
-        bounces = decay > 0
-        traced = [
-            np.where(bounces, condition.excess(trace, decay), unknown)
-            if condition.event is Event.NODE_FOCUS
-            else condition.excess(trace, decay)
-            for condition in COLUMNS[TRACED]
-        ]
-        in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
-        values = np.array([*traced, unknown, orbit.velocity_bottom, -orbit.velocity_top, *in_sweep])
-        inside = (values[VALIDITY].min(axis=0) > 0) & with_gap
-        if inside.any():
-            within = orbit.select(inside)
-            r = self.restitution(within)
-            # A ball with friction that turns in a flight is on another way before it can graze.
-            values[GRAZING, inside] = wall_gap(within, r) if orbit.friction is None else slowest(within, r)[0]
-        return values.T
-
-
-def curve_of(sweep: Sweep) -> LevelCurve:
-    """Find the level curve of a sweep."""
-    level, device = sweep.level, sweep.device
-    if sweep.parameter.bounces:
-        strands = find_strands(level, device.restitution, device.period_ratio, device.harmonics)
-        return LevelCurve(sweep, level, strands, sweep.coordinate_range)
-    ends = [device.groups(sweep.parameter, value) for value in (sweep.start, sweep.end)]
-    least = min(float(end.d) for end in ends), min(float(end.gbar) for end in ends)
-    largest = largest_groups(device.restitution, device.period_ratio, device.harmonics)
-    if device.rubs:
-        most = max(float(end.friction) for end in ends)
-        largest = largest_with_friction(largest, most, device.restitution, device.period_ratio)
-    low, high = sweep.coordinate_range
-    if any(group > most for group, most in zip(least, largest, strict=True)):
-        return LevelCurve(sweep, level, [], (low, high))
-    strands = find_strands(level, device.restitution, device.period_ratio, device.harmonics)
-    # A sweep over decades is bounded on the scale of the motions, or else its ends are lost in rounding.
-    if sweep.parameter is Parameter.INCLINATION:
-        return LevelCurve(sweep, level, strands, (low, min(high, largest[1])))
-    return LevelCurve(sweep, level, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
+    return orbits_above(terms, u, np.mod(phi, 2 * np.pi), plane.r, plane.n, friction=plane.level.friction)
 
 
 class Samples(Struct, frozen=True, eq=False):
@@ -447,7 +384,7 @@ def sample(curve: LevelCurve) -> Samples:
 
 def _samples(curve: LevelCurve, which: Ints, w: Floats) -> Samples:
     orbit = curve.at(which, w)
-    events = curve.event_values(orbit, with_gap=False)
+    events = curve.event_values(orbit)
     r = curve.restitution(orbit)
     decay = lap_decay(r)
     trace = COLUMNS[0].trace(events[:, 0], decay)

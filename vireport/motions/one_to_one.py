@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -20,11 +21,13 @@ from vireport.motions.stability import (
     lap_decay,
     return_trace,
 )
-from vireport.motions.sweep import Level, Sweep
+from vireport.motions.sweep import Sweep
 from vireport.motions.turning import wall_gap
 from vireport.physics.device import Device
 from vireport.physics.forcing import wave
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.motion import Motion
+from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
@@ -116,6 +119,12 @@ class Motions(Struct, frozen=True, eq=False):
             velocity_top=-self.velocity_bottom,
         )
 
+    def motion(self, row: int, n: int) -> Motion:
+        """One of them, in n forcing periods, by its impacts; what varies is the swept value."""
+        start, up = self.phi_bottom[row] / pi, 2 * n * (0.5 + self.u[row])
+        velocity = np.array([self.velocity_bottom[row], self.velocity_top[row]])
+        return Motion(Word((1, -1), n), velocity, np.array([start, start + up]), float(self.sweep_value[row]))
+
     @property
     def words(self) -> list[str]:
         """Table 1's type of each motion, in its words."""
@@ -195,7 +204,7 @@ def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) 
     return BallPath(*(np.concatenate(columns) for columns in zip(*flights, strict=True)))
 
 
-def motions_of(sweep: Sweep, level: Level, orbit: Orbits, restitution: Any = None) -> Motions:
+def motions_of(sweep: Sweep, orbit: Orbits, restitution: Any = None) -> Motions:
     """Evaluate everything that is known of the motions on a sweep's level.
 
     The group that the sweep holds is given its exact value.
@@ -203,15 +212,13 @@ def motions_of(sweep: Sweep, level: Level, orbit: Orbits, restitution: Any = Non
     Parameters
     ----------
     sweep : Sweep
-    level : Level
-        Of the sweep.
     orbit : Orbits
     restitution : float or Restitutions, optional
         Of these motions; their own, or that of the device, by default.
     """
     restitutions = sweep.device.restitution if orbit.restitution is None else orbit.restitution
     r = restitutions if restitution is None else restitution
-    d, gbar = level.groups(orbit)
+    d, gbar = sweep.level.groups(orbit)
     trace = np.array(return_trace(orbit, r))
     gap = wall_gap(orbit, r)
     return Motions(

@@ -17,11 +17,11 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.motions.stability import flight_jacobian, product_trace
-from vireport.motions.sweep import Held, Level
+from vireport.motions.sweep import Held, Level, Sweep
 from vireport.physics import flight
 from vireport.physics.device import MOVES
 from vireport.physics.forcing import Harmonic, Wave, wave
-from vireport.physics.groups import Groups, Restitutions, by_wall
+from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 
@@ -143,6 +143,14 @@ class Model(Struct, frozen=True):
         bounces = (0.0, 0.0) if self.level.varied is None else MOVES[self.level.varied]
         rubbing = [] if friction is None else [friction.by_gbar * by_gbar + friction.by_d * by_d]
         return np.array([[by_d, by_gbar, *bounces, *[0.0] * (2 * len(self.harmonics)), *rubbing]]).T
+
+
+@lru_cache(maxsize=8)
+def model_of(sweep: Sweep, ops: Any) -> Model:
+    """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
+    device = sweep.device
+    harmonics = tuple(harmonic.exact(ops) for harmonic in device.harmonics)
+    return Model(sweep.level_in(ops), each(device.restitution, ops.exact), harmonics)
 
 
 class Leg(NamedTuple):

@@ -2,35 +2,56 @@
 
 From where a motion is in doubles, or in the closed form of 1:1 motions, to its last digit. Grazing, where a turning
 point of the ball comes to touch a membrane and a family ends, is the touch as an impact of velocity zero.
+
+Read from `points_on` on: the critical points of a piece of a level curve, the motions at the very ends of the sweep,
+and what both rest on; `polished` is the same for motions of any word.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from decimal import Decimal
-from functools import lru_cache
-from math import atan2, cos, inf, pi, sin
+from functools import partial
+from math import atan2, cos, inf, pi, remainder, sin
 from sys import float_info
 from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.motions.conditions import Condition, Equation, held_at_once, stopped
 from vireport.motions.events import Event
-from vireport.motions.one_to_one import Motions
+from vireport.motions.level_curve import LevelCurve
 from vireport.motions.orbits import Orbits
-from vireport.motions.periodicity import Model, Varied, trace
-from vireport.motions.polish import DECIMALS, Solved, in_decimals, solve_motion
+from vireport.motions.periodicity import Varied, model_of, trace
+from vireport.motions.pieces import Piece
+from vireport.motions.polish import DECIMALS, FARTHEST, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
-from vireport.physics.groups import Groups, each
+from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion, Symmetry
 from vireport.physics.numbers import ARRAYS, FLOATS
 from vireport.physics.word import Word
 from vireport.text.formatting import shown
+
+Floats = NDArray[np.float64]
+
+BRACKET = 1e-6
+"""Distance to either side of an event at which it is evaluated to bound it where the polish does not settle."""
+
+BRACKETED = "u", "phi", "d", "gbar", "velocity_bottom", "velocity_top"
+"""What is known of an event that was only bracketed, by the names of `Orbits`."""
+
+BRACKET_ROUNDING = 1e-12
+"""Relative rounding of what is known of an event that was only bracketed."""
+
+TURN_STEP = 1e-4
+"""Step of w over which a turn of the sweep's coordinate is told from its going on."""
 
 AT_ONCE = 1e-9
 """Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
@@ -140,6 +161,199 @@ class Point(Struct, frozen=True, eq=False):
         return DETAILS[self.event if self.rest is None else Event.ZERO_VELOCITY, self.rest]
 
 
+def points_on(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, Point]:
+    """The critical points of a piece, with their mirror images, by its rows.
+
+    Parameters
+    ----------
+    curve : LevelCurve
+    piece : Piece
+    orbit : Orbits
+        Its motions.
+    """
+    return {
+        row: _point(curve, piece, row, condition, orbit)
+        for row, condition in piece.conditions.items()
+        if condition.event is not Event.SWEEP_END
+    }
+
+
+def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbit: Orbits) -> Point:
+    """The critical point at a row of a piece, whose motions are `orbit`; with its mirror image where it has one."""
+    event = Event.GRAZING if condition.event is Event.ZERO_VELOCITY else condition.event
+    if condition.event is Event.GRAZING and curve.level.friction is not None:
+        event, condition = Event.STOP, Condition(Event.STOP)
+    if event is Event.FOLD and piece.symmetric and not _turns(curve, piece, row):
+        event = Event.PITCHFORK
+    try:
+        return _polished(curve, piece, event, condition, orbit.select([row]))
+    except (NumericalError, ArithmeticError):
+        near = curve.at(piece.strand, piece.w[row] + BRACKET * np.array([0.0, -1.0, 1.0]))
+        return _bracketed(curve, piece, event, condition, near)
+
+
+def _at_rest(curve: LevelCurve, condition: Condition) -> tuple[int, ...]:
+    """The impacts that have no velocity at a condition."""
+    # Without gravity along the capsule an impact loses its velocity together with the other, by momentum (3.8).
+    return (0, 1) if curve.level.horizontal and condition.rests else condition.rests
+
+
+def _turns(curve: LevelCurve, piece: Piece, row: int) -> bool:
+    """Whether the sweep's coordinate has an extremum at an event."""
+    x = curve.sweep.coordinate(curve.at(piece.strand, piece.w[row] + TURN_STEP * np.array([-1.0, 0.0, 1.0])))
+    return bool((x[0] - x[1]) * (x[2] - x[1]) > 0)
+
+
+def _polished(curve: LevelCurve, piece: Piece, event: Event, condition: Condition, orbit: Orbits) -> Point:
+    """An event of a piece, polished; `orbit` is the motion as it was located (arrays of length one)."""
+    sweep, rests, coordinate = curve.sweep, _at_rest(curve, condition), float(curve.sweep.coordinate(orbit)[0])
+    with in_decimals():
+        motion = motion_of(orbit, curve.plane.n, coordinate)
+        solved, touches = solve_one_to_one(partial(model_of, sweep), motion, condition, piece.symmetric)
+        value, at_rest = sweep.value(solved.x[-1], DECIMALS), (*rests, *touches)
+        point = point_of(solved, event, value, at_rest, touches)
+        if not piece.mirrored:
+            return point
+        # Its bottom impact is the image of the top one.
+        top = next(i for i, wall in enumerate(solved.word.walls) if wall == -1 and i not in touches)
+        resting, touching = (tuple((i - top) % len(solved.word) for i in impacts) for impacts in (at_rest, touches))
+        return replace(point, mirror=point_of(solved.mirrored(top), event, value, resting, touching))
+
+
+def _bracketed(curve: LevelCurve, piece: Piece, event: Event, condition: Condition, orbit: Orbits) -> Point:
+    """An event where the polish does not settle, by the motions there and to either side, which give its bound."""
+    rests = _at_rest(curve, condition)
+    point = _between(curve, orbit, event, rests)
+    if not piece.mirrored:
+        return point
+    image = curve.plane.orbits(-orbit.u, np.arctan2(orbit.sin_top, orbit.cos_top) + np.pi)
+    return replace(point, mirror=_between(curve, image, event, rests))  # without gravity along it both rest, or none
+
+
+def _between(curve: LevelCurve, orbit: Orbits, event: Event, rests: tuple[int, ...]) -> Point:
+    """An event by the motion where it was located and those on either side of it."""
+    sweep, n = curve.sweep, curve.plane.n
+
+    def spread(values: Floats) -> float:
+        return float(np.max(np.abs(values - values[0])) + BRACKET_ROUNDING * abs(values[0]))
+
+    value = np.asarray(sweep.value(sweep.coordinate(orbit)), dtype=float)
+    columns = {"phi_bottom" if name == "phi" else name: np.asarray(getattr(orbit, name)) for name in BRACKETED}
+    numbers, bounds = {k: float(x[0]) for k, x in columns.items()}, {k: spread(x) for k, x in columns.items()}
+    for name in (("velocity_bottom", "velocity_top")[rest] for rest in rests):
+        numbers[name] = bounds[name] = 0.0  # by the condition, not what the bracket leaves of it
+    motion = motion_of(orbit.select([0]), n, float(sweep.coordinate(orbit)[0]))
+    closed = one_to_one(n, numbers, bounds)
+    return Point(event, motion, numbers["d"], numbers["gbar"], float(value[0]), spread(value), closed)
+
+
+class SweepEnd(Struct, frozen=True, eq=False):
+    """An end of the sweep that cuts a piece of the curve.
+
+    Attributes
+    ----------
+    value : float
+        The swept parameter there.
+    place : (float, float) or None
+        q - 1/2 and phase of the motion, correctly rounded; None on a fold, where the polish does not settle.
+    image_phase : float or None
+        Phase of its mirror image, where it has one and was solved for.
+    """
+
+    value: float
+    place: tuple[float, float] | None = None
+    image_phase: float | None = None
+
+
+def sweep_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, SweepEnd]:
+    """The motions of the very ends of the sweep, by the rows, 0 and -1, where they cut a piece; `orbit` is of its rows.
+
+    Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
+    capsule that is to a few digits.
+    """
+    conditions, last, sweep = piece.conditions, len(piece.w) - 1, curve.sweep
+    cut = {row: at for row in (0, -1) if (at := conditions.get(row % (last + 1))) and at.event is Event.SWEEP_END}
+    if not cut:
+        return {}
+    requested = sorted((sweep.coordinate_of(end), end) for end in (sweep.start, sweep.end))
+    # Where the curve stops before the end of the sweep, it is not this that cuts the piece.
+    sides = {row: int(condition.sign > 0) for row, condition in cut.items()}
+    ends = {row: requested[side][1] for row, side in sides.items() if curve.bounds[side] == requested[side][0]}
+    return {row: _sweep_end(curve, piece, row, value, orbit) for row, value in ends.items()}
+
+
+def _sweep_end(curve: LevelCurve, piece: Piece, row: int, value: float, orbit: Orbits) -> SweepEnd:
+    """The motion at a value of the swept parameter, next to a row of a piece."""
+    # Next to a fold the phase goes with the root of the coordinate: the end may be farther than `FARTHEST`, but not
+    # farther than the next sample.
+    reach = abs(remainder(orbit.phi[row] - orbit.phi[1 if row == 0 else -2], 2 * pi))
+    with suppress(NumericalError, ArithmeticError), in_decimals():
+        solved = _solved_at(curve.sweep, value, orbit.select([row]), piece.symmetric, max(reach, FARTHEST))
+        image = place_of(solved.mirrored(1))[1] if piece.mirrored else None
+        return SweepEnd(value, place_of(solved), image)
+    return SweepEnd(value)
+
+
+def solve_one_to_one(
+    grouped: Callable[[Any], Varied], motion: Motion, condition: Condition, symmetric: bool
+) -> tuple[Solved, tuple[int, ...]]:
+    """Solve for a 1:1 motion at which a condition holds; within `in_decimals`.
+
+    Parameters
+    ----------
+    grouped : callable
+        As for `polish.solve_motion`.
+    motion : Motion
+        As far as it is known.
+    condition : Condition
+        The impacts in `rests` are 0 for the bottom and 1 for the top; not needed for grazing.
+    symmetric : bool
+        Whether the motion is its own mirror image.
+
+    Returns
+    -------
+    Solved
+    tuple of int
+        The impacts of it that are touches.
+
+    Raises
+    ------
+    NumericalError
+        If it does not settle.
+    """
+    touched: tuple[int, ...] = ()
+    if condition.event is Event.STOP and condition.stops is None:
+        groups = grouped(FLOATS).at((motion.coordinate,)).as_floats()
+        condition = stopped(motion.word, [*motion.velocity.tolist(), *motion.time.tolist()], groups)
+    if condition.event is Event.GRAZING:
+        touch = near_touch(motion, grouped(FLOATS).at((motion.coordinate,)).as_floats())
+        if touch.acceleration is not None:
+            solved = solve_motion(grouped, motion, _pressing(motion.word, touch.after, touch.acceleration), symmetric)
+            if touch.time < AT_ONCE:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold
+                return solved, ()
+            velocity, time = (np.array([float(v) for v in part]) for part in (solved.x[:2], solved.x[2:4]))
+            motion = Motion(motion.word, velocity, time, float(solved.x[-1]))
+        # Of a symmetric motion the touch half a period later comes with it.
+        for after in (1, 0) if symmetric else (touch.after,):
+            wall = motion.word.walls[after] if touch.at_start else -motion.word.walls[after]
+            motion = motion.with_impact(after, wall, float(motion.time[after]) + touch.time)
+        # Not all that have next to no velocity: for r = 0 and a small inclination the impacts themselves have as
+        # little, and would be taken for touches.
+        touched = (1, 3) if symmetric else (touch.after + 1,)
+        condition = Condition(Event.GRAZING, touched)
+    return solve_motion(grouped, motion, condition.equation(motion.word), symmetric), touched
+
+
+def _pressing(word: Word, leaves: int, acceleration: float) -> Equation:
+    """The equation that the ball is pressed to the membrane of an impact with an acceleration."""
+    wall, count = word.walls[leaves], len(word)
+
+    def pressing(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
+        return wall * groups.pull(groups.wave(ops.pi * x[count + leaves], ops).force) - ops.exact(acceleration)
+
+    return pressing
+
+
 def point_of(
     solved: Solved, event: Event, value: Decimal, rests: Sequence[int] = (), touches: Sequence[int] = ()
 ) -> Point:
@@ -215,17 +429,54 @@ def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> O
     return OneToOne(u, phi, phi_top, numbers["velocity_bottom"], numbers["velocity_top"], {**bounds, **top})
 
 
-@lru_cache(maxsize=8)
-def model_of(sweep: Sweep, ops: Any) -> Model:
-    """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
-    device = sweep.device
-    harmonics = tuple(harmonic.exact(ops) for harmonic in device.harmonics)
-    return Model(sweep.level_in(ops), each(device.restitution, ops.exact), harmonics)
+def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:
+    """The motion of numbers of the closed form, or of arrays of length one.
+
+    Parameters
+    ----------
+    orbit : Orbits
+    n : int
+        Forcing periods per motion.
+    coordinate : float
+        What varies.
+    """
+    start, up = (float(np.ravel(column)[0]) for column in (orbit.phi, orbit.time_up))
+    velocity = np.ravel([orbit.velocity_bottom, orbit.velocity_top])
+    return Motion(Word((1, -1), n), velocity, np.array([start / pi, start / pi + up]), coordinate)
 
 
-def solved_on_sweep(sweep: Sweep, guess: Motion, equation: Equation, symmetric: bool = False, **more: Any) -> Solved:
-    """Solve for a motion of a sweep; see `solve_motion`, whose parameters these are."""
-    return solve_motion(lambda ops: model_of(sweep, ops), guess, equation, symmetric, **more)
+def _solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> Solved:
+    """The motion at a value of the swept parameter; within `in_decimals`.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    value : float
+    orbit : Orbits
+        The motion as far as it is known.
+    symmetric : bool
+        Whether the motion is its own mirror image.
+    reach : float
+        How far from it the motion may be.
+
+    Raises
+    ------
+    NumericalError
+        If it does not settle.
+    """
+    coordinates = {ops: sweep.coordinate_of(value, ops) for ops in (DECIMALS, ARRAYS)}
+
+    def equation(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
+        return x[-1] - coordinates[ops]
+
+    motion = motion_of(orbit, sweep.device.period_ratio, float(np.ravel(sweep.coordinate(orbit))[0]))
+    return solve_motion(partial(model_of, sweep), motion, equation, symmetric, reach)
+
+
+def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool) -> tuple[float, float]:
+    """Place of the motion at a value of the swept parameter, q - 1/2 and phase, correctly rounded; see `_solved_at`."""
+    with in_decimals():
+        return place_of(_solved_at(sweep, value, orbit, symmetric, FARTHEST))
 
 
 def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
@@ -253,129 +504,10 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
     equation = condition.equation(motion.word)
     with in_decimals():
         try:
-            solved = solved_on_sweep(sweep, motion, equation, event is Event.PITCHFORK)
+            solved = solve_motion(partial(model_of, sweep), motion, equation, event is Event.PITCHFORK)
         except (NumericalError, ArithmeticError):
             d, gbar, *_ = model.groups(motion.coordinate)
             # An infinite bound is told to the reader; a point that is left out would not be, and its families would
             # lose their vertex.
             return Point(event, motion, float(d), float(gbar), float(sweep.value(motion.coordinate)), inf)
         return point_of(solved, event, sweep.value(solved.x[-1], DECIMALS), motion.rests)
-
-
-def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:
-    """The motion of numbers of the closed form, or of arrays of length one.
-
-    Parameters
-    ----------
-    orbit : Orbits
-    n : int
-        Forcing periods per motion.
-    coordinate : float
-        What varies.
-    """
-    start, up = (float(np.ravel(column)[0]) for column in (orbit.phi, orbit.time_up))
-    velocity = np.ravel([orbit.velocity_bottom, orbit.velocity_top])
-    return Motion(Word((1, -1), n), velocity, np.array([start / pi, start / pi + up]), coordinate)
-
-
-def motion_at(motions: Motions, row: int, n: int) -> Motion:
-    """A row of 1:1 motions, in n forcing periods, by its impacts; what varies is the swept value."""
-    start, up = motions.phi_bottom[row] / pi, 2 * n * (0.5 + motions.u[row])
-    velocity = np.array([motions.velocity_bottom[row], motions.velocity_top[row]])
-    return Motion(Word((1, -1), n), velocity, np.array([start, start + up]), float(motions.sweep_value[row]))
-
-
-def solve_one_to_one(
-    grouped: Callable[[Any], Varied], motion: Motion, condition: Condition, symmetric: bool
-) -> tuple[Solved, tuple[int, ...]]:
-    """Solve for a 1:1 motion at which a condition holds; within `in_decimals`.
-
-    Parameters
-    ----------
-    grouped : callable
-        As for `polish.solve_motion`.
-    motion : Motion
-        As far as it is known.
-    condition : Condition
-        The impacts in `rests` are 0 for the bottom and 1 for the top; not needed for grazing.
-    symmetric : bool
-        Whether the motion is its own mirror image.
-
-    Returns
-    -------
-    Solved
-    tuple of int
-        The impacts of it that are touches.
-
-    Raises
-    ------
-    NumericalError
-        If it does not settle.
-    """
-    touched: tuple[int, ...] = ()
-    if condition.event is Event.STOP and condition.stops is None:
-        groups = grouped(FLOATS).at((motion.coordinate,)).as_floats()
-        condition = stopped(motion.word, [*motion.velocity.tolist(), *motion.time.tolist()], groups)
-    if condition.event is Event.GRAZING:
-        touch = near_touch(motion, grouped(FLOATS).at((motion.coordinate,)).as_floats())
-        if touch.acceleration is not None:
-            solved = solve_motion(grouped, motion, _pressing(motion.word, touch.after, touch.acceleration), symmetric)
-            if touch.time < AT_ONCE:  # for r = 0 the ball starts at rest, and touches where the membrane begins to hold
-                return solved, ()
-            velocity, time = (np.array([float(v) for v in part]) for part in (solved.x[:2], solved.x[2:4]))
-            motion = Motion(motion.word, velocity, time, float(solved.x[-1]))
-        # Of a symmetric motion the touch half a period later comes with it.
-        for after in (1, 0) if symmetric else (touch.after,):
-            wall = motion.word.walls[after] if touch.at_start else -motion.word.walls[after]
-            motion = motion.with_impact(after, wall, float(motion.time[after]) + touch.time)
-        # Not all that have next to no velocity: for r = 0 and a small inclination the impacts themselves have as
-        # little, and would be taken for touches.
-        touched = (1, 3) if symmetric else (touch.after + 1,)
-        condition = Condition(Event.GRAZING, touched)
-    return solve_motion(grouped, motion, condition.equation(motion.word), symmetric), touched
-
-
-def _pressing(word: Word, leaves: int, acceleration: float) -> Equation:
-    """The equation that the ball is pressed to the membrane of an impact with an acceleration."""
-    wall, count = word.walls[leaves], len(word)
-
-    def pressing(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
-        return wall * groups.pull(groups.wave(ops.pi * x[count + leaves], ops).force) - ops.exact(acceleration)
-
-    return pressing
-
-
-def at_value(sweep: Sweep, value: float) -> Equation:
-    """The equation that the swept parameter has a value."""
-    coordinates = {ops: sweep.coordinate_of(value, ops) for ops in (DECIMALS, ARRAYS)}
-    return lambda x, groups, ops: x[-1] - coordinates[ops]
-
-
-def solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> Solved:
-    """The motion at a value of the swept parameter; within `in_decimals`.
-
-    Parameters
-    ----------
-    sweep : Sweep
-    value : float
-    orbit : Orbits
-        The motion as far as it is known.
-    symmetric : bool
-        Whether the motion is its own mirror image.
-    reach : float
-        How far from it the motion may be.
-
-    Raises
-    ------
-    NumericalError
-        If it does not settle.
-    """
-    n = sweep.device.period_ratio
-    motion = motion_of(orbit, n, float(np.ravel(sweep.coordinate(orbit))[0]))
-    return solved_on_sweep(sweep, motion, at_value(sweep, value), symmetric, reach=reach)
-
-
-def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> tuple[float, float]:
-    """Place of the motion at a value of the swept parameter: q - 1/2 and phase, correctly rounded; see `solved_at`."""
-    with in_decimals():
-        return place_of(solved_at(sweep, value, orbit, symmetric, reach))

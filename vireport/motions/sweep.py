@@ -11,7 +11,17 @@ from msgspec import Struct
 
 from vireport.base.errors import UsageError
 from vireport.base.records import brief
-from vireport.motions.orbits import Coefficients, Friction, Orbits, Rubbing, coefficients, of_order, rubbing, turned
+from vireport.motions.orbits import (
+    Coefficients,
+    Friction,
+    Orbits,
+    Rubbing,
+    coefficients,
+    of_order,
+    orbits,
+    rubbing,
+    turned,
+)
 from vireport.physics.device import FINEST_D, FINEST_GBAR, Device, moved, value_in
 from vireport.physics.forcing import SINE, Harmonic
 from vireport.physics.groups import Groups
@@ -122,32 +132,89 @@ class Level(Struct, frozen=True, eq=False):
         return d, gbar
 
 
-def mirrors(level: Level, r: Any, n: int, harmonics: Sequence[Harmonic] = ()) -> bool:
-    """Whether 1:1 motions have mirror images: horizontal capsule, membranes that are alike, odd n, odd harmonics."""
-    return n % 2 == 1 and level.symmetric(r, harmonics)
+class SweptPlane(Struct, frozen=True, eq=False):
+    """The plane of q and phase, above each place of which there is one 1:1 motion, and the level that a sweep holds.
 
-
-def level_terms(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any = ARRAYS) -> tuple[Any, Any, Any]:
-    """Write the level as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c); `k` is of the same u.
-
-    For a horizontal capsule with membranes that are alike, and odd n, the factor u, whose zeros are the symmetric
-    family, is divided out.
+    Attributes
+    ----------
+    level : Level
+    r : array_like or Restitutions
+        Restitution of the device, 0 <= r < 1; one of both may vary.
+    n : int
+        Forcing periods per motion.
+    harmonics : tuple of Harmonic
+        Of the force.
     """
-    divided = mirrors(level, r, n)
-    a, b, c = _divided_terms(u, r, n, ops) if divided else _terms(level, k)
-    if (rubbed := _Rubbed.of(level, k, u, r, n, ops, divided)) is None:
-        return a, b, c
-    return rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
+
+    level: Level
+    r: Any
+    n: int
+    harmonics: tuple[Harmonic, ...] = ()
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether motions have mirror images: horizontal capsule, membranes that are alike, odd n, odd harmonics."""
+        return self.n % 2 == 1 and self.level.symmetric(self.r, self.harmonics)
+
+    def orbits(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
+        """Evaluate the motions at places of the plane."""
+        return orbits(u, phi, self.r, self.n, ops, self.harmonics, self.level.friction)
+
+    def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
+        """The height above the level at places of one shape."""
+        a, b, c = self.terms(coefficients(u, self.r, self.n, ops), u, ops)
+        return a * ops.sin(phi) + b * ops.cos(phi) - c
+
+    def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
+        """Derivatives of the height by u, as a difference over a step to either side, and by the phase."""
+        a, b, _ = self.terms(coefficients(u, self.r, self.n), u)
+        by_u = (self.value(u + step, phi) - self.value(u - step, phi)) / (2 * step)
+        return by_u, a * np.cos(phi) - b * np.sin(phi)
+
+    def terms(self, k: Coefficients, u: Any, ops: Any = ARRAYS) -> tuple[Any, Any, Any]:
+        """Write the level of a sine as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c).
+
+        For a horizontal capsule with membranes that are alike, and odd n, the factor u, whose zeros are the symmetric
+        family, is divided out. `k` is of the same u.
+        """
+        a, b, c = _divided_terms(u, self.r, self.n, ops) if self.mirrors else _terms(self.level, k)
+        if (rubbed := _Rubbed.of(self, k, u, ops)) is None:
+            return a, b, c
+        return rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
+
+    def polynomial(self, u: Any, ops: Any = ARRAYS) -> Polynomial:
+        """Write the level of a force with harmonics as sum_j a_j sin(j phi) + b_j cos(j phi) = c above each q.
+
+        As in `terms`, u is divided out where motions have mirror images.
+        """
+        divided, parts, held, rubbed = self.mirrors, [], None, None
+        if self.level.friction is not None:
+            rubbed = _Rubbed.of(self, coefficients(u, self.r, self.n, ops), u, ops)
+        for harmonic in (SINE, *self.harmonics):
+            periods = harmonic.order * self.n
+            if divided:
+                # T/(pi K), which goes with u, is 1/j of the sine's in the surface of a harmonic.
+                a, b, c = (term / harmonic.order for term in _divided_terms(u, self.r, periods, ops))
+            else:
+                a, b, c = _terms(self.level, of_order(coefficients(u, self.r, periods, ops), harmonic.order))
+            if rubbed is not None:
+                k = of_order(coefficients(u, self.r, periods, ops), harmonic.order)
+                a, b = rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine)
+                c = rubbed.held(c)
+            held = c if held is None else held
+            parts.append((harmonic.order, *turned(a, b, harmonic)))
+        return parts, held
 
 
 def _divided_terms(u: Any, r: Any, n: int, ops: Any) -> tuple[Any, Any, Any]:
-    """Those of a horizontal capsule with mirror images, over u T/(pi K)."""
+    """The terms a, b, c of a horizontal capsule with mirror images, over u T/(pi K)."""
     p = (1 + r) * u - (1 - r) / 2
     a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
     return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, 0 * u
 
 
 def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
+    """The terms a, b, c of a level without friction: the condition that it is on gbar and d, by the coefficients."""
     zero = 0 * k.determinant
     if level.held is Held.GBAR:
         return k.gbar_sine, k.gbar_cosine, zero + level.value
@@ -174,13 +241,15 @@ class _Rubbed(Struct, frozen=True, eq=False):
     """G, divided as g is."""
 
     @staticmethod
-    def of(level: Level, k: Coefficients, u: Any, r: Any, n: int, ops: Any, divided: bool) -> _Rubbed | None:
-        """That of a level with friction; `k` is that of the sine."""
+    def of(plane: SweptPlane, k: Coefficients, u: Any, ops: Any) -> _Rubbed | None:
+        """The terms of a level with friction, None of one without; `k` are the coefficients of the sine."""
+        level, r, n = plane.level, plane.r, plane.n
         if level.friction is None:
             return None
         terms = rubbing(k, u, r, n)
         # T/(pi K), by which and u the terms of a horizontal capsule are divided, takes G to this for one restitution.
-        return _Rubbed(level, level.friction, terms, 2 * n * ops.pi * (1 + r * r) / (1 + r) if divided else terms.gbar)
+        share = 2 * n * ops.pi * (1 + r * r) / (1 + r) if plane.mirrors else terms.gbar
+        return _Rubbed(level, level.friction, terms, share)
 
     def term(self, a: Any, gbar: Any, d: Any) -> Any:
         """A coefficient of the sine or the cosine, by those of the level, gbar and d without friction."""
@@ -197,32 +266,6 @@ class _Rubbed(Struct, frozen=True, eq=False):
 
 Polynomial = tuple[list[tuple[int, Any, Any]], Any]
 """A trigonometric polynomial in the phase that is a number: order, coefficients of sine and cosine; and the number."""
-
-
-def level_polynomial(
-    level: Level, u: Any, r: Any, n: int, harmonics: Sequence[Harmonic], ops: Any = ARRAYS
-) -> Polynomial:
-    """Write the level of a force with harmonics as sum_j a_j sin(j phi) + b_j cos(j phi) = c above each q.
-
-    As in `level_terms`, u is divided out where motions have mirror images.
-    """
-    divided, parts, held = mirrors(level, r, n, harmonics), [], None
-    rubbed = None
-    if level.friction is not None:
-        rubbed = _Rubbed.of(level, coefficients(u, r, n, ops), u, r, n, ops, divided)
-    for harmonic in (SINE, *harmonics):
-        periods = harmonic.order * n
-        if divided:
-            # T/(pi K), which goes with u, is 1/j of the sine's in the surface of a harmonic.
-            a, b, c = (term / harmonic.order for term in _divided_terms(u, r, periods, ops))
-        else:
-            a, b, c = _terms(level, of_order(coefficients(u, r, periods, ops), harmonic.order))
-        if rubbed is not None:
-            k = of_order(coefficients(u, r, periods, ops), harmonic.order)
-            a, b, c = rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
-        held = c if held is None else held
-        parts.append((harmonic.order, *turned(a, b, harmonic)))
-    return parts, held
 
 
 def level_value(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:

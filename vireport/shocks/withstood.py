@@ -13,7 +13,6 @@ from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.design.point import DesignPoint
 from vireport.design.solution import Solution
-from vireport.motions.points import motion_at
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import Groups, by_wall
@@ -223,7 +222,7 @@ def stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motio
     """The admissible motions at the design point, of the unstable ones those whose neighbourhood is known."""
     motions = design.motions
     stable, unstable = (
-        [motion_at(motions, int(row), device.period_ratio) for row in np.flatnonzero(rows)]
+        [motions.motion(int(row), device.period_ratio) for row in np.flatnonzero(rows)]
         for rows in (motions.stable_mask, motions.admissible_mask & ~motions.stable_mask)
     )
     return stable, list(filter(is_smooth, unstable))

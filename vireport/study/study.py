@@ -18,7 +18,7 @@ from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, sh
 from vireport.design.solution import Solution, solution_of
 from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
 from vireport.gate.evidence import Criterion, Evidence
-from vireport.motions.points import model_of
+from vireport.motions.periodicity import model_of
 from vireport.motions.sweep import NO_TOLERANCE, Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device

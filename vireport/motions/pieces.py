@@ -1,0 +1,298 @@
+"""What happens along the level curve of a sweep: its pieces inside the sweep, with the events on them.
+
+A strand is cut where it leaves the sweep or an impact velocity vanishes; on what is left, the parameters are located at
+which the ball grazes a membrane or the type of stability changes. Of two mirror images of a horizontal capsule the
+piece with q > 1/2 is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.motions.conditions import Condition
+from vireport.motions.events import Event
+from vireport.motions.level_curve import COLUMNS, GRAZING, MEETING, TRACED, VALIDITY, LevelCurve, Samples
+from vireport.motions.orbits import Orbits
+from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
+from vireport.motions.turning import slowest, wall_gap
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+ROUGH = 1e-9
+"""Tolerance of a parameter at which an event is found before it is polished."""
+
+INSET = 1e-7
+"""Share of the first and of the last step by which the search for events stays inside a piece, and by which the
+motions at an impact without velocity stay short of it: there the trace diverges, and the gap is not that of a motion.
+"""
+
+DIP_SECTIONS = 45
+"""Golden sections that find an extremum of the trace: down to the root of rounding, where an extremum is flat."""
+
+CROSSED = 1e-11
+"""Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
+
+TIED = 1e-12
+"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the
+end is then that of the one which fails more beyond."""
+
+LARGEST_STEP = 1e6
+"""Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
+
+AT_SYMMETRY = 1e-6
+"""|u| of an asymmetric motion of a horizontal capsule below which rounding decides the sign of tr - 1 - r^4: this goes
+with u^2 there, and comes with an error of some 1e-14. Folds were told at u = 1e-9 that were rounding."""
+
+FROM_SYMMETRY = 1e-3
+"""Share of a step from the symmetric motion at which that sign is taken in its place."""
+
+
+class Piece(Struct, frozen=True, eq=False):
+    """A connected run of possible motions inside the sweep, with the events on it.
+
+    Attributes
+    ----------
+    strand : int
+    symmetric, mirrored : bool
+        Whether its motions are their own mirror images, or have others.
+    w : ndarray
+        Parameters, ascending; events are among them.
+    event : ndarray of int
+        Of each parameter the place in `COLUMNS`, -1 for an ordinary sample.
+    """
+
+    strand: int
+    symmetric: bool
+    mirrored: bool
+    w: Floats
+    event: NDArray[np.int8]
+
+    @property
+    def conditions(self) -> dict[int, Condition]:
+        """The conditions that hold at rows of the piece."""
+        return {int(row): COLUMNS[self.event[row]] for row in np.flatnonzero(self.event >= 0)}
+
+    def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
+        """The piece with more parameters."""
+        merged = np.concatenate([self.w, w])
+        order = np.argsort(merged, kind="stable")
+        return replace(self, w=merged[order], event=np.concatenate([self.event, event])[order])
+
+
+def pieces_of(curve: LevelCurve, samples: Samples) -> list[Piece]:
+    """Cut the strands of a curve into runs of possible motions and locate the events on them."""
+    runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
+    if not runs:
+        return []
+    pieces = []
+    for run, (first, last) in zip(runs, _locate_ends(curve, runs), strict=True):
+        lead, tail = ([] if run.before is None else [first]), ([] if run.after is None else [last])
+        inner = run.w
+        for end, kind in lead:
+            inner = _off_rest(curve, run.strand, inner, end, kind)
+        for end, kind in tail:
+            inner = _off_rest(curve, run.strand, inner[::-1], end, kind)[::-1]
+        w = np.concatenate([[end for end, _ in lead], inner, [end for end, _ in tail]])
+        event = np.array([*(kind for _, kind in lead), *[-1] * len(inner), *(kind for _, kind in tail)], dtype=np.int8)
+        symmetric = curve.strands[run.strand].symmetric
+        pieces.append(Piece(run.strand, symmetric, curve.plane.mirrors and not symmetric, w, event))
+    originals = _originals(curve, pieces)
+    return _with_inner_events(curve, _with_dips(curve, originals)) if originals else []
+
+
+class Run(Struct, frozen=True, eq=False):
+    """Valid samples of a strand, and the invalid parameter on either side (None where the strand ends)."""
+
+    strand: int
+    w: Floats
+    before: float | None
+    after: float | None
+
+
+def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
+    """The runs of strand k, cut where it passes through the symmetric motion."""
+    strand = curve.strands[k]
+    mine = samples.which == k
+    w, valid = samples.w[mine], samples.validity[mine] > 0
+    cuts = _symmetric_points(curve, k)
+    if strand.closed and valid[0] and not valid.all():
+        # Of a closed strand the parameter begins anywhere, also inside a run, which would then be two.
+        turn = strand.end - strand.start
+        first = int(np.argmin(valid))
+        w = np.concatenate([w[first:-1], w[: first + 1] + turn])
+        cuts = sorted([*cuts, *(cut + turn for cut in cuts)])
+        valid = np.concatenate([valid[first:-1], valid[: first + 1]])
+    edges = np.nonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))[0]
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        run, before, after = w[a:b], w[a - 1] if a else None, w[b] if b < len(w) else None
+        # Of a sweep that ends next to the pitchfork the symmetric motion may be the only sample, or lie beside it.
+        low, high = run[0] if before is None else before, run[-1] if after is None else after
+        inner = [cut for cut in cuts if low < cut < high]
+        ends = [before, *[None] * (2 * len(inner)), after]
+        for i, part in enumerate(np.split(run, np.searchsorted(run, inner, side="left"))):
+            lead, tail = inner[max(i - 1, 0) : i], inner[i : i + 1]
+            body = part[~np.isin(part, inner)]
+            yield Run(k, np.concatenate([lead, body, tail]), ends[2 * i], ends[2 * i + 1])
+
+
+def _symmetric_points(curve: LevelCurve, k: int) -> list[float]:
+    """Parameters at which a strand of a horizontal capsule passes through a symmetric motion of the sweep."""
+    strand = curve.strands[k]
+    if not curve.plane.mirrors or strand.symmetric or not (cuts := strand.crossings()):
+        return []
+    values = curve.event_values(curve.at(k, np.array(cuts)))[:, VALIDITY]
+    return [cut for cut, valid in zip(cuts, values.min(axis=1) > 0, strict=True) if valid]
+
+
+Ends = tuple[tuple[float, int], tuple[float, int]]
+"""The parameter at which a run begins and ends, and the place in `COLUMNS` of what holds there."""
+
+
+def _locate_ends(curve: LevelCurve, runs: list[Run]) -> list[Ends]:
+    """Locate the ends of runs of admissible motions, and the condition that fails at each."""
+    edges = [(run.strand, w, beyond) for run in runs for w, beyond in ((run.w[0], run.before), (run.w[-1], run.after))]
+    which = np.array([strand for strand, _, _ in edges], dtype=np.intp)
+    good = np.array([w for _, w, _ in edges])
+    bad = np.array([w if beyond is None else beyond for _, w, beyond in edges])
+
+    def conditions(w: Floats) -> Floats:
+        return curve.event_values(curve.at(which, w))[:, VALIDITY]
+
+    root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
+    values = conditions(root)
+    # Where both velocities vanish at once, rounding decides which is the lesser: a step further on they differ.
+    tied = values <= values.min(axis=1, keepdims=True) + TIED
+    failing = np.where(tied, conditions(bad), np.inf).argmin(axis=1)
+    ends = [(float(w), int(k) + VALIDITY.start) for w, k in zip(root, failing, strict=True)]
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _off_rest(curve: LevelCurve, strand: int, w: Floats, end: float, kind: int) -> Floats:
+    """Samples from an end on, without a first one that is as good as the end, and beyond a membrane by rounding.
+
+    So it may be where both impacts lose their velocity, and all turning points are touches.
+    """
+    if COLUMNS[kind].event is Event.ZERO_VELOCITY and len(w) > 1 and abs(w[0] - end) < INSET * abs(w[1] - w[0]):
+        orbit = curve.at(strand, w[:1])
+        return w if _gaps(curve, orbit, curve.event_values(orbit))[0] > 0 else w[1:]
+    return w
+
+
+def _gaps(curve: LevelCurve, orbit: Orbits, values: Floats, asked: NDArray[np.bool_] | bool = True) -> Floats:
+    """Distance of a turning point to a membrane, which is zero at grazing, of motions with these event values.
+
+    With friction, the least speed onward: a ball that turns in a flight is on another way before it can graze. NaN
+    outside a mask, and where there can be no motion.
+    """
+    gaps = np.full(len(values), np.nan)
+    inside = (values[:, VALIDITY].min(axis=1) > 0) & asked
+    if inside.any():
+        motions = orbit.select(inside)
+        r = curve.restitution(motions)
+        gaps[inside] = wall_gap(motions, r) if orbit.friction is None else slowest(motions, r)[0]
+    return gaps
+
+
+def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
+    """The pieces without those that are the mirror images of others: of each pair the one with the larger q is left."""
+    if not curve.plane.mirrors:
+        return pieces
+    which = np.array([piece.strand for piece in pieces], dtype=np.intp)
+    u = curve.at(which, np.array([(piece.w[0] + piece.w[-1]) / 2 for piece in pieces])).u
+    return [p for p, place in zip(pieces, u, strict=True) if place > 0 or p.symmetric]
+
+
+def _joined(pieces: list[Piece]) -> tuple[Ints, Ints, Floats]:
+    """Strand, piece and parameter of every sample of some pieces, their ends moved inwards by `INSET`."""
+
+    def inside(w: Floats) -> Floats:
+        moved = w.copy()
+        if len(w) > 1:
+            moved[0] += INSET * (w[1] - w[0])
+            moved[-1] += INSET * (w[-2] - w[-1])
+        return moved
+
+    which = np.concatenate([np.full(len(p.w), p.strand) for p in pieces])
+    owner = np.concatenate([np.full(len(p.w), i) for i, p in enumerate(pieces)])
+    return which, owner, np.concatenate([inside(p.w) for p in pieces])
+
+
+def _with_dips(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
+    """Add to the pieces the extrema at which the trace crosses a border between two samples and comes back."""
+    which, owner, w = _joined(pieces)
+    value = curve.event_values(curve.at(which, w))[:, TRACED]
+    with np.errstate(invalid="ignore"):
+        dips = may_hide_zeros(value)
+    row, event = np.nonzero(dips & (owner[2:] == owner[:-2])[:, None])
+    if not row.size:
+        return pieces
+    row = row + 1
+    sign, rows = np.sign(value[row, event]), np.arange(len(row))
+
+    def height(x: Floats) -> Floats:
+        values = curve.event_values(curve.at(which[row], x))
+        return np.asarray(sign * values[rows, event])
+
+    lowest = golden_minimum(height, w[row - 1], w[row + 1], DIP_SECTIONS)
+    crossing = height(lowest) < -CROSSED
+    extra = [np.array(sorted(set(lowest[crossing & (owner[row] == i)]))) for i in range(len(pieces))]
+    return [p.with_rows(x, np.full(len(x), -1, dtype=np.int8)) for p, x in zip(pieces, extra, strict=True)]
+
+
+def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
+    """Insert the changes of stability and the grazing points into the pieces."""
+    which, owner, w = _joined(pieces)
+    orbit = curve.at(which, w)
+    every = curve.event_values(orbit)
+    values = every[:, : GRAZING + 1]
+    moved = _off_symmetry(curve, which, owner, w, orbit.u, values)
+    values[:, GRAZING] = _gaps(curve, orbit, every)
+    with np.errstate(invalid="ignore"):
+        crossing = (values[1:] > 0) != (values[:-1] > 0)
+    crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
+    # Through the pole at an impact without velocity the trace goes from one infinity to the other: no event.
+    crossing &= np.abs(values[1:]) + np.abs(values[:-1]) < LARGEST_STEP
+    row, event = np.nonzero(crossing)
+    rows, grazing = np.arange(len(row)), event == GRAZING
+
+    def event_value(w: Floats) -> Floats:
+        orbit = curve.at(which[row], w)
+        values = curve.event_values(orbit)
+        values[:, GRAZING] = _gaps(curve, orbit, values, grazing)
+        return np.asarray(values[rows, event])
+
+    # Rough is enough: each of them is solved for in decimals from there.
+    start, end = (np.where(event == MEETING, moved[side], w[side]) for side in (row, row + 1))
+    root = bracketed_root(event_value, start, end, ROUGH, (values[row, event], values[row + 1, event]))
+    owners = [owner[row] == i for i in range(len(pieces))]
+    return [
+        p.with_rows(root[piece_rows], event[piece_rows].astype(np.int8))
+        for p, piece_rows in zip(pieces, owners, strict=True)
+    ]
+
+
+def _off_symmetry(curve: LevelCurve, which: Ints, owner: Ints, w: Floats, u: Floats, values: Floats) -> Floats:
+    """Put the values of meetings that rounding decides in order; returns the parameters that they belong to.
+
+    On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing. Next to it the value is that a
+    little farther on, or none if that is still too near.
+    """
+    moved = w.copy()
+    asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
+    touching = (
+        np.nonzero(asymmetric & (np.abs(u) < AT_SYMMETRY))[0] if curve.plane.mirrors else np.empty(0, dtype=np.intp)
+    )
+    if touching.size:
+        neighbours = np.clip(touching + np.array([[-1], [1]]), 0, len(w) - 1)
+        farther = np.where(owner[neighbours] == owner[touching], np.abs(u[neighbours]), -1.0).argmax(axis=0)
+        moved[touching] += FROM_SYMMETRY * (w[neighbours[farther, np.arange(len(touching))]] - w[touching])
+        orbit = curve.at(which[touching], moved[touching])
+        near = np.abs(orbit.u) < AT_SYMMETRY
+        values[touching, MEETING] = np.where(near, np.nan, curve.event_values(orbit)[:, MEETING])
+    return moved
