@@ -342,7 +342,8 @@ def design(count: int, stable: int = 0, **more: object) -> SimpleNamespace:
 
 
 def ending(relative: float, taken_over: bool = False) -> SimpleNamespace:
-    end = SimpleNamespace(relative=relative, parameter=Parameter.LENGTH, name="fold D1", taken_over=taken_over)
+    of = {"parameter": Parameter.LENGTH, "name": "fold D1", "taken_over": taken_over}
+    end = SimpleNamespace(relative=relative, distance=0.7 * relative, size=abs(relative), **of)
     return design(1, 1, limits=lambda: [end])
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cache
+from math import inf
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -564,7 +565,8 @@ def margin_with(of: dict[str, object]) -> SimpleNamespace:
         "sweep_value": 46.5,
         "name": "grazing point",
     }
-    return thing(**end | of)
+    relative = of.get("relative")
+    return thing(size=abs(relative) if isinstance(relative, float) else inf, **end | of)
 
 
 @pytest.mark.parametrize("name", OPENINGS)

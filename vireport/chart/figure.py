@@ -26,7 +26,7 @@ from vireport.figures.layout import Entry, blank, finished, panel_size, round_ti
 from vireport.figures.planes import DESIGN, mark_design
 from vireport.figures.style import FILLS, LOCI, Color, Look, Picture, sheet, style
 from vireport.motions.events import Event
-from vireport.text.formatting import MINUS, ROUGHLY
+from vireport.text.formatting import ROUGHLY
 from vireport.wording.templates import Words
 
 Floats = NDArray[np.float64]
@@ -95,7 +95,7 @@ def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
         for axis, k, room in ((axes.xaxis, 0, width), (axes.yaxis, 1, height)):
             varied = plane.inputs[k]
             axis.set_ticks(*round_ticks(float(plane.low[k]), float(plane.high[k]), room))
-            axis.set_label_text(f"{varied.quantity} {varied.symbol} [{varied.unit or '–'}]")
+            axis.set_label_text(varied.label)
         _fill(axes, chart, shown)
         paper, said = Paper(axes, panel_size(axes, height)), Words("chart", templates)
         _draw_curves(paper, chart)
@@ -220,8 +220,7 @@ def _design(paper: Paper, chart: Chart, said: Words) -> bool:
 
 def margin_text(chart: Chart, margin: ChartMargin) -> str:
     """A margin with its sign and unit."""
-    size = chart.plane.inputs[margin.varied].show(abs(margin.distance), ROUGHLY)
-    return f"{'+' if margin.distance > 0 else MINUS}{size}"
+    return chart.plane.inputs[margin.varied].signed(margin.distance, ROUGHLY)
 
 
 def _numbers(chart: Chart) -> list[int]:

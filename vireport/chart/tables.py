@@ -5,7 +5,6 @@ from __future__ import annotations
 from vireport.chart.chart import Chart
 from vireport.chart.meetings import Meeting
 from vireport.motions.events import Event
-from vireport.scenario.parameters import DesignInput
 from vireport.text.formatting import shown
 from vireport.text.tables import Table, numbers, texts
 
@@ -18,17 +17,13 @@ NOTE = (
 
 def points_table(chart: Chart) -> Table:
     """The points of codimension two."""
-    heads = [_head(varied) for varied in chart.plane.inputs]
+    heads = [varied.head for varied in chart.plane.inputs]
     rows = tuple(
         (str(number), name_of(point), point.word, *(shown(float(x), chart.exactness) for x in point.inputs))
         for number, point in enumerate(chart.meetings, 1)
     )
     note = f"{NOTE} chart.json has all digits and the error bounds."
     return Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*heads)), rows, note)
-
-
-def _head(varied: DesignInput) -> str:
-    return f"{varied.quantity} [{varied.unit}]" if varied.unit else varied.quantity
 
 
 def name_of(point: Meeting) -> str:

@@ -31,6 +31,7 @@ from vireport.simulation.events import BOTTOM, Impact, start_of
 from vireport.simulation.starts import random_starts, start_speed
 from vireport.simulation.trajectories import Portrait as Portrait
 from vireport.simulation.trajectories import portrait
+from vireport.text.formatting import OF_A_MODEL
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -253,7 +254,7 @@ def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Mo
 def _portrait(device: Device, parameter: Parameter, value: float, count: int, seed: int) -> Portrait:
     groups = device.groups(parameter, value).as_floats()
     starts = [start_of(row) for row in random_starts(groups.d, start_speed(groups.restitution), count, seed)[0]]
-    return portrait(groups, starts, f"{parameter.symbol} = {parameter.show(value)}")
+    return portrait(groups, starts, parameter.place(value, OF_A_MODEL))
 
 
 def _fastest(motions: Motions | None) -> float:

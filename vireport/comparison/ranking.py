@@ -276,8 +276,8 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     # An end that rounding does not resolve may be nearer than all that are known.
     if design.unresolved_inputs:
         return None, None
-    ends = [(end, abs(end.relative)) for end in design.limits() if end.relative is not None]
-    return ends[0] if ends else (None, inf)
+    end = next((end for end in design.limits() if end.relative is not None), None)
+    return end, inf if end is None else end.size
 
 
 def remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
@@ -328,13 +328,12 @@ def margins_table(ranked: Sequence[Ranked]) -> Table | None:
 def _ends(design: DesignPoint) -> Iterator[str]:
     """Print the nearest end of stable motion along each input, with the letter of its kind."""
     for varied in DesignInput:
-        along = (end for end in design.limits() if end.parameter is varied)
-        nearest = min(along, key=lambda end: abs(end.distance), default=None)
+        nearest = design.nearest_ends.get(varied)
         if varied in design.unresolved_inputs:
             yield Message.NOT_KNOWN
         elif nearest is None:
             yield Message.NONE
         elif nearest.relative is None:  # the design value is zero, as the inclination of a horizontal capsule is
-            yield f"{'+' if nearest.distance > 0 else ''}{varied.show(nearest.distance)} {nearest.event.letter}"
+            yield f"{varied.signed(nearest.distance)} {nearest.event.letter}"
         else:
             yield f"{percent(nearest.relative, signed=True)} {nearest.event.letter}"

@@ -30,7 +30,7 @@ from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 from vireport.scenario.parameters import DesignInput
-from vireport.text.formatting import percent
+from vireport.text.formatting import OF_A_MODEL, percent
 
 Floats = NDArray[np.float64]
 
@@ -88,10 +88,13 @@ class Margin(Struct, frozen=True, eq=False):
     @property
     def shown(self) -> str:
         """The critical point and its place as text, with the distance in per cent or, where there is none, its unit."""
-        away = percent(self.relative, signed=True)
-        if self.relative is None:
-            away = f"{'+' if self.distance > 0 else ''}{self.parameter.show(self.distance)}"
-        return f"{self.name} at {self.parameter.symbol} = {self.parameter.show(self.sweep_value)} ({away})"
+        away = self.parameter.signed(self.distance) if self.relative is None else percent(self.relative, signed=True)
+        return f"{self.name} at {self.parameter.place(self.sweep_value, OF_A_MODEL)} ({away})"
+
+    @property
+    def size(self) -> float:
+        """The relative distance without its sign; infinite where there is none, as of a design value of zero."""
+        return inf if self.relative is None else abs(self.relative)
 
     @property
     def event(self) -> Event:
@@ -151,9 +154,8 @@ def nearest_first(margins: Iterable[Margin]) -> list[Margin]:
     """Order margins by their relative distance, those without one last; equal ones by their inputs and values."""
 
     def key(margin: Margin) -> tuple[float, int, float]:
-        size = abs(margin.relative) if margin.relative is not None else inf
         # Rounded to twelve digits, so that margins equal but for rounding keep the order of their inputs.
-        return float(f"{size:.12g}"), INPUTS.index(margin.parameter), margin.sweep_value
+        return float(f"{margin.size:.12g}"), INPUTS.index(margin.parameter), margin.sweep_value
 
     return sorted(margins, key=key)
 

@@ -144,7 +144,7 @@ def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldH
     device = answer.found.adjusted.model.device
     if not device.harmonics:
         return None
-    end = next(iter(design_point(device, None).limits()), None)
+    end = design_point(device, None).nearest
     if end is None or shaker is None:
         return HeldHarmonics(end, None)
     # The parts of one harmonic, of cosine and sine, are off independently and alike.

@@ -145,8 +145,8 @@ class DesignPoint(Struct, frozen=True, eq=False):
         ]
         if self.u_ave_v is not None:
             parts.append(f"U_ave {quantity(self.u_ave_v, 'V')}")
-        parts += [f"nearest end: {margin.shown}" for margin in self.limits()[:1]]
-        return f"<DesignPoint {self.parameter.symbol} = {self.parameter.given(self.value)}: {', '.join(parts)}>"
+        parts += [f"nearest end: {self.nearest.shown}"] if self.nearest is not None else []
+        return f"<DesignPoint {self.parameter.place(self.value)}: {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
         """The motions and the margins, for a notebook."""
@@ -192,6 +192,17 @@ class DesignPoint(Struct, frozen=True, eq=False):
         """
         ends = (margin for margin in self.margins if margin.ends_stability or margin.taken_over)
         return [margin for margin in ends if not kinds or margin.event in kinds]
+
+    @property
+    def nearest(self) -> Margin | None:
+        """The nearest of the `limits`, None where there is none."""
+        return next(iter(self.limits()), None)
+
+    @property
+    def nearest_ends(self) -> dict[DesignInput, Margin]:
+        """The nearest of the `limits` in each input that has one."""
+        farthest_first = sorted(self.limits(), key=lambda end: -abs(end.distance))
+        return {end.parameter: end for end in farthest_first}
 
 
 def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bool = True) -> DesignPoint:

@@ -82,7 +82,7 @@ def figure_answer(study: Study) -> Figure:
         for x, speeds in _rightmost(study):
             _name(axes, x, speeds)
         axes.set_xlim(low, high)
-        axes.set_xlabel(f"{swept.quantity} {swept.symbol}" + (f" [{swept.unit}]" if swept.unit else ""))
+        axes.set_xlabel(swept.label)
         axes.set_ylabel("impact speed [m/s]")
         fit_vertically([axes])
         axes.set_ylim(0.0, axes.get_ylim()[1])

@@ -108,9 +108,7 @@ def held(study: Study, varied: Parameter | None = None) -> list[str]:
 def held_by(device: Device, varied: Collection[str]) -> list[str]:
     """The parameters of a device but those that vary, by their keys."""
     parameters = [
-        f"{name.symbol} = {name.given(value)}"
-        for name in DRIVING
-        if name not in varied and (value := getattr(device, name)) is not None
+        name.place(value) for name in DRIVING if name not in varied and (value := getattr(device, name)) is not None
     ]
     if DesignInput.CAPSULE_MASS not in varied:
         parameters.append(f"M = {exact(device.capsule_mass_kg)} kg")

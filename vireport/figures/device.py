@@ -131,7 +131,7 @@ def _value(study: Study, parameter: Parameter) -> str:
     """An input with its value at the design point, or with its range where it is swept and has none."""
     value, sweep = getattr(study.solution.device, parameter), study.solution.sweep
     if value is not None:
-        return f"{parameter.symbol} = {parameter.given(value)}"
+        return parameter.place(value)
     if sweep is None:
         return parameter.symbol
     return f"{parameter.symbol} = {exact(sweep.start)} to {parameter.with_unit(exact(sweep.end))}"

@@ -356,10 +356,12 @@ class SweepAxis(Struct, frozen=True):
         """
         swept, width = self.sweep.parameter, sheet().across / columns
         group, formula = ("gravity ḡ", "M g sin β / F") if self.by_value else ("distance d", "4 M s f² / F")
-        quantity = swept.quantity.partition(" ")[0]
+        label = swept.label
         if columns == 1:
-            group, quantity = f"{group} = {formula}", swept.quantity
-        names = f"{group} [–]", f"{quantity} {swept.symbol} [{swept.unit or '–'}]"
+            group = f"{group} = {formula}"
+        else:
+            label = label.replace(swept.quantity, swept.quantity.partition(" ")[0])
+        names = f"{group} [–]", label
         below, over = reversed(names) if self.by_value else names
         margin = MARGIN_X * (self.high - self.low)
         panels[-1].set_xlim(self.low - margin, self.high + margin)

@@ -46,7 +46,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
 def picture(study: Study, templates: Path | None = None) -> Picture | None:
     """The figure with its words; None where stable motion ends nowhere, or nothing moves its end."""
     design = study.solution.design
-    end = next(iter(design.limits()), None) if design is not None else None
+    end = design.nearest if design is not None else None
     shifts = _shifts(study, end) if end is not None else []
     if end is None or not shifts:
         return None

@@ -161,5 +161,5 @@ def _dress(axes: Axes, drawings: Sequence[Drawing], along: Parameter | None) -> 
     low, high = (float(choose(np.ravel(ends))) for choose in (np.min, np.max))
     axes.set_xlim(*widened(low, high, MARGIN_X))
     axes.set_xticks(*round_ticks(low, high, sheet().across))
-    swept = "distance d = 4 M s f² / F [–]" if along is None else f"{along.quantity} {along.symbol} [{along.unit}]"
+    swept = "distance d = 4 M s f² / F [–]" if along is None else along.label
     axes.set_xlabel(swept)

@@ -21,6 +21,7 @@ from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
 from vireport.study.plan import Task
 from vireport.study.study import Study, require_study
+from vireport.text.formatting import OF_A_MODEL
 
 if TYPE_CHECKING:
     from vireport.study.measured import ShownImpacts
@@ -120,7 +121,7 @@ def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Pat
 
     model, swept = model_of(families.sweep, ARRAYS), families.sweep.parameter
     named = ((name, families.named(name)) for name in names)
-    chosen = ((f"{name}, {swept.symbol} = {swept.show(at[0])}", at[1]) for name, at in named if at is not None)
+    chosen = ((f"{name}, {swept.place(at[0], OF_A_MODEL)}", at[1]) for name, at in named if at is not None)
     shown = [portrait_of(model, motion, label) for label, motion in chosen]
     if shown:
         yield portraits_picture(shown, held(study), templates=templates)

@@ -141,7 +141,7 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     if any(criterion.names_motions and criterion.passed for criterion in results.criteria):
         return  # what is stable there is a motion that was asked for
     count = len(design.motions)
-    place = f"{design.parameter.symbol} = {design.parameter.given(design.value)}"
+    place = design.parameter.place(design.value)
     yield Sentence({0: "none", 1: "one"}.get(count, "several"), {"place": place, "count": count})
     if results.solution.device.law is not None:
         yield Sentence("lost" if design.lost else "by_law", {"count": design.lost})
@@ -195,12 +195,12 @@ def _several_stable(results: Evidence) -> Iterator[Sentence]:
 
 def _near_critical(results: Evidence) -> Iterator[Sentence]:
     for margin in results.solution.design.limits() if results.solution.design is not None else ():
-        if margin.relative is not None and abs(margin.relative) < NEAR_CRITICAL:
-            side = "below" if margin.relative < 0 else "above"
+        if margin.size < NEAR_CRITICAL:
+            side = "below" if margin.distance < 0 else "above"
             yield Sentence(
                 f"passes_{side}" if margin.taken_over else side,
                 {
-                    "share": percent(abs(margin.relative)),
+                    "share": percent(margin.size),
                     "quantity": margin.parameter.quantity,
                     "name": margin.name,
                 },

@@ -79,11 +79,11 @@ def margin_to_use(evidence: Evidence) -> MarginToUse | None:
     An end that is not known with soft membranes has no part in it: the verdict says so.
     """
     design, own, effects = evidence.solution.design, evidence.own_stiffness, evidence.effects
-    end = next(iter(design.limits()), None) if design is not None else None
+    end = design.nearest if design is not None else None
     if end is None:
         return None
-    rigid = None if end.relative is None else abs(end.relative)
-    choices = [(inf if rigid is None else rigid, MarginToUse(end.parameter, rigid, LimitedBy.RIGID, end))]
+    rigid = None if end.relative is None else end.size
+    choices = [(end.size, MarginToUse(end.parameter, rigid, LimitedBy.RIGID, end))]
     compliant = own.end_of(end.parameter, end.point) if own is not None else None
     if own is not None and own.margin_gone:
         choices.append((-inf, MarginToUse(end.parameter, None, LimitedBy.COMPLIANT, end)))

@@ -351,9 +351,9 @@ def _way(verdict: Verdict, use: MarginToUse) -> Said:
     design = verdict.evidence.solution.design
     assert design is not None
     beyond = (
-        abs(other.relative)
+        other.size
         for other in design.limits()
-        if other.parameter is use.end.parameter and other.distance * use.end.distance < 0 and other.relative is not None
+        if other.parameter is use.end.parameter and other.distance * use.end.distance < 0
     )
     if min(beyond, default=inf) < 2 * NEAR_CRITICAL:
         return Said("change_another", (use,))

@@ -167,13 +167,12 @@ class OfMargin(Struct, frozen=True, eq=False):
             names = ", ".join(design.unresolved_inputs)
             raise NumericalError(f"rounding does not resolve where stable motion ends along {names}")
         ends = design.limits(*self.kinds)
-        measured = [(abs(end.relative), end) for end in ends if end.relative is not None]
-        if not measured:
+        nearest = next((end for end in ends if end.relative is not None), None)
+        if nearest is None:
             return Judgement(None, "none in any input", None, True)
-        relative, nearest = measured[0]
         remark = (f"{nearest.name} at ", nearest.parameter, f" = {shown(nearest.sweep_value, results.exactness)}")
         bound = nearest.error_bound / float(device.value_of(nearest.parameter))
-        return held_against(100 * relative, limit, remark, 100 * bound)
+        return held_against(100 * nearest.size, limit, remark, 100 * bound)
 
 
 class OfRun(Struct, frozen=True, eq=False):
@@ -337,8 +336,7 @@ def _share_of_starts(results: Evidence) -> str | None:
     row = int(np.argmin(np.abs(check.values - design.value)))
     ends = check.found[row]
     count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
-    place = f"{design.parameter.symbol} = {design.parameter.given(float(check.values[row]))}"
-    return f"{count} of {len(ends)} random starts at {place}"
+    return f"{count} of {len(ends)} random starts at {design.parameter.place(float(check.values[row]))}"
 
 
 def _yield(results: Evidence, limit: Limit) -> Judgement:

@@ -530,13 +530,13 @@ def _where(
         return Fact(Question.WHERE, Status.GOOD if motions.types else Status.CAUTION, parts)
     if design is None:
         return None
-    nearest = [limit.parameter for limit in design.limits()[:1]]
-    parts = tuple(sorted(design.stable_ranges, key=lambda part: part.parameter not in nearest))
+    nearest = design.nearest.parameter if design.nearest is not None else None
+    parts = tuple(sorted(design.stable_ranges, key=lambda part: part.parameter is not nearest))
     return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
 
 
 def _margin(design: DesignPoint, evidence: Evidence) -> Fact[NearestEnd]:
-    own, end = evidence.own_stiffness, next(iter(design.limits()), None)
+    own, end = evidence.own_stiffness, design.nearest
     handover = lost = compliant = None
     if end is not None and end.taken_over:
         lost = next(iter(design.endings()), None)

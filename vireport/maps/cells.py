@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -20,8 +20,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.groups import by_wall
 from vireport.scenario.blocks import AxisBlock, MapBlock, MapSimulationBlock, Sampling
 from vireport.scenario.loading import LoadedMap
-from vireport.scenario.parameters import DesignInput
-from vireport.text.formatting import OF_A_MODEL, Exactness, given, shown
+from vireport.scenario.parameters import DesignInput, Named
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -40,33 +39,12 @@ FROM_REST_IMPACTS, SHOCK_IMPACTS = 2_000, 100_000
 second."""
 
 
-class AxisName(NamedTuple):
-    """What an axis of a map is called: its quantity, the symbol and the unit of that; "" is no unit."""
+class AxisName(Named, Struct, frozen=True):
+    """What an axis of a map is called that is no input of a motion."""
 
     quantity: str
     symbol: str
     unit: str
-
-    @property
-    def label(self) -> str:
-        """The name with its symbol and unit, of an axis of a figure."""
-        return f"{self.quantity} {self.symbol} [{self.unit or '–'}]"
-
-    @property
-    def head(self) -> str:
-        """The name with its unit, of a column of a table."""
-        return f"{self.quantity} [{self.unit}]" if self.unit else self.quantity
-
-    def show(self, value: float, error: float | Exactness = OF_A_MODEL) -> str:
-        """Print a value that a model gives, with its unit."""
-        return self._with_unit(shown(value, error))
-
-    def given(self, value: float) -> str:
-        """Print a value that is given, with its unit."""
-        return self._with_unit(given(value))
-
-    def _with_unit(self, number: str) -> str:
-        return f"{number}°" if self.unit == "°" else f"{number} {self.unit}".rstrip()
 
 
 BALL_MASS = AxisName("ball mass", "m", "kg")
@@ -121,10 +99,10 @@ class MapPlan(Struct, frozen=True):
         return tuple(axis.path.rpartition(".")[2] for axis in self.axes)
 
     @property
-    def named(self) -> tuple[AxisName, ...]:
+    def named(self) -> tuple[Named, ...]:
         """What the axes are called."""
-        known = {each.value: AxisName(each.quantity, each.symbol, each.unit) for each in DesignInput}
-        return tuple(known.get(name, BALL_MASS) for name in self.names)
+        inputs: dict[str, Named] = {varied.value: varied for varied in DesignInput}
+        return tuple(inputs.get(name, BALL_MASS) for name in self.names)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -328,7 +328,7 @@ def objectives(
 
 def smallest_margin(design: DesignPoint) -> float:
     """Least relative distance to an end of stable motion; infinite where it ends in no input."""
-    return min((abs(end.relative) for end in design.limits() if end.relative is not None), default=np.inf)
+    return min((end.size for end in design.limits()), default=np.inf)
 
 
 def design_input(path: DesignPath) -> DesignInput | None:

@@ -206,7 +206,7 @@ def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
                 continue
             sign, value = (1 if end.distance > 0 else -1), float(device.value_of(end.parameter))
             row = which * len(SLOTS) + SLOTS.index((end.parameter, sign))
-            slack[row] = abs(end.relative) - share
+            slack[row] = end.size - share
             # The share is of the value, which moves with the inputs that it overlaps with.
             along = [
                 0.0

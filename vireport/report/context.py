@@ -280,7 +280,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     @property
     def nearest(self) -> Margin | None:
         """The nearest end of the design point's stable motions."""
-        return next(iter(self.design.limits()), None) if self.design is not None else None
+        return self.design.nearest if self.design is not None else None
 
     @property
     def held_harmonics(self) -> list[tuple[int, float]]:

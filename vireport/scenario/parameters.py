@@ -17,7 +17,45 @@ LARGEST_RESTITUTION = 1 - 1e-6
 """Beyond it motions draw together as 1 - r, and are not resolved."""
 
 
-class ScalarInput(StrEnum):
+class Named:
+    """What has a name, a symbol and a unit, and how it is printed with them: one form each, wherever it stands."""
+
+    quantity: str
+    symbol: str
+    unit: str
+
+    @property
+    def label(self) -> str:
+        """The name with symbol and unit, for an axis of a figure."""
+        return f"{self.quantity} {self.symbol} [{self.unit or '–'}]"
+
+    @property
+    def head(self) -> str:
+        """The name with the unit, if there is one, for a column of a table."""
+        return f"{self.quantity} [{self.unit}]" if self.unit else self.quantity
+
+    def with_unit(self, number: str) -> str:
+        """Put the unit behind a printed number."""
+        return f"{number}°" if self.unit == "°" else f"{number} {self.unit}".rstrip()
+
+    def show(self, value: float, error: float | Exactness = OF_A_MODEL) -> str:
+        """Print a value that a model gives, with its unit."""
+        return self.with_unit(shown(value, error))
+
+    def given(self, value: float) -> str:
+        """Print a value that a scenario states, with its unit."""
+        return self.with_unit(given(value))
+
+    def place(self, value: float, error: float | Exactness | None = None) -> str:
+        """Print where something is, as s = 0.5 m: a value that a scenario states or, with an error, one of a model."""
+        return f"{self.symbol} = {self.given(value) if error is None else self.show(value, error)}"
+
+    def signed(self, distance: float, error: float | Exactness = OF_A_MODEL) -> str:
+        """Print a distance with its sign and unit."""
+        return f"{'+' if distance > 0 else ''}{self.show(distance, error)}"
+
+
+class ScalarInput(Named, StrEnum):
     """An input of a device; the value is its key in a scenario.
 
     Attributes
@@ -31,9 +69,6 @@ class ScalarInput(StrEnum):
     """
 
     path: str
-    quantity: str
-    symbol: str
-    unit: str
     limits: tuple[float, float]
 
     def __new__(
@@ -57,18 +92,6 @@ class ScalarInput(StrEnum):
         """The symbol with the marks of the words of reports."""
         base, _, index = self.symbol.partition("_")
         return f"*{base}*_{index}" if index else f"*{base}*"
-
-    def show(self, value: float, error: float | Exactness = OF_A_MODEL) -> str:
-        """Print a value of the input that a model gives, with its unit."""
-        return self.with_unit(shown(value, error))
-
-    def given(self, value: float) -> str:
-        """Print a value that is given, with its unit."""
-        return self.with_unit(given(value))
-
-    def with_unit(self, number: str) -> str:
-        """Put the unit behind a printed number."""
-        return f"{number}°" if self.unit == "°" else f"{number} {self.unit}".rstrip()
 
 
 _LENGTH = "length_m", "device.length_m", "length", "s", "m"

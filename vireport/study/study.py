@@ -548,7 +548,7 @@ def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence
         there = {motion.word.canonical() for _, motion in families.at(row.value)}
         if not found and word.canonical() not in there:
             names = [own.name for own in sorted(there, key=lambda own: (own.periods, len(own), own.letters))]
-            what = f"no motion {word.name} was found at {parameter.symbol} = {parameter.given(row.value)}"
+            what = f"no motion {word.name} was found at {parameter.place(row.value)}"
             mistakes.append(Mistake(loaded.line_of(path) or 0, path, f"{what} (there: {', '.join(names) or 'none'})"))
     if mistakes:
         raise ScenarioError(loaded.document.name, mistakes)
