@@ -27,7 +27,8 @@ from scipy.special import stdtrit
 from slices import options, pursued
 
 from vireport import load
-from vireport.measurement.flights import ClockedDevice, Unknown
+from vireport.measurement.adjustment import Inquiry
+from vireport.measurement.flights import ClockedDevice, MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable, fit
 from vireport.measurement.misfit import judged, tested
 from vireport.physics.device import Device
@@ -104,7 +105,7 @@ def outcome(regime: str, k: int) -> dict:
     unknowns = REGIMES[regime][3]
     origin = float(times[0]) if Unknown.PHASE in unknowns else 0.0
     guess = ClockedDevice(device.with_values({DesignInput.RESTITUTION: 0.6}))
-    given = guess, times - origin, walls, unknowns
+    given = Inquiry(guess, unknowns), MeasuredImpacts.undoubted(times - origin, walls)
     said = {"regime": regime, "k": k, "jitter_s": jitter, "impacts": len(times), "missed": len(missed)}
     begin = time.process_time()
     try:

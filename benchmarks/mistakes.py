@@ -26,7 +26,8 @@ from record import record
 from slices import options, pursued
 
 from vireport.base.errors import ScenarioError
-from vireport.measurement.flights import ClockedDevice, Unknown
+from vireport.measurement.adjustment import Inquiry
+from vireport.measurement.flights import ClockedDevice, MeasuredImpacts, Unknown
 from vireport.measurement.identification import Unidentifiable, fit
 from vireport.measurement.misfit import judged
 from vireport.measurement.records import parse_record
@@ -85,7 +86,8 @@ def outcome(mistake: str, referenced: bool, k: int) -> dict:
     said["size"] = wrong
     origin = 0.0 if referenced else float(times[0])
     unknowns = EACH if referenced else (*EACH, Unknown.PHASE)
-    asked = ClockedDevice(given.with_values({DesignInput.RESTITUTION: 0.6})), times - origin, walls, unknowns
+    guess = ClockedDevice(given.with_values({DesignInput.RESTITUTION: 0.6}))
+    asked = Inquiry(guess, unknowns), MeasuredImpacts.undoubted(times - origin, walls)
     try:
         misfit = judged(fit(*asked), *asked)
     except Unidentifiable:

@@ -13,7 +13,7 @@ from vireport.cli.identify_opening import identified_opening, open_opening
 from vireport.design.measured import MeasuredShare
 from vireport.gate.opening import WordedOpening
 from vireport.gate.verdict import Status
-from vireport.measurement.flights import Unknown
+from vireport.measurement.flights import MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit
 from vireport.measurement.inquiry import EACH, Identification, Inquiry
 from vireport.measurement.misfit import BetterFit, Misfit
@@ -43,7 +43,11 @@ def fitted(gaps: tuple[Gap, ...] = GAPS, relative: object = None) -> Fitted:
         model=Thing(value_of=lambda x: VALUES[x][0]),
         deviation_of=lambda x: VALUES[x][1],
     )
-    return Fitted(adjusted, Screened(np.arange(393), np.ones(392, dtype=bool), gaps), np.arange(394.0), np.ones(394))
+    return Fitted(
+        adjusted,
+        Screened(np.arange(393), np.ones(392, dtype=bool), gaps),
+        MeasuredImpacts.undoubted(np.arange(394.0), np.ones(394)),
+    )
 
 
 def answer(

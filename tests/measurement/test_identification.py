@@ -12,7 +12,8 @@ from scipy.special import stdtrit
 from synthetic import Truth, device_of, in_force_time, truth, word
 
 from vireport import load
-from vireport.measurement.flights import ClockedDevice, Unknown, equations, velocities
+from vireport.measurement.adjustment import Inquiry
+from vireport.measurement.flights import ClockedDevice, MeasuredImpacts, Unknown, equations, velocities
 from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, fit
 from vireport.measurement.inquiry import answered, inquiry_of
 from vireport.measurement.misfit import Misfit, judged
@@ -54,8 +55,13 @@ def guessed(device: Device) -> ClockedDevice:
     return ClockedDevice(device.with_values({DesignInput.RESTITUTION: 0.6}))
 
 
+def asked(model: ClockedDevice, times, walls, unknowns, relative=None) -> tuple[Inquiry, MeasuredImpacts]:
+    """What is sought from which impacts."""
+    return Inquiry(model, unknowns), MeasuredImpacts.undoubted(times, walls, relative)
+
+
 def fitted(device: Device, times, walls, unknowns, **of) -> Fitted:
-    found = fit(guessed(device), times, walls, unknowns, **of)
+    found = fit(*asked(guessed(device), times, walls, unknowns, **of))
     assert isinstance(found, Fitted), found
     return found
 
@@ -99,10 +105,10 @@ def test_times_that_are_far_worse_than_others_count_as_they_are_said_to() -> Non
         found = fitted(device, times, walls, unknowns, relative=relative)
         assert (len(found.false), len(found.gaps)) == (0, 0)
         assert found.adjusted.timing_error_s == pytest.approx(1e-4, rel=0.15)
-        assert judged(found, guessed(device), times, walls, unknowns, relative=relative).accepted
+        assert judged(found, *asked(guessed(device), times, walls, unknowns, relative=relative)).accepted
         pulls += list(off(found, device, own.phase) / np.sqrt(np.diag(found.adjusted.covariance)))
     assert 0.4 < np.sqrt(np.mean(np.square(pulls))) < 1.7
-    assert isinstance(fit(guessed(device), times, walls, unknowns), NoFit)
+    assert isinstance(fit(*asked(guessed(device), times, walls, unknowns)), NoFit)
 
 
 def test_errors_of_one_size_change_nothing_but_what_they_are_counted_in() -> None:
@@ -124,7 +130,9 @@ def test_intervals_of_unequal_times_cover_the_truth() -> None:
         times, walls, relative = unequal(seed, own)
         found = fitted(device, times, walls, unknowns, relative=relative).adjusted
         half = stdtrit(found.freedom, 0.975) * np.sqrt(np.diag(found.covariance))
-        covered += list(np.abs(off(Fitted(found, None, times, walls), device, own.phase)) < half)
+        covered += list(
+            np.abs(off(Fitted(found, None, MeasuredImpacts.undoubted(times, walls)), device, own.phase)) < half
+        )
     assert 0.9 < np.mean(covered) < 0.985
 
 
@@ -147,7 +155,7 @@ def test_flights_have_the_velocities_of_the_simulation() -> None:
     rows, _ = follow_one(check_model(groups)[0], check_start(Impact(1, 1.0, 0.3), float(groups.d)), 60, compiled=False)
     t = np.concatenate([[0.0], np.cumsum(rows[1:, FLIGHT])]) / (2 * device.frequency_hz)
     model = ClockedDevice(device, float(rows[0, PHASE]))
-    after, before = velocities(model, t[:-1], t[1:], rows[:-1, WALL], rows[1:, WALL])
+    after, before = velocities(model, t, rows[:, WALL])
     np.testing.assert_allclose(before, rows[1:, VELOCITY], atol=1e-11)
     np.testing.assert_allclose(after, -0.5 * rows[:-1, VELOCITY], atol=1e-11)
 
@@ -156,25 +164,27 @@ def test_derivatives_are_those_of_differences() -> None:
     device, own, _ = known("chaos")
     device = device.with_values({DesignInput.RESTITUTION_TOP: 0.47})
     model = ClockedDevice(device, own.phase, 0.02, 0.7, 1e-6)
-    flown = np.ones(len(own.times) - 1, dtype=bool)
     unknowns = tuple(Unknown)
-    columns = equations(model, own.times, own.walls, flown, unknowns).by_unknown
+    columns = equations(model, MeasuredImpacts.undoubted(own.times, own.walls), unknowns).by_unknown
     for k, x in enumerate(unknowns):
         step = 1e-6 * model.scale_of(x, float(own.times[-1]))
         sides = [
-            equations(model.with_values((x,), np.array([model.value_of(x) + s * step])), own.times, own.walls, flown)
+            equations(
+                model.with_values((x,), np.array([model.value_of(x) + s * step])),
+                MeasuredImpacts.undoubted(own.times, own.walls),
+            )
             for s in (1, -1)
         ]
         difference = (sides[0].value - sides[1].value) / (2 * step)
         np.testing.assert_allclose(columns[:, k], difference, atol=1e-7 * np.abs(difference).max(), err_msg=x)
-    by_time = equations(model, own.times, own.walls, flown).by_time
+    by_time = equations(model, MeasuredImpacts.undoubted(own.times, own.walls)).by_time
     for place in (-1, 0, 1):
         step = 1e-7
         moved = own.times.copy()
         moved[100 + place] += step
         change = (
-            equations(model, moved, own.walls, flown).value[99]
-            - equations(model, own.times, own.walls, flown).value[99]
+            equations(model, MeasuredImpacts.undoubted(moved, own.walls)).value[99]
+            - equations(model, MeasuredImpacts.undoubted(own.times, own.walls)).value[99]
         )
         assert by_time[99, place + 1] == pytest.approx(change / step, rel=1e-4)
 
@@ -203,7 +213,7 @@ def test_errors_are_as_large_as_they_are_said_to_be(name: str, error: float, rec
     for _ in range(records):
         times, walls, *_ = corrupted(rng, own, error, 0.0, 0.0)
         found = fitted(device, times, walls, unknowns).adjusted
-        z = off(Fitted(found, None, times, walls), device, own.phase)
+        z = off(Fitted(found, None, MeasuredImpacts.undoubted(times, walls)), device, own.phase)
         squares.append(z @ np.linalg.solve(found.covariance, z))
         within.append(found.timing_error_s)
         assert found.timing_error_s == pytest.approx(error, rel=0.25)
@@ -216,12 +226,11 @@ def test_errors_are_as_large_as_they_are_said_to_be(name: str, error: float, rec
 def test_averages_of_single_restitutions_would_be_biased() -> None:
     """Why the true times are unknowns: the mean of -u/W is off by many of its own standard errors in chaos."""
     device, own, unknowns = known("chaos")
-    flown = np.ones(len(own.times) - 1, dtype=bool)
     rng = np.random.default_rng(1)
     means, likely = [], []
     for _ in range(3):
         times, walls, *_ = corrupted(rng, own, 5e-4, 0.0, 0.0)
-        alone = equations(ClockedDevice(device, own.phase), times, walls, flown)
+        alone = equations(ClockedDevice(device, own.phase), MeasuredImpacts.undoubted(times, walls))
         means.append(np.mean(-alone.after / alone.before) - 0.5)
         found = fitted(device, times, walls, unknowns)
         likely.append(off(found, device, own.phase)[:2])
@@ -252,7 +261,7 @@ def test_a_periodic_record_without_reference_does_not_tell_two_restitutions() ->
     rng = np.random.default_rng(0)
     times = own.times + 5e-4 * rng.standard_normal(len(own.times))
     with pytest.raises(Unidentifiable) as refused:
-        fit(guessed(device), times, own.walls, (*EACH, PHASE))
+        fit(*asked(guessed(device), times, own.walls, (*EACH, PHASE)))
     assert PHASE in {x for x, _ in refused.value.left_open.combination}
 
 
@@ -262,13 +271,13 @@ def test_two_devices_that_make_the_same_record_are_both_told(missed: float) -> N
     device, own, _ = known("1:1 referenced")
     times, walls, *_ = corrupted(np.random.default_rng(0), own, 2e-5, missed, 0.0)
     with pytest.raises(Unidentifiable) as refused:
-        fit(guessed(device), times, walls, (BOTH, PHASE))
+        fit(*asked(guessed(device), times, walls, (BOTH, PHASE)))
     answers = [dict(answer) for answer in refused.value.left_open.answers]
     assert min(abs(answer[BOTH] - 0.5) for answer in answers) < 5e-4
     other = max(answers, key=lambda answer: abs(answer[BOTH] - 0.5))
     model = ClockedDevice(device.with_values({DesignInput.RESTITUTION: other[BOTH]}), other[PHASE])
     k = int(np.flatnonzero(walls > 0)[10])
-    _, before = velocities(model, times[k - 1], times[k], walls[k - 1], walls[k])
+    _, (before,) = velocities(model, times[k - 1 : k + 1], walls[k - 1 : k + 1])
     start = Impact(1, float(before), float(other[PHASE] + 2 * np.pi * device.frequency_hz * times[k]))
     again = truth(model.device, 300, 200, start)
     np.testing.assert_allclose(sorted(np.diff(again.times)[:2]), sorted(np.diff(own.times)[:2]), atol=2e-5)
@@ -308,15 +317,15 @@ def test_harmonics_that_the_scenario_does_not_say_are_no_small_error(kept: int) 
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     model = guessed(replace(device, harmonics=device.harmonics[:kept]))
     try:
-        accepted = judged(fit(model, times, walls, EACH), model, times, walls, EACH).accepted
+        accepted = judged(fit(*asked(model, times, walls, EACH)), *asked(model, times, walls, EACH)).accepted
     except Unidentifiable:
         accepted = False
     assert not accepted
     device, own, _ = distorted("BTBTBTBTBTBT")
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     model = guessed(replace(device, harmonics=device.harmonics[:kept]))
-    found = fit(model, times, walls, EACH)
-    said = judged(found, model, times, walls, EACH)
+    found = fit(*asked(model, times, walls, EACH))
+    said = judged(found, *asked(model, times, walls, EACH))
     assert said.accepted
     assert said.distortion_untested
     assert np.abs(off(found, device, 0.0)).max() > 1e-3
@@ -383,7 +392,7 @@ def test_no_search_leaves_what_a_device_can_be() -> None:
     times = np.cumsum(rng.uniform(0.05, 0.6, 60))
     model, walls = guessed(device), rng.choice([-1.0, 1.0], 60)
     try:
-        found = fit(model, times, walls, (*unknowns, Unknown.LENGTH))
+        found = fit(*asked(model, times, walls, (*unknowns, Unknown.LENGTH)))
     except Unidentifiable:
         return
     assert not isinstance(found, Fitted)
@@ -392,7 +401,7 @@ def test_no_search_leaves_what_a_device_can_be() -> None:
 def test_a_short_record_is_refused() -> None:
     device, own, unknowns = known("chaos")
     with pytest.raises(Unidentifiable) as refused:
-        fit(guessed(device), own.times[:9], own.walls[:9], unknowns)
+        fit(*asked(guessed(device), own.times[:9], own.walls[:9], unknowns))
     assert refused.value.left_open.impacts == 13
 
 
@@ -409,7 +418,7 @@ def test_a_wrong_input_is_named_with_its_value(wrong: Unknown) -> None:
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     true = ClockedDevice(device).value_of(wrong)
     model = guessed(device).with_values((wrong,), np.array([true * WRONG[wrong]]))
-    said = judged(fit(model, times, walls, unknowns), model, times, walls, unknowns)
+    said = judged(fit(*asked(model, times, walls, unknowns)), *asked(model, times, walls, unknowns))
     assert not said.accepted
     assert said.explanation.unknown is wrong
     assert abs(said.explanation.value - true) < 5 * said.explanation.standard_error
@@ -424,7 +433,7 @@ def test_a_record_with_a_wrong_frequency_says_how_far_its_clock_may_be_off() -> 
     def said(off: float) -> Misfit:
         true = ClockedDevice(device).value_of(Unknown.FREQUENCY)
         model = guessed(device).with_values((Unknown.FREQUENCY,), np.array([true * (1 + off)]))
-        return judged(fit(model, times, walls, unknowns), model, times, walls, unknowns)
+        return judged(fit(*asked(model, times, walls, unknowns)), *asked(model, times, walls, unknowns))
 
     told = said(1e-3).explanation
     assert told.clock_off == pytest.approx(1e-3, abs=2 * told.clock_accepted)
@@ -440,7 +449,7 @@ def test_a_restitution_that_falls_with_speed_is_named_with_its_exponent() -> Non
     own = truth(device, 300, 100)
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     model = guessed(device_of("inclined", device__length_m=0.42))
-    said = judged(fit(model, times, walls, (*EACH, PHASE)), model, times, walls, (*EACH, PHASE))
+    said = judged(fit(*asked(model, times, walls, (*EACH, PHASE))), *asked(model, times, walls, (*EACH, PHASE)))
     assert not said.accepted
     assert said.explanation.unknown is Unknown.EXPONENT
     assert said.explanation.value == pytest.approx(-0.1, abs=5 * said.explanation.standard_error)
@@ -455,7 +464,7 @@ def test_exchanged_membranes_are_named() -> None:
     device, own, unknowns = known("chaos")
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     model = guessed(device)
-    said = judged(fit(model, times, -walls, unknowns), model, times, -walls, unknowns)
+    said = judged(fit(*asked(model, times, -walls, unknowns)), *asked(model, times, -walls, unknowns))
     assert not said.accepted
     assert said.explanation.swapped
 
@@ -465,7 +474,7 @@ def test_a_clock_that_drifts_is_named() -> None:
     device, own, unknowns = known("chaos")
     times, walls, *_ = corrupted(np.random.default_rng(2), own, 1e-4, 0.0, 0.0)
     model, drifting = guessed(device), times - 1e-5 * times**2 / 2
-    said = judged(fit(model, drifting, walls, unknowns), model, drifting, walls, unknowns)
+    said = judged(fit(*asked(model, drifting, walls, unknowns)), *asked(model, drifting, walls, unknowns))
     assert not said.accepted
     assert said.explanation.unknown is Unknown.DRIFT
     assert said.explanation.value == pytest.approx(1e-5, rel=0.1)
@@ -487,9 +496,9 @@ def test_no_cause_is_named_that_leaves_more_than_the_noise(over: dict[str, objec
     own = truth(device_of("inclined", device__length_m=0.42, **over), 150, 0, Impact(1, 1.0, 0.3))
     times = own.times + 3e-5 * np.random.default_rng(2).standard_normal(len(own.times))
     model, unknowns = guessed(device_of("inclined", device__length_m=0.42)), (*EACH, PHASE)
-    found = fit(model, times, own.walls, unknowns)
+    found = fit(*asked(model, times, own.walls, unknowns))
     assert found.adjusted.timing_error_s > 2e-4
-    said = judged(found, model, times, own.walls, unknowns)
+    said = judged(found, *asked(model, times, own.walls, unknowns))
     assert not said.accepted
     assert said.explanation is None
 
@@ -499,7 +508,7 @@ def test_a_true_model_is_accepted_and_what_would_not_show_is_told(name: str) -> 
     device, own, unknowns = known(name)
     times, walls, *_ = corrupted(np.random.default_rng(4), own, 1e-4, 0.0, 0.0)
     model = guessed(device)
-    said = judged(fit(model, times, walls, unknowns), model, times, walls, unknowns)
+    said = judged(fit(*asked(model, times, walls, unknowns)), *asked(model, times, walls, unknowns))
     assert said.accepted
     # A 1:1 record holds two numbers, and both are used.
     assert (Unknown.LENGTH in said.untested) == said.distortion_untested == (name == "1:1 referenced")
@@ -512,12 +521,12 @@ def test_tolerances_of_what_is_known_are_carried() -> None:
     deviations = []
     for over in ({}, {"tolerances": {"length_m": 0.003, "distribution": "normal"}}):
         inquiry = inquiry_of(load(EXAMPLES / "inclined.yaml", over).scenario, (), True)
-        found = fit(inquiry.model, times, walls, inquiry.unknowns, inquiry.priors)
+        found = fit(inquiry, MeasuredImpacts.undoubted(times, walls))
         deviations.append(found.adjusted.deviation_of(BOTTOM))
     step = 1e-4
     longer = guessed(device).with_values((Unknown.LENGTH,), np.array([device.length_m + step]))
-    moved = fit(longer, times, walls, EACH).adjusted.model.value_of(BOTTOM)
-    alone = fit(guessed(device), times, walls, EACH).adjusted.model.value_of(BOTTOM)
+    moved = fit(*asked(longer, times, walls, EACH)).adjusted.model.value_of(BOTTOM)
+    alone = fit(*asked(guessed(device), times, walls, EACH)).adjusted.model.value_of(BOTTOM)
     carried = abs(moved - alone) / step * 0.001
     assert deviations[1] == pytest.approx(np.hypot(deviations[0], carried), rel=0.02)
 

@@ -204,7 +204,7 @@ def _impacts(answer: Identification, impacts: int) -> Statement:
         return Statement(Status.NEUTRAL, _said("tile_impacts_alone", impacts))
     missed = sum(gap.missed_s is not None for gap in found.gaps)
     name = "tile_impacts_and_gaps" if found.lost else "tile_impacts"
-    return Statement(Status.NEUTRAL, _said(name, len(found.times), missed, len(found.false), found.lost))
+    return Statement(Status.NEUTRAL, _said(name, len(found.impacts), missed, len(found.false), found.lost))
 
 
 def _timing(answer: Identification) -> Iterator[Statement]:

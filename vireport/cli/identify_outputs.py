@@ -364,7 +364,8 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
         missed = sum(gap.missed_s is not None for gap in found.gaps)
         own = found.adjusted
         weighted = own.equations.relative is not None
-        told = WORDS("summary", len(found.times), answer.timing_error_s, missed, len(found.false), found.lost, weighted)
+        counts = (missed, len(found.false), found.lost)
+        told = WORDS("summary", len(found.impacts), answer.timing_error_s, *counts, weighted)
         if misfit.accepted:
             p = "" if misfit.p_value is None else f" (p = {shown(misfit.p_value, ROUGHLY)})"
             yield f"{told} {WORDS('reason', misfit).capitalize()}{p}."

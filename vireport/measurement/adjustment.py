@@ -10,9 +10,19 @@ from __future__ import annotations
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base.errors import NumericalError
-from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Equations, Mask, Unknown, equations
+from vireport.measurement.flights import (
+    RESTITUTIONS,
+    Array,
+    ClockedDevice,
+    Equations,
+    Mask,
+    MeasuredImpacts,
+    Unknown,
+    equations,
+)
 
 MOST_STEPS = 20
 LARGEST_STEP = 0.3
@@ -42,9 +52,31 @@ class Prior(Struct, frozen=True):
     deviation: float
 
 
-def with_known(unknowns: tuple[Unknown, ...], priors: tuple[Prior, ...]) -> tuple[Unknown, ...]:
-    """All that is fitted: what is unknown, and then what is known with an uncertainty."""
-    return (*unknowns, *(prior.unknown for prior in priors))
+class Inquiry(Struct, frozen=True):
+    """A device that is known but for some unknowns.
+
+    Attributes
+    ----------
+    model : ClockedDevice
+        What the scenario says; unknowns begin with its values.
+    unknowns : tuple of Unknown
+        The force's phase last, where the record's clock does not know it.
+    priors : tuple of Prior
+        Of further inputs, which are known with a tolerance.
+    """
+
+    model: ClockedDevice
+    unknowns: tuple[Unknown, ...]
+    priors: tuple[Prior, ...] = ()
+
+    @property
+    def fitted(self) -> tuple[Unknown, ...]:
+        """All that is fitted: what is unknown, and then what is known with an uncertainty."""
+        return (*self.unknowns, *(prior.unknown for prior in self.priors))
+
+    def begun_with(self, model: ClockedDevice) -> Inquiry:
+        """The same unknowns, sought from another model."""
+        return replace(self, model=model)
 
 
 class Weights:
@@ -144,35 +176,22 @@ class Adjusted(Struct, frozen=True, eq=False):
         return float(np.sqrt(self.covariance[k, k]))
 
 
-def adjusted(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    flown: Mask,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...] = (),
-    relative: Array | None = None,
-) -> Adjusted:
+def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
     """The most likely unknowns, and the errors of the times with which all equations hold.
 
     Parameters
     ----------
-    model : ClockedDevice
-        To start from.
-    times, walls, flown
-        Of the impacts, as measured: see `equations`.
-    unknowns : tuple of Unknown
-    priors : tuple of Prior
-        Of some unknowns.
-    relative : Array (n,), optional
-        See `equations`.
+    inquiry : Inquiry
+    impacts : MeasuredImpacts
+        As measured.
 
     Raises
     ------
     NumericalError
         If the equations depend on one another.
     """
-    span = float(times[-1] - times[0])
+    model, unknowns, priors = inquiry.model, inquiry.fitted, inquiry.priors
+    times, span = impacts.times, impacts.span_s
     scales = np.array([model.scale_of(x, span) for x in unknowns])
     true = times.copy()
     known = np.array([[p.value, p.deviation] for x in unknowns for p in priors if p.unknown is x]).reshape(-1, 2)
@@ -180,7 +199,7 @@ def adjusted(
     observed = {prior.unknown for prior in priors}
     square, done = 0.0, False
     for step in range(MOST_STEPS):
-        own = equations(model, true, walls, flown, unknowns, relative)
+        own = equations(model, impacts.at(true), unknowns)
         weights = Weights(own)
         around = own.impacts[:, None] + np.arange(-1, 2)
         open_ = own.value + np.einsum("ij,ij->i", own.by_time, (times - true)[around])
@@ -200,7 +219,7 @@ def adjusted(
         square = float(left @ left) / max(freedom, 1)
         errors = np.zeros_like(times)
         np.add.at(errors, around, own.by_error * weights.returned(left[: len(white)])[:, None])
-        errors *= 1.0 if relative is None else relative
+        errors *= impacts.errors
         target = times - errors
         flights = np.diff(true)
         allowed = LARGEST_STEP * np.minimum(np.append(flights, np.inf), np.concatenate([[np.inf], flights]))
@@ -214,8 +233,7 @@ def adjusted(
         # Of exact times what is left is rounding, below which no step settles.
         rounding = error < ROUNDING * span
         settled = np.abs(move) <= SETTLED * np.sqrt(square * np.diag(inverse)) + 1e-13
-        in_errors = move_of_times if relative is None else move_of_times / relative
-        times_settled = np.abs(in_errors).max() <= SETTLED * error + ROUNDING * span
+        times_settled = np.abs(move_of_times / impacts.errors).max() <= SETTLED * error + ROUNDING * span
         done = bool(limit == 1 and times_settled and (settled.all() or rounding))
         if done:
             break

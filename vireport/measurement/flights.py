@@ -120,6 +120,64 @@ class ClockedDevice(Struct, frozen=True):
         return 1.0
 
 
+class MeasuredImpacts(Struct, frozen=True, eq=False):
+    """Measured impacts in the order of time, and which flights between them are known to be single ones.
+
+    Attributes
+    ----------
+    times : Array (n,)
+        Ascending [s].
+    walls : Array (n,)
+        1 at the bottom, -1 at the top.
+    flown : Mask (n - 1,)
+        Whether there was no other impact between one and the next.
+    relative : Array (n,) or None
+        Standard errors of the times over one that all are counted in; None where they are alike.
+    """
+
+    times: Array
+    walls: Array
+    flown: Mask
+    relative: Array | None = None
+
+    @classmethod
+    def undoubted(cls, times: Array, walls: Array, relative: Array | None = None) -> MeasuredImpacts:
+        """Impacts between which none was missed."""
+        return cls(times, walls, np.ones(max(len(times) - 1, 0), dtype=np.bool_), relative)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def span_s(self) -> float:
+        """Time from the first to the last [s]."""
+        return float(self.times[-1] - self.times[0])
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors of the times over the one that all are counted in: (n,)."""
+        return np.ones(len(self)) if self.relative is None else self.relative
+
+    def rows(self, kept: Indices, flown: Mask | None = None) -> MeasuredImpacts:
+        """Some of the impacts, with the flights between them that are known; by default all are."""
+        relative = None if self.relative is None else self.relative[kept]
+        some = MeasuredImpacts.undoubted(self.times[kept], self.walls[kept], relative)
+        return some if flown is None else replace(some, flown=flown)
+
+    def first(self, count: int) -> MeasuredImpacts:
+        """The first of the impacts."""
+        few = np.arange(min(count, len(self)))
+        return self.rows(few, self.flown[: max(len(few) - 1, 0)])
+
+    def at(self, times: Array) -> MeasuredImpacts:
+        """The same impacts at other times [s]."""
+        return replace(self, times=times)
+
+    def exchanged(self) -> MeasuredImpacts:
+        """The same impacts with bottom and top exchanged."""
+        return replace(self, walls=-self.walls)
+
+
 class Equations(Struct, frozen=True, eq=False):
     """The equations of some impacts at some times, linearised there.
 
@@ -158,24 +216,28 @@ class Equations(Struct, frozen=True, eq=False):
         return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.by_error, self.by_error)))
 
 
-def velocities(model: ClockedDevice, start: Any, end: Any, walls: Any, end_walls: Any) -> tuple[Any, Any]:
-    """Velocities just after the first and just before the last impact of flights between two times, as arrays [y_c].
+def velocities(model: ClockedDevice, times: Array, walls: Array) -> tuple[Array, Array]:
+    """Velocities at both ends of the flights between impacts: just after the first, just before the last [y_c].
 
     Parameters
     ----------
     model : ClockedDevice
-    start, end : array_like
-        Times of both impacts [s].
-    walls, end_walls : array_like
-        Membranes, 1 of the bottom one, -1 of the top one.
+    times : Array (n,)
+        Of the impacts [s].
+    walls : Array (n,)
+        1 at the bottom, -1 at the top.
+
+    Returns
+    -------
+    Array (n - 1,), Array (n - 1,)
     """
     groups = model.device.groups(Parameter.LENGTH, model.device.length_m)
-    flights = _flown(groups, model.phase, dimensionless(model, start), dimensionless(model, end), walls, end_walls)
+    flights = _flown(groups, model.phase, dimensionless(model, times), walls)
     return flights.after, flights.before
 
 
 class _Flights(Struct, frozen=True, eq=False):
-    """Flights between two times: velocities just after the first and just before the last impact, forces at both."""
+    """Flights between impacts: velocities just after the first and just before the last of the two, forces at both."""
 
     after: Array
     before: Array
@@ -184,11 +246,11 @@ class _Flights(Struct, frozen=True, eq=False):
     duration: Array
 
 
-def _flown(groups: Groups[Any], phase: Any, begun: Any, ended: Any, walls: Any, end_walls: Any) -> _Flights:
-    """Flights between dimensionless times."""
-    duration = ended - begun
-    first, last = (groups.wave(pi * t + phase, ARRAYS) for t in (begun, ended))
-    across = (end_walls - walls) * groups.d / 2
+def _flown(groups: Groups[Any], phase: Any, times: Array, walls: Array) -> _Flights:
+    """Flights between impacts at dimensionless times; of several phases (p, 1) of the force one row for each."""
+    duration = times[1:] - times[:-1]
+    first, last = (groups.wave(pi * t + phase, ARRAYS) for t in (times[:-1], times[1:]))
+    across = (walls[1:] - walls[:-1]) * groups.d / 2
     # The velocity with which a flight that begins at rest covers what is missing, Eq. (2.12).
     covered = flight.displacement(duration, 0.0, first.impulse, first.path, last.path, groups.gbar)
     after = (across - covered) / duration
@@ -215,23 +277,24 @@ def _by_time(flights: _Flights, gbar: float, first: Indices, slope: Any) -> Arra
 
 
 def around_phases(
-    model: ClockedDevice, times: Array, walls: Array, flown: Mask, phases: Array, profile: Callable[[Array, Array], Any]
+    model: ClockedDevice, impacts: MeasuredImpacts, phases: Array, profile: Callable[[Array, Array], Any]
 ) -> Array:
     """Timing error that the equation of each impact alone would need, at many phases of the force: (p, m) [s].
 
     Parameters
     ----------
-    model, times, walls, flown
-        As for `equations`; an exponent is not looked at.
+    model : ClockedDevice
+        An exponent is not looked at.
+    impacts : MeasuredImpacts
     phases : Array (p,)
         Of the force at time 0 [rad].
     profile : callable
         Gives the restitutions (p, m) from those of single impacts, -u/W (p, m), and their membranes (m,).
     """
     groups = model.device.groups(Parameter.LENGTH, model.device.length_m)
-    t = dimensionless(model, times)
-    flights = _flown(groups, phases[:, None], t[:-1], t[1:], walls[:-1], walls[1:])
-    first = np.flatnonzero(flown[:-1] & flown[1:]) + 1
+    t, walls = dimensionless(model, impacts.times), impacts.walls
+    flights = _flown(groups, phases[:, None], t, walls)
+    first = _between(impacts)
     u, w = flights.after[:, first], flights.before[:, first - 1]
     with np.errstate(all="ignore"):
         single = np.where(walls[first] * w > 0, -u / w, np.nan)
@@ -246,35 +309,25 @@ def dimensionless(model: ClockedDevice, t: Any) -> Any:
     return 2 * model.device.frequency_hz * (t + model.drift * t * t / 2)
 
 
-def equations(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    flown: Mask,
-    unknowns: tuple[Unknown, ...] = (),
-    relative: Array | None = None,
-) -> Equations:
+def _between(impacts: MeasuredImpacts) -> Indices:
+    """Rows of impacts between two flights that are known to be one flight each."""
+    return np.flatnonzero(impacts.flown[:-1] & impacts.flown[1:]) + 1
+
+
+def equations(model: ClockedDevice, impacts: MeasuredImpacts, unknowns: tuple[Unknown, ...] = ()) -> Equations:
     """The equations of all impacts between two flights that are known to be one flight each.
 
     Parameters
     ----------
     model : ClockedDevice
-    times : Array (n,)
-        Ascending [s].
-    walls : Array (n,)
-        1 at the bottom, -1 at the top.
-    flown : Mask (n - 1,)
-        Whether there was no other impact between one and the next.
+    impacts : MeasuredImpacts
     unknowns : tuple of Unknown
         By which they are differentiated.
-    relative : Array (n,), optional
-        Standard errors of the times over one that all are counted in; alike by default.
     """
-    device = model.device
+    device, walls = model.device, impacts.walls
     groups = device.groups(Parameter.LENGTH, device.length_m)
-    t = dimensionless(model, times)
-    flights = _flown(groups, model.phase, t[:-1], t[1:], walls[:-1], walls[1:])
-    inner = np.flatnonzero(flown[:-1] & flown[1:]) + 1
+    flights = _flown(groups, model.phase, dimensionless(model, impacts.times), walls)
+    inner = _between(impacts)
     last, first = inner - 1, inner  # the flights that end and begin with the impact
     wall = walls[inner]
     bottom, top = (float(device.value_of(x)) for x in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
@@ -285,41 +338,58 @@ def equations(
     r = np.where(wall > 0, bottom, top) * share
     slope = (1 + model.exponent) * r
     by_time = _by_time(flights, float(groups.gbar), first, slope)
-    impact, sides = (w, r, slope, share, wall), walls[1:] - walls[:-1]
-    columns = [_column(model, groups, x, times, inner, by_time, impact, flights.duration, sides) for x in unknowns]
+    rebounds = _Rebounds(inner, w, r, slope, share, wall, by_time)
+    columns = [_column(model, x, impacts, flights, rebounds) for x in unknowns]
     by_unknown = np.stack(columns, axis=1) if columns else np.empty((len(inner), 0))
-    errors = None if relative is None else relative[inner[:, None] + np.arange(-1, 2)]
+    errors = None if impacts.relative is None else impacts.relative[inner[:, None] + np.arange(-1, 2)]
     return Equations(inner, u + r * w, by_time * (2 * device.frequency_hz), w, u, by_unknown, errors)
 
 
+class _Rebounds(Struct, frozen=True, eq=False):
+    """What impacts between two known flights depend on.
+
+    Attributes
+    ----------
+    rows : Indices (m,)
+    before, restitution : Array (m,)
+        W [y_c] and r, so that c = u + r W.
+    slope, share : Array (m,)
+        Derivative of r W by W, and r over the restitution of the membrane.
+    wall : Array (m,)
+    by_time : Array (m, 3)
+        Derivatives of c by the dimensionless times of the three impacts.
+    """
+
+    rows: Indices
+    before: Array
+    restitution: Array
+    slope: Array
+    share: Array
+    wall: Array
+    by_time: Array
+
+
 def _column(
-    model: ClockedDevice,
-    groups: Groups[Any],
-    unknown: Unknown,
-    times: Array,
-    inner: Indices,
-    by_time: Array,
-    impact: tuple[Array, ...],
-    duration: Array,
-    sides: Array,
+    model: ClockedDevice, unknown: Unknown, impacts: MeasuredImpacts, flights: _Flights, rebounds: _Rebounds
 ) -> Array:
-    """Derivatives of the equations by an unknown; `by_time` is by dimensionless times."""
-    w, r, slope, share, wall = impact
-    around = np.stack([inner - 1, inner, inner + 1], axis=1)
+    """Derivatives of the equations by an unknown: (m,)."""
+    device, times, w = model.device, impacts.times, rebounds.before
+    last, first = rebounds.rows - 1, rebounds.rows
+    around = np.stack([last, first, first + 1], axis=1)
 
     def moved(by: Array) -> Array:
-        return np.asarray(np.einsum("ij,ij->i", by_time, by[around]))
+        return np.asarray(np.einsum("ij,ij->i", rebounds.by_time, by[around]))
 
     if unknown is Unknown.PHASE:
-        return np.asarray(by_time.sum(axis=1) / pi)
+        return np.asarray(rebounds.by_time.sum(axis=1) / pi)
     if unknown is Unknown.DRIFT:
-        return moved(model.device.frequency_hz * times * times)
+        return moved(device.frequency_hz * times * times)
     if unknown is Unknown.EXPONENT:
-        return np.asarray(r * w * np.log(np.maximum(np.abs(w), 1e-300) / model.speed))
-    device, known = model.device, DesignInput(unknown.value)
+        return np.asarray(rebounds.restitution * w * np.log(np.maximum(np.abs(w), 1e-300) / model.speed))
+    known, groups = DesignInput(unknown.value), device.groups(Parameter.LENGTH, device.length_m)
     by_d, by_gbar, by_bottom, by_top = device.slopes(known, float(groups.d), float(groups.gbar))
-    last, first = inner - 1, inner
-    column = np.where(wall > 0, by_bottom, by_top) * share * w
+    sides, duration, slope = impacts.walls[1:] - impacts.walls[:-1], flights.duration, rebounds.slope
+    column = np.where(rebounds.wall > 0, by_bottom, by_top) * rebounds.share * w
     column = column + by_d / 2 * (sides[first] / duration[first] + slope * sides[last] / duration[last])
     column = column + by_gbar / 2 * (slope * duration[last] - duration[first])
     if known is DesignInput.FREQUENCY:

@@ -12,15 +12,17 @@ from math import log, pi
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base.errors import NumericalError
 from vireport.base.progress import Progress, counted
-from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, adjusted, with_known
+from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Inquiry, adjusted
 from vireport.measurement.flights import (
     RESTITUTIONS,
     Array,
     ClockedDevice,
     Indices,
+    MeasuredImpacts,
     Unknown,
     dimensionless,
     equations,
@@ -130,19 +132,29 @@ class Fitted(Struct, frozen=True, eq=False):
     ----------
     adjusted : Adjusted
     screened : Screened
-    times, walls : Array
-        Of all impacts of the record, as measured.
+    impacts : MeasuredImpacts
+        All of the record, as measured.
     """
 
     adjusted: Adjusted
     screened: Screened
-    times: Array
-    walls: Array
+    impacts: MeasuredImpacts
+
+    @property
+    def kept(self) -> MeasuredImpacts:
+        """The rows that are impacts, with the flights that are used."""
+        return self.impacts.rows(self.screened.kept, self.screened.flown)
+
+    @property
+    def explained(self) -> MeasuredImpacts:
+        """The same at the times at which the fitted device has them."""
+        kept = self.kept
+        return kept.at(kept.times - self.adjusted.errors)
 
     @property
     def false(self) -> tuple[float, ...]:
         """Times of rows that are no impacts [s]."""
-        return tuple(map(float, np.delete(self.times, self.screened.kept)))
+        return tuple(map(float, np.delete(self.impacts.times, self.screened.kept)))
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
@@ -156,57 +168,45 @@ class Fitted(Struct, frozen=True, eq=False):
 
 
 def fit(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...] = (),
-    say: Progress = lambda what: None,
-    within_s: float = np.inf,
-    relative: Array | None = None,
+    inquiry: Inquiry, impacts: MeasuredImpacts, say: Progress = lambda what: None, within_s: float = np.inf
 ) -> Fitted | NoFit:
     """The most likely unknowns of a record.
 
     Parameters
     ----------
-    model : ClockedDevice
-        What is known; unknowns begin with its values.
-    times, walls : Array (n,)
-        Of the impacts: ascending [s], and 1 at the bottom, -1 at the top.
-    unknowns : tuple of Unknown
-    priors : tuple of Prior
-        Of further inputs, which are known with an uncertainty.
+    inquiry : Inquiry
+    impacts : MeasuredImpacts
+        As measured, with nothing doubted. The first guess, in which what is far off counts little, is without their
+        standard errors.
     say : callable
         Is told each step.
     within_s : float
         Timing error beyond which a fit is of no interest [s].
-    relative : Array (n,), optional
-        Standard errors of the times over one that all are counted in; alike by default. The first guess, in which what
-        is far off counts little, is without them.
 
     Raises
     ------
     Unidentifiable
         If the record leaves some of the unknowns open.
     """
-    if len(times) < (needed := len(unknowns) + LEAST_EQUATIONS + 2):
+    unknowns = inquiry.unknowns
+    if len(impacts) < (needed := len(unknowns) + LEAST_EQUATIONS + 2):
         raise Unidentifiable(Open(impacts=needed))
     say("finding the force's phase" if Unknown.PHASE in unknowns else "finding the restitutions")
     # Whether another model fits within an error shows in the first impacts.
-    first = len(times) if np.isinf(within_s) else GLANCE
-    begun = starts(model, times[:first], walls[:first], unknowns, priors)
+    first = len(impacts) if np.isinf(within_s) else GLANCE
+    alike = replace(impacts, relative=None)
+    begun = starts(inquiry, alike.first(first))
     tried: list[Fitted | NoFit] = []
     for k, start in enumerate(begun):
         say(counted("fitting the impacts", k + 1, len(begun)))
-        tried.append(_settled(start, times, walls, unknowns, priors, within_s, relative))
+        tried.append(_settled(inquiry.begun_with(start), impacts, within_s))
     fits = [found for found in tried if isinstance(found, Fitted)]
     if Unknown.PHASE in unknowns and (doubted := [found for found in fits if found.gaps or found.false]):
         # What was missed may hide another answer from the search, or the only one: look for it in what is left.
         clean = min(doubted, key=lambda found: found.lost).screened
-        kept = clean.kept[:first]
-        more = starts(model, times[kept], walls[kept], unknowns, priors, clean.flown[: len(kept) - 1])
+        more = starts(inquiry, alike.rows(clean.kept, clean.flown).first(first))
         more = [start for start in more if not any(same_start(start, other, unknowns) for other in begun)]
-        tried += [_settled(start, times, walls, unknowns, priors, within_s, relative) for start in more]
+        tried += [_settled(inquiry.begun_with(start), impacts, within_s) for start in more]
         fits = [found for found in tried if isinstance(found, Fitted)]
     if not fits:
         failures = (found for found in tried if isinstance(found, NoFit))
@@ -219,54 +219,45 @@ def exact_below(model: ClockedDevice) -> float:
     return EXACT / model.device.frequency_hz
 
 
-def _settled(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...],
-    within_s: float,
-    relative: Array | None,
-) -> Fitted | NoFit:
+def _settled(inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float) -> Fitted | NoFit:
     """Screen and fit in turn until neither changes the other."""
+    model, times = inquiry.model, impacts.times
     period = 1 / model.device.frequency_hz
-    error = typical(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool), relative=relative), MANY)
+    error = typical(equations(model, impacts), MANY)
     if error > min(LARGEST_TIMING_ERROR * period, 3 * within_s):
         return NoFit(Unfit.SCATTER, error)
     known = whole(len(times))
-    every = with_known(unknowns, priors)
     through = doubted = np.empty(0, dtype=np.intp)  # rows with which flights begin that are not used
     found: Adjusted | None = None
     for _ in range(ROUNDS):
         # Exact times fail by rounding, which is not the same for all equations.
-        now = screened(model, times, walls, max(error, exact_below(model)), relative)
+        now = screened(model, impacts, max(error, exact_below(model)))
         if len(flights := np.flatnonzero(now.flown & np.isin(now.kept[:-1], doubted))):
             now = without_flights(now, times, flights)
         if found is not None and now.same_as(known) and found.settled:
             break
         known = now
         count = int(np.sum(known.flown[:-1] & known.flown[1:]))
-        if count < len(unknowns) + LEAST_EQUATIONS:
+        if count < len(inquiry.unknowns) + LEAST_EQUATIONS:
             return NoFit(Unfit.GAPS, 1 - count / (len(times) - 2))
+        kept = impacts.rows(known.kept, known.flown)
         try:
-            errors = None if relative is None else relative[known.kept]
-            found = adjusted(model, times[known.kept], walls[known.kept], known.flown, every, priors, errors)
+            found = adjusted(inquiry.begun_with(model), kept)
         except NumericalError:
             return NoFit(Unfit.NO_MOTION, error)
         model = found.model
         # What was not recognised yet makes the fit's own error larger, and would hide in it.
-        left = equations(model, times[known.kept], walls[known.kept], known.flown, relative=errors)
-        error = min(found.timing_error_s, 2 * typical(left, MANY))
+        error = min(found.timing_error_s, 2 * typical(equations(model, kept), MANY))
         if error > LARGEST_TIMING_ERROR * period:
             return NoFit(Unfit.SCATTER, error)
         # An impact so slow that its loss is within the noise leaves a flight through a membrane.
-        through = np.union1d(through, known.kept[_through(Fitted(found, known, times, walls))]).astype(np.intp)
+        through = np.union1d(through, known.kept[_through(Fitted(found, known, impacts))]).astype(np.intp)
         if len(through) > MOST_THROUGH * len(times):
             return NoFit(Unfit.PATH, float(times[through[0]]))
         doubted = np.union1d(np.union1d(doubted, through), known.kept[_beyond_noise(found)]).astype(np.intp)
     if found is None or not found.settled:
         return NoFit(Unfit.NO_MOTION, error)
-    fitted = Fitted(found, known, times, walls)
+    fitted = Fitted(found, known, impacts)
     if (unexplained := fitted.lost / (len(times) - 1)) > MOST_GAPS:
         return NoFit(Unfit.GAPS, unexplained)
     return _impossible(found) or fitted
@@ -296,13 +287,14 @@ def _beyond_noise(found: Adjusted) -> Indices:
 
 def _through(fitted: Fitted) -> Indices:
     """Flights in which the ball is beyond a membrane."""
-    found, kept = fitted.adjusted, fitted.screened.kept
-    times, walls = fitted.times[kept] - found.errors, fitted.walls[kept]
+    found, own = fitted.adjusted, fitted.explained
+    times, walls = own.times, own.walls
     device = found.model.device
     groups = device.groups(Parameter.LENGTH, device.length_m)
-    flown = np.flatnonzero(fitted.screened.flown)
+    flown = np.flatnonzero(own.flown)
     start, end = times[flown], times[flown + 1]
-    after, before = velocities(found.model, start, end, walls[flown], walls[flown + 1])
+    with np.errstate(all="ignore"):  # flights that are not used may be of any length
+        after, before = (speeds[flown] for speeds in velocities(found.model, times, walls))
     unit = 2 * device.frequency_hz
     left = dimensionless(found.model, start)
     begun = groups.wave(pi * left + found.model.phase, ARRAYS)
@@ -370,9 +362,9 @@ def _unstable(found: Fitted) -> bool:
 
     That is, for so long that a deviation that was far below the timing error would have grown beyond it.
     """
-    kept, flown = found.screened.kept, found.screened.flown
-    times, walls = found.times[kept], found.walls[kept]
-    flights, together = np.diff(times), np.cumsum(~flown)
+    kept = found.kept
+    walls, flown = kept.walls, kept.flown
+    flights, together = np.diff(kept.times), np.cumsum(~flown)
     rates = growth_rates(found)
     for count in range(1, min(LONGEST_PATTERN, len(flights) - 2) + 1):
         # Only where no flight was lost between the one and the other.

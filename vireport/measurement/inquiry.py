@@ -10,8 +10,8 @@ from msgspec import Struct
 
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress, portion
-from vireport.measurement.adjustment import Prior
-from vireport.measurement.flights import RESTITUTIONS, ClockedDevice, Unknown
+from vireport.measurement.adjustment import Inquiry, Prior
+from vireport.measurement.flights import RESTITUTIONS, ClockedDevice, MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit, Unidentifiable, exact_below, fit
 from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record
@@ -39,24 +39,6 @@ FAR_ABOVE = 2.0
 """Timing error over that of rounding from which times are as good as not rounded."""
 
 EACH = Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
-
-
-class Inquiry(Struct, frozen=True):
-    """A device that is known but for some unknowns.
-
-    Attributes
-    ----------
-    model : ClockedDevice
-        What the scenario says.
-    unknowns : tuple of Unknown
-        The force's phase last, where the record's clock does not know it.
-    priors : tuple of Prior
-        Of inputs that are known with a tolerance.
-    """
-
-    model: ClockedDevice
-    unknowns: tuple[Unknown, ...]
-    priors: tuple[Prior, ...]
 
 
 class IdentifiedInput(Struct, frozen=True):
@@ -178,13 +160,13 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
     origin = record.force_maximum_s
     if origin is None:
         origin = 0.0 if referenced else float(record.times[0])
-    times, fitting = record.times - origin, portion(say, 0.0, FITTING_SHARE)
+    fitting = portion(say, 0.0, FITTING_SHARE)
+    impacts = MeasuredImpacts.undoubted(record.times - origin, record.walls, record.relative)
     rounding = rounding_of(record.times)
     if rounding is not None and rounding.error_s < exact_below(inquiry.model):
         rounding = None
-    asked = (inquiry.unknowns, inquiry.priors)
     try:
-        found = fit(inquiry.model, times, record.walls, *asked, say=fitting, relative=record.relative)
+        found = fit(inquiry, impacts, fitting)
     except Unidentifiable:
         if rounding is None:
             raise
@@ -193,8 +175,7 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
         if isinstance(found, Fitted) and found.adjusted.timing_error_s > FAR_ABOVE * rounding.error_s:
             rounding = None
         else:
-            times = rounding.independent(times)
-            found = fit(inquiry.model, times, record.walls, *asked, say=fitting, relative=record.relative)
-    given = (inquiry.model, times, record.walls, *asked)
-    misfit = judged(found, *given, say=portion(say, FITTING_SHARE, 1.0), relative=record.relative)
+            impacts = impacts.at(rounding.independent(impacts.times))
+            found = fit(inquiry, impacts, fitting)
+    misfit = judged(found, inquiry, impacts, portion(say, FITTING_SHARE, 1.0))
     return Identification(inquiry, found, misfit, origin, rounding)

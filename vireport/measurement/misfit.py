@@ -12,8 +12,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.progress import Progress, WorkStep
-from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Prior, with_known
-from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Unknown, equations
+from vireport.measurement.adjustment import LEAST_SHARE, Adjusted, Inquiry
+from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, MeasuredImpacts, Unknown, equations
 from vireport.measurement.identification import (
     AS_GOOD,
     Fitted,
@@ -130,30 +130,22 @@ class Misfit(Struct, frozen=True):
 
 
 def judged(
-    found: Fitted | NoFit,
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...] = (),
-    say: Progress = lambda what: None,
-    relative: Array | None = None,
+    found: Fitted | NoFit, inquiry: Inquiry, impacts: MeasuredImpacts, say: Progress = lambda what: None
 ) -> Misfit:
     """Test a fit, and look for what would fit where it does not; parameters are those of `fit`."""
     say(WorkStep("testing the model", 0.0))
-    given = (model, times, walls, unknowns, priors, relative)
     if isinstance(found, NoFit):
-        instead = _explanation(np.inf, *given, ALTERNATIVES)
-        searched = found.failure in (Unfit.NO_MOTION, Unfit.GAPS) or Unknown.PHASE in unknowns
+        instead = _explanation(np.inf, inquiry, impacts, ALTERNATIVES)
+        searched = found.failure in (Unfit.NO_MOTION, Unfit.GAPS) or Unknown.PHASE in inquiry.unknowns
         if instead is None and searched:
             raise Unidentifiable(Open(failed=found))  # it may be the search that failed, and not the model
         return Misfit(None, None, False, failure=found, explanation=instead)
-    said, likely = tested(found, {*with_known(unknowns, priors)})
+    said, likely = tested(found, {*inquiry.fitted})
     error = found.adjusted.timing_error_s
     if said.accepted:
-        unseen = _swapped(*given, max(AS_GOOD * error, exact_below(model))) is not None
+        unseen = _exchanged(inquiry, impacts, max(AS_GOOD * error, exact_below(inquiry.model))) is not None
         return replace(said, swapped_untested=unseen)
-    return replace(said, explanation=_explanation(error, *given, likely))
+    return replace(said, explanation=_explanation(error, inquiry, impacts, likely))
 
 
 def tested(found: Fitted, known: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
@@ -175,13 +167,11 @@ def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float,
     """Probability, statistic and alternative of each test; and the alternatives that the record cannot tell."""
     from scipy.special import chdtrc, fdtrc  # type: ignore[import-untyped]
 
-    own = found.adjusted
-    kept, flown = found.screened.kept, found.screened.flown
+    own, explained = found.adjusted, found.explained
     model = replace(own.model, speed=float(np.median(np.abs(own.equations.before))))
-    true = found.times[kept] - own.errors
     possible = tuple(x for x in ALTERNATIVES if x not in known)
-    columns = equations(model, true, found.walls[kept], flown, possible).by_unknown
-    scales = np.array([model.scale_of(x, float(true[-1] - true[0])) for x in possible])
+    columns = equations(model, explained, possible).by_unknown
+    scales = np.array([model.scale_of(x, explained.span_s) for x in possible])
     white = np.zeros((len(own.innovations), len(possible)))
     white[: len(columns)] = own.weights.whitened(columns * scales)
     rest = _beyond_fitted(own, white)
@@ -218,77 +208,59 @@ def _beyond_fitted(own: Adjusted, white: Array) -> Array:
 
 def _hides_distortion(found: Fitted) -> bool:
     """Whether some second harmonic of the force changes no more than what was fitted makes up for."""
-    own, kept = found.adjusted, found.screened.kept
-    device, given = own.model.device, (found.times[kept] - own.errors, found.walls[kept], found.screened.flown)
-    base = equations(own.model, *given).value
+    own, explained = found.adjusted, found.explained
+    device, base = own.model.device, equations(own.model, explained).value
     white = np.zeros((len(own.innovations), 2))
     for k, (cosine, sine) in enumerate(((1.0, 0.0), (0.0, 1.0))):
         harmonics = (*device.harmonics, Harmonic(2, cosine, sine))
         # Flights, and with them the equations, are linear in the force.
-        more = equations(replace(own.model, device=replace(device, harmonics=harmonics)), *given).value - base
+        more = equations(replace(own.model, device=replace(device, harmonics=harmonics)), explained).value - base
         white[: len(base), k] = own.weights.whitened(more)
     rest = _beyond_fitted(own, white)
     return bool(np.linalg.norm(rest, 2) == 0 or np.linalg.norm(rest, -2) <= LEAST_SHARE * np.linalg.norm(white, 2))
 
 
-def _swapped(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...],
-    relative: Array | None,
-    within_s: float,
-    explaining: bool = False,
+def _exchanged(
+    inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float, explaining: bool = False
 ) -> BetterFit | None:
     """The fit with bottom and top exchanged, if there is one with a timing error that is no larger than this [s].
 
     One that is to be `explaining` leaves nothing but noise as well.
     """
     try:
-        found = fit(model, times, -walls, unknowns, priors, within_s=within_s, relative=relative)
+        found = fit(inquiry, impacts.exchanged(), within_s=within_s)
     except Unidentifiable:
         return None
     if isinstance(found, NoFit) or found.adjusted.timing_error_s > within_s:
         return None
-    if explaining and not _explains(found, None, unknowns, priors):
+    if explaining and not _explains(found, None, inquiry):
         return None
     return BetterFit(True, None, 0.0, 0.0, found.adjusted.timing_error_s)
 
 
 def _explanation(
-    error: float,
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...],
-    relative: Array | None,
-    likely: tuple[Unknown, ...],
+    error: float, inquiry: Inquiry, impacts: MeasuredImpacts, likely: tuple[Unknown, ...]
 ) -> BetterFit | None:
-    """What explains a record to its noise: swapped with a much smaller timing error [s], or a likely alternative."""
-    swapped = _swapped(model, times, walls, unknowns, priors, relative, FEWER * error, True)
-    if swapped is not None:
-        return swapped
-    speed = float(np.median(np.abs(equations(model, times, walls, np.ones(len(times) - 1, dtype=bool)).before)))
+    """What explains a record to its noise: exchanged membranes with far less timing error [s], or a likely input."""
+    exchanged = _exchanged(inquiry, impacts, FEWER * error, True)
+    if exchanged is not None:
+        return exchanged
+    model = inquiry.model
+    stated = replace(model, speed=float(np.median(np.abs(equations(model, impacts).before))))
     found: list[BetterFit] = []
     for x in likely:
-        if x in with_known(unknowns, priors):
+        if x in inquiry.fitted:
             continue
         try:
-            other = fit(replace(model, speed=speed), times, walls, (*unknowns, x), priors, relative=relative)
+            other = fit(Inquiry(stated, (*inquiry.unknowns, x), inquiry.priors), impacts)
         except Unidentifiable:
             continue
-        if (
-            isinstance(other, Fitted)
-            and other.adjusted.timing_error_s < error
-            and _explains(other, x, unknowns, priors)
-        ):
+        if isinstance(other, Fitted) and other.adjusted.timing_error_s < error and _explains(other, x, inquiry):
             own = other.adjusted
             one = BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s)
             if x is Unknown.FREQUENCY:
                 one = _of_clock(one, float(model.device.frequency_hz), own.freedom)
-            found.append(one if x is not Unknown.EXPONENT else _stated(one, own.model, unknowns))
+            found.append(one if x is not Unknown.EXPONENT else _stated(one, own.model, inquiry.unknowns))
     if not found:
         return None
     best = min(found, key=lambda one: one.timing_error_s)
@@ -309,9 +281,7 @@ def _of_clock(one: BetterFit, given_hz: float, freedom: int) -> BetterFit:
     return replace(one, clock_off=given_hz / one.value - 1, clock_accepted=limit**0.5 * one.standard_error / one.value)
 
 
-def _explains(
-    other: Fitted, alternative: Unknown | None, unknowns: tuple[Unknown, ...], priors: tuple[Prior, ...]
-) -> bool:
+def _explains(other: Fitted, alternative: Unknown | None, inquiry: Inquiry) -> bool:
     """Whether a fit leaves nothing but the noise of the record, by the tests that reject the given model.
 
     One that leaves more has another cause, which it makes up for in part: a harmonic of the force, friction.
@@ -319,7 +289,7 @@ def _explains(
     own = other.adjusted
     if alternative is Unknown.EXPONENT and own.model.exponent > SURELY * own.deviation_of(alternative):
         return False  # no restitution grows with speed
-    known = {*with_known(unknowns, priors), *([] if alternative is None else [alternative])}
+    known = {*inquiry.fitted, *([] if alternative is None else [alternative])}
     return tested(other, known)[0].accepted
 
 

@@ -15,8 +15,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.progress import Progress
-from vireport.measurement.adjustment import Adjusted, Prior
-from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Indices, Mask, Unknown, dimensionless
+from vireport.measurement.adjustment import Adjusted, Inquiry, Prior
+from vireport.measurement.flights import (
+    RESTITUTIONS,
+    Array,
+    ClockedDevice,
+    Indices,
+    MeasuredImpacts,
+    Unknown,
+    dimensionless,
+)
 from vireport.measurement.flights import velocities as velocities_of
 from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, exact_below, fit, growth_rates
 from vireport.measurement.inquiry import EACH, known_inputs
@@ -158,41 +166,38 @@ def measured(
         If the record is too short, or fits several motions.
     """
     origin = float(record.times[0]) if maximum is None else maximum.time_s
-    times, walls = record.times - origin, record.walls
+    impacts = MeasuredImpacts.undoubted(record.times - origin, record.walls, record.relative)
     questions = [EACH] if maximum is not None else [(*EACH, Unknown.PHASE), (Unknown.PHASE,)]
     for unknowns in questions:
         priors = known_inputs(tolerances, device, unknowns)
         if maximum is not None and maximum.error_s > 0:
             priors = (*priors, Prior(Unknown.PHASE, 0.0, 2 * pi * float(device.frequency_hz) * maximum.error_s))
         try:
-            found = fit(ClockedDevice(device), times, walls, unknowns, priors, say, relative=record.relative)
+            found = fit(Inquiry(ClockedDevice(device), unknowns, priors), impacts, say)
         except Unidentifiable:
             if unknowns == questions[-1]:
                 raise
             continue
-        return found if isinstance(found, NoFit) else _read(found, unknowns, origin, record.relative)
+        return found if isinstance(found, NoFit) else _read(found, unknowns, origin)
     raise AssertionError("there is a question")
 
 
-def _read(found: Fitted, unknowns: tuple[Unknown, ...], origin_s: float, relative: Array | None) -> Measured:
-    own, kept, flown = found.adjusted, found.screened.kept, found.screened.flown
-    times, walls = found.times[kept], found.walls[kept]
-    values = _values(own.model, times, walls, flown)
-    by_time = _by_time(own.model, times, walls, flown)
-    shares = np.ones(len(times)) if relative is None else relative[kept]
-    around = np.pad(shares, 1, mode="edge")
+def _read(found: Fitted, unknowns: tuple[Unknown, ...], origin_s: float) -> Measured:
+    own, impacts = found.adjusted, found.kept
+    values, by_time = _values(own.model, impacts), _by_time(own.model, impacts)
+    around = np.pad(impacts.errors, 1, mode="edge")
     by_time *= np.stack([around[:-2], around[1:-1], around[2:]], axis=1)  # by errors, each in its own standard error
-    by_unknown = _by_unknown(own, times, walls, flown)
+    by_unknown = _by_unknown(own, impacts)
     # Of a single impact what its own times do to what is fitted to all is left out.
     variance = own.timing_error_s**2 * np.einsum("qkj,qkj->qk", by_time, by_time)
     variance += np.einsum("qkp,pr,qkr->qk", by_unknown, own.covariance, by_unknown)
     motion = None
-    if (repeating := _repeating(found, own.timing_error_s * shares)) is not None:
-        motion = _mean(own, repeating, times, walls, (values, by_time, by_unknown))
+    if (repeating := _repeating(found)) is not None:
+        motion = _mean(own, repeating, impacts, (values, by_time, by_unknown))
         motion = replace(motion, from_s=motion.from_s + origin_s)
     return Measured(
-        times + origin_s,
-        walls,
+        impacts.times + origin_s,
+        impacts.walls,
         values,
         np.sqrt(variance),
         motion,
@@ -203,11 +208,11 @@ def _read(found: Fitted, unknowns: tuple[Unknown, ...], origin_s: float, relativ
     )
 
 
-def _values(model: ClockedDevice, times: Array, walls: Array, flown: Mask) -> Array:
+def _values(model: ClockedDevice, impacts: MeasuredImpacts) -> Array:
     """All quantities of all impacts, (6, n); NaN where a flight is not known."""
-    values = np.full((len(Quantity), len(times)), np.nan)
-    t = dimensionless(model, times)
-    after, before = velocities_of(model, times[:-1], times[1:], walls[:-1], walls[1:])
+    values = np.full((len(Quantity), len(impacts)), np.nan)
+    t, flown = dimensionless(model, impacts.times), impacts.flown
+    after, before = velocities_of(model, impacts.times, impacts.walls)
     values[Quantity.BEFORE, 1:] = np.where(flown, before, np.nan)
     values[Quantity.AFTER, :-1] = np.where(flown, after, np.nan)
     values[Quantity.PHASE] = model.phase + pi * t
@@ -218,34 +223,35 @@ def _values(model: ClockedDevice, times: Array, walls: Array, flown: Mask) -> Ar
     return values
 
 
-def _by_time(model: ClockedDevice, times: Array, walls: Array, flown: Mask) -> Array:
+def _by_time(model: ClockedDevice, impacts: MeasuredImpacts) -> Array:
     """Derivatives of the quantities of each impact by the times of the one before it, its own and the next, (6, n, 3).
 
     What does not depend on a time has the derivative 0 also where the quantity is not known.
     """
     step = STEP / float(model.device.frequency_hz)
-    place = np.arange(len(times))
-    by_time = np.zeros((len(Quantity), len(times), 3))
+    place = np.arange(len(impacts))
+    by_time = np.zeros((len(Quantity), len(impacts), 3))
     # An impact depends on three times in a row: of every third time all impacts are told at once.
     for first in range(3):
         moved = step * (place % 3 == first)
-        change = _values(model, times + moved, walls, flown) - _values(model, times - moved, walls, flown)
+        later, earlier = (impacts.at(impacts.times + way * moved) for way in (1, -1))
+        change = _values(model, later) - _values(model, earlier)
         for offset in range(3):
             own = (place + offset - 1) % 3 == first
             by_time[:, own, offset] = change[:, own] / (2 * step)
     return by_time
 
 
-def _by_unknown(own: Adjusted, times: Array, walls: Array, flown: Mask) -> Array:
+def _by_unknown(own: Adjusted, impacts: MeasuredImpacts) -> Array:
     """Derivatives of the quantities of each impact by what was fitted, (6, n, p)."""
     model, columns = own.model, []
     for x, scale in zip(own.unknowns, own.scales, strict=True):
         if x in RESTITUTIONS:
-            columns.append(np.zeros((len(Quantity), len(times))))
+            columns.append(np.zeros((len(Quantity), len(impacts))))
             continue
         step, value = STEP * float(scale), model.value_of(x)
         ends = (model.with_values((x,), np.array([value + way * step])) for way in (1, -1))
-        above, below = (_values(end, times, walls, flown) for end in ends)
+        above, below = (_values(end, impacts) for end in ends)
         columns.append((above - below) / (2 * step))
     return np.stack(columns, axis=-1)
 
@@ -258,16 +264,13 @@ class _Repeating(Struct, frozen=True, eq=False):
     places: Indices
 
 
-def _repeating(found: Fitted, errors: Array) -> _Repeating | None:
-    """The end of a record over which its impacts repeat themselves as a stable motion, with the fewest of them.
-
-    `errors` are the standard errors of its times [s].
-    """
-    own, kept, flown = found.adjusted, found.screened.kept, found.screened.flown
-    times, walls = found.times[kept], found.walls[kept].astype(int)
+def _repeating(found: Fitted) -> _Repeating | None:
+    """The end of a record over which its impacts repeat themselves as a stable motion, with the fewest of them."""
+    own, impacts = found.adjusted, found.kept
+    times, walls = impacts.times, impacts.walls.astype(int)
     frequency = float(own.model.device.frequency_hz)
-    same = SAME * np.maximum(errors, exact_below(own.model))
-    lost = np.concatenate([[0], np.cumsum(~flown)])
+    same = SAME * np.maximum(own.timing_error_s * impacts.errors, exact_below(own.model))
+    lost = np.concatenate([[0], np.cumsum(~impacts.flown)])
     rates, of_rates = growth_rates(found), own.equations.impacts
     for count in range(1, min(LONGEST_WORD, len(times) // LEAST_REPEATS) + 1):
         first = np.flatnonzero(lost[count:] == lost[:-count])
@@ -286,7 +289,7 @@ def _repeating(found: Fitted, errors: Array) -> _Repeating | None:
         if not decay > 0:
             continue
         start += _dying(decay, count, len(times) - start)
-        return _steady(times, walls, lost, (start, count, periods), errors, frequency)
+        return _steady(found, lost, (start, count, periods))
     return None
 
 
@@ -302,12 +305,16 @@ def _dying(decay: float, count: int, impacts: int) -> int:
     return min(wanted, impacts // 2)
 
 
-def _steady(
-    times: Array, walls: Indices, lost: Indices, tail: tuple[int, int, int], errors: Array, frequency: float
-) -> _Repeating | None:
-    """What is left of impacts that repeat themselves where nothing of a transient is seen any more."""
+def _steady(found: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repeating | None:
+    """What is left of impacts that repeat themselves where nothing of a transient is seen any more.
+
+    `lost` has the flights before each impact that are not known, `tail` the first impact, and impacts and forcing
+    periods after which it comes again.
+    """
     start, count, periods = tail
-    period = periods / frequency
+    times, walls = found.kept.times, found.kept.walls.astype(int)
+    errors = found.adjusted.timing_error_s * found.kept.errors
+    period = periods / float(found.adjusted.model.device.frequency_hz)
     # Each impact by the one of the first whole period whose phase it has; missed ones leave a gap and no mistake.
     whole = next(k for k in range(start, len(times) - count) if lost[k + count] == lost[k])
     letters = Word(tuple(walls[whole : whole + count].tolist()), periods)
@@ -336,11 +343,11 @@ def _steady(
 
 
 def _mean(
-    own: Adjusted, repeating: _Repeating, times: Array, walls: Array, known: tuple[Array, Array, Array]
+    own: Adjusted, repeating: _Repeating, impacts: MeasuredImpacts, known: tuple[Array, Array, Array]
 ) -> MeasuredMotion:
     """The mean of each impact of a motion, with the covariance of all."""
     values, by_time, by_unknown = known
-    count, n, p = len(repeating.word), len(times), len(own.unknowns)
+    count, n, p = len(repeating.word), len(impacts), len(own.unknowns)
     turn, shape = 2 * pi, (len(Quantity), count)
     means = np.empty(shape)
     of_times, of_unknowns = np.zeros((*shape, n)), np.zeros((*shape, p))
@@ -368,7 +375,7 @@ def _mean(
     flat_unknowns = np.vstack([of_unknowns.reshape(-1, p), chosen_unknowns])
     covariance = _covariance(own, flat_times, flat_unknowns)
     means[Quantity.PHASE] %= turn
-    from_s = float(times[repeating.rows[0]])
+    from_s = float(impacts.times[repeating.rows[0]])
     return MeasuredMotion(repeating.word, from_s, len(repeating.rows), means, np.array([bottom, top]), covariance)
 
 

@@ -10,8 +10,9 @@ from statistics import NormalDist
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
-from vireport.measurement.flights import Array, ClockedDevice, Equations, Indices, Mask, equations
+from vireport.measurement.flights import Array, ClockedDevice, Equations, Indices, Mask, MeasuredImpacts, equations
 
 FAILED = 6.0
 MOST, MANY = 0.8, 0.6
@@ -78,18 +79,12 @@ def typical(own: Equations, share: float = MOST) -> float:
     return float(np.partition(size, k)[k]) / NormalDist().inv_cdf((1 + share) / 2)
 
 
-def screened(
-    model: ClockedDevice, times: Array, walls: Array, timing_error_s: float, relative: Array | None = None
-) -> Screened:
-    """Find impacts that were missed and rows that are none, of a record [s] with a timing error [s].
-
-    Errors of times are `relative` to that, where they are not alike.
-    """
-    every_error = np.ones(len(times)) if relative is None else relative
-    kept = _without_false(model, times, walls, timing_error_s, every_error)
-    t, w, errors = times[kept], walls[kept], every_error[kept]
-    flown = np.ones(len(t) - 1, dtype=bool)
-    own = equations(model, t, w, flown, relative=errors)
+def screened(model: ClockedDevice, impacts: MeasuredImpacts, timing_error_s: float) -> Screened:
+    """Find impacts that were missed and rows that are none, of a record with a timing error [s]."""
+    kept = _without_false(model, impacts, timing_error_s)
+    left = impacts.rows(kept)
+    t, flown = left.times, left.flown.copy()
+    own = equations(model, left)
     stretches = []
     for run in _runs(own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]):
         every = np.arange(run[0], run[-1])
@@ -97,7 +92,8 @@ def screened(
             every = np.array([run[0] if run[0] + 2 >= len(t) else run[0] - 1])
         flown[every[::2]] = False
         stretches.append((every, len(run) % 2 == 1 and len(run) > 1))
-    missed = _missed(model, t, w, flown, [k for every, _ in stretches for k in every[::2]], timing_error_s, errors)
+    doubted = [k for every, _ in stretches for k in every[::2]]
+    missed = _missed(model, replace(left, flown=flown), doubted, timing_error_s)
     gaps: list[Gap] = []
     for every, odd in stretches:
         single = every[::2]
@@ -109,10 +105,10 @@ def screened(
             gaps += [Gap(float(t[k]), float(t[k + 1]), missed[k]) for k in single]
     found = Screened(kept, flown, tuple(gaps))
     # Of two rows at one time, one is none: the flight between them has any velocity, and keeps to any equation.
-    close = np.flatnonzero(np.diff(t) < SHORTEST * timing_error_s * np.maximum(errors[1:], errors[:-1]))
+    close = np.flatnonzero(np.diff(t) < SHORTEST * timing_error_s * np.maximum(left.errors[1:], left.errors[:-1]))
     around = np.unique(np.clip(close[:, None] + np.arange(-1, 2), 0, len(flown) - 1))
     around = around[flown[around]]
-    return without_flights(found, times, around) if len(around) else found
+    return without_flights(found, impacts.times, around) if len(around) else found
 
 
 def without_flights(known: Screened, times: Array, flights: Indices) -> Screened:
@@ -129,41 +125,37 @@ def _runs(failed: Indices) -> list[Indices]:
     return [run for run in np.split(failed, np.flatnonzero(np.diff(failed) > 1) + 1) if len(run)]
 
 
-def _without_false(model: ClockedDevice, times: Array, walls: Array, timing_error_s: float, errors: Array) -> Indices:
+def _without_false(model: ClockedDevice, impacts: MeasuredImpacts, timing_error_s: float) -> Indices:
     """Rows that are left where each that explains all failures around it, as one that is no impact, is taken away."""
-    own = equations(model, times, walls, np.ones(len(times) - 1, dtype=bool), relative=errors)
+    count = len(impacts)
+    own = equations(model, impacts)
     failed = own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]
     taken = []
     for run in _runs(failed):
         best = FAILED
         row = -1
-        for k in range(max(run[0] - 1, 1), min(run[-1] + 2, len(times) - 1)):
-            near = np.array([i for i in range(run[0] - 3, run[-1] + 4) if 0 <= i < len(times) and i != k])
+        for k in range(max(run[0] - 1, 1), min(run[-1] + 2, count - 1)):
+            near = np.array([i for i in range(run[0] - 3, run[-1] + 4) if 0 <= i < count and i != k])
             # What is next to the end of a record can be taken away without a trace: it is no evidence.
             if near.searchsorted(k) < 2 or len(near) - near.searchsorted(k) < 2:
                 continue
-            rest = equations(model, times[near], walls[near], np.ones(len(near) - 1, dtype=bool), relative=errors[near])
+            rest = equations(model, impacts.rows(near))
             around = (near[rest.impacts] >= run[0] - 1) & (near[rest.impacts] <= run[-1] + 1)
             worst = float((np.abs(rest.value) / rest.spread)[around].max()) / timing_error_s
             if worst < best:
                 best, row = worst, k
         if row >= 0:
             taken.append(row)
-    return np.setdiff1d(np.arange(len(times)), np.array(taken, dtype=int))
+    return np.setdiff1d(np.arange(count), np.array(taken, dtype=int))
 
 
 def _missed(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    flown: Mask,
-    flights: list[int],
-    timing_error_s: float,
-    errors: Array,
+    model: ClockedDevice, impacts: MeasuredImpacts, flights: list[int], timing_error_s: float
 ) -> dict[int, float | None]:
     """Time [s] of the one missed impact, on either membrane, that explains both ends of each of some flights."""
     found: dict[int, float | None] = dict.fromkeys(flights)
     alike: dict[tuple[int, int], list[int]] = {}
+    times, flown = impacts.times, impacts.flown
     for k in flights:
         low, high = max(k - 1, 0), min(k + 2, len(times) - 1)
         if (low < k and not flown[low]) or (high > k + 1 and not flown[k + 1]) or high - low < 2:
@@ -177,8 +169,7 @@ def _missed(
             a, b = times[ks], times[ks + 1]
             for _ in range(4):
                 tried = a[:, None] + (b - a)[:, None] * np.linspace(0, 1, PLACES + 2)[1:-1]
-                given = times[around], walls[around], errors[around]
-                worst = _misfit(model, *given, before + 1, tried, wall) / timing_error_s
+                worst = _misfit(model, impacts, around, (before + 1, wall), tried) / timing_error_s
                 i, row = np.argmin(worst, axis=1), np.arange(len(ks))
                 a, b = tried[row, np.maximum(i - 1, 0)], tried[row, np.minimum(i + 1, PLACES - 1)]
             better = worst[row, i] < best
@@ -188,28 +179,32 @@ def _missed(
 
 
 def _misfit(
-    model: ClockedDevice, times: Array, walls: Array, errors: Array, place: int, tried: Array, wall: float
+    model: ClockedDevice, impacts: MeasuredImpacts, around: Indices, missed: tuple[int, float], tried: Array
 ) -> Array:
-    """How far the equations around flights fail with an impact in them at each of some times [s].
+    """How far the equations around flights fail with an impact in them at each of some times [s]: (g, t).
 
     Parameters
     ----------
-    times, walls, errors : Array (g, n)
-        Of the impacts around each flight; of the one that was missed the error is as of most.
-    place : int
-        Of the impact among them.
+    model : ClockedDevice
+    impacts : MeasuredImpacts
+    around : Indices (g, n)
+        Rows of the impacts around each flight.
+    missed : int, float
+        Place of the impact among them, and its membrane. Its error is as of most.
     tried : Array (g, t)
+        Its times [s].
     """
-    # An own small record for each time tried, one after the other, with nothing between them.
-    count, width = tried.size, times.shape[1] + 1
+    # A small record for each time tried, one after the other, with nothing between them.
+    place, wall = missed
+    count, width = tried.size, around.shape[1] + 1
     rows, sides, relative = (
-        np.repeat(np.insert(x, place, own, axis=1), tried.shape[1], axis=0)
-        for x, own in ((times, 0.0), (walls, wall), (errors, 1.0))
+        np.repeat(np.insert(x[around], place, inserted, axis=1), tried.shape[1], axis=0)
+        for x, inserted in ((impacts.times, 0.0), (impacts.walls, wall), (impacts.errors, 1.0))
     )
     rows[:, place] = tried.ravel()
     within = np.tile(np.arange(width) < width - 1, count)[:-1]
     with np.errstate(all="ignore"):  # between two small records there may be no time
-        own = equations(model, rows.ravel(), sides.ravel(), within, relative=relative.ravel())
+        own = equations(model, MeasuredImpacts(rows.ravel(), sides.ravel(), within, relative.ravel()))
     worst = np.zeros(count)
     np.maximum.at(worst, own.impacts // width, np.abs(own.value) / own.spread)
     return worst.reshape(tried.shape)

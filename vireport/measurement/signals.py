@@ -10,9 +10,8 @@ from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress
-from vireport.measurement.adjustment import Prior
+from vireport.measurement.adjustment import Inquiry, Prior
 from vireport.measurement.flights import Unknown
-from vireport.measurement.inquiry import Inquiry
 from vireport.measurement.picking import Picked, picked
 from vireport.measurement.recordings import HeardPlace, Recording, read_recording
 from vireport.measurement.records import Record

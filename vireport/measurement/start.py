@@ -7,12 +7,20 @@ it is off. The phase of the force, where it is not known, is tried around the ci
 from __future__ import annotations
 
 from math import cos, pi
-from typing import NamedTuple
 
 import numpy as np
 
-from vireport.measurement.adjustment import Prior, with_known, within
-from vireport.measurement.flights import RESTITUTIONS, Array, ClockedDevice, Mask, Unknown, around_phases, equations
+from vireport.measurement.adjustment import Inquiry, within
+from vireport.measurement.flights import (
+    RESTITUTIONS,
+    Array,
+    ClockedDevice,
+    Mask,
+    MeasuredImpacts,
+    Unknown,
+    around_phases,
+    equations,
+)
 from vireport.measurement.screening import MANY, MOST, typical
 
 PHASES = 240
@@ -45,62 +53,30 @@ CLOCK = {Unknown.FREQUENCY, Unknown.DRIFT}
 """With which the phase turns away from a first guess in a long record."""
 
 
-class _Stretch(NamedTuple):
-    """Impacts that are fitted, and what: unknowns, and inputs that are known with an uncertainty."""
-
-    times: Array
-    walls: Array
-    flown: Mask
-    unknowns: tuple[Unknown, ...]
-    priors: tuple[Prior, ...]
-
-    @property
-    def impacts(self) -> tuple[Array, Array, Mask]:
-        """As `equations` takes them."""
-        return self.times, self.walls, self.flown
-
-    @property
-    def fitted(self) -> tuple[Unknown, ...]:
-        """All that is fitted."""
-        return with_known(self.unknowns, self.priors)
-
-    def first(self, few: int) -> _Stretch:
-        """Its first impacts."""
-        return self._replace(times=self.times[:few], walls=self.walls[:few], flown=self.flown[: few - 1])
-
-
-def starts(
-    model: ClockedDevice,
-    times: Array,
-    walls: Array,
-    unknowns: tuple[Unknown, ...],
-    priors: tuple[Prior, ...] = (),
-    flown: Mask | None = None,
-) -> list[ClockedDevice]:
+def starts(inquiry: Inquiry, impacts: MeasuredImpacts) -> list[ClockedDevice]:
     """Models to begin with: one for each phase of the force around which the first impacts fit about as well as best.
 
-    A periodic record may fit several. `flown` says between which impacts none was missed, where that is known.
+    A periodic record may fit several.
     """
-    if flown is None:
-        flown = np.ones(len(times) - 1, dtype=np.bool_)
-    whole = _Stretch(times, walls, flown, unknowns, priors)
-    if Unknown.PHASE not in unknowns:
-        first = _with_typical_restitutions(model, whole.first(10 * FIRST))
-        return [_grown(first, whole)]
+    if Unknown.PHASE not in inquiry.unknowns:
+        first = _with_typical_restitutions(inquiry, impacts.first(10 * FIRST))
+        return [_grown(inquiry.begun_with(first), impacts)]
     # What has not settled yet tells most of a motion that then repeats itself, and would be lost among the rest.
-    longest = FIRST if {*whole.fitted} & CLOCK else 10 * FIRST
-    parts = [whole.first(few) for few in sorted({min(len(times), few) for few in (FIRST // 2, FIRST, longest)})]
+    longest = FIRST if {*inquiry.fitted} & CLOCK else 10 * FIRST
+    parts = [impacts.first(few) for few in sorted({min(len(impacts), few) for few in (FIRST // 2, FIRST, longest)})]
     tried: list[ClockedDevice] = []
     for part in parts:
-        around = _best_around(model, part)
-        tried += _best([_fitted(one, part) for one in around], unknowns, [part])
+        around = _best_around(inquiry, part)
+        tried += _best([_fitted(inquiry.begun_with(one), part) for one in around], inquiry.unknowns, [part])
     # All that fit one part are fitted to all, the first impacts first.
     for part in parts:
-        tried = [_fitted(one, part) for one in tried]
-    return [_grown(own, whole) for own in _best(tried, unknowns, parts)]
+        tried = [_fitted(inquiry.begun_with(one), part) for one in tried]
+    return [_grown(inquiry.begun_with(best), impacts) for best in _best(tried, inquiry.unknowns, parts)]
 
 
-def _best(fitted: list[ClockedDevice], unknowns: tuple[Unknown, ...], parts: list[_Stretch]) -> list[ClockedDevice]:
+def _best(
+    fitted: list[ClockedDevice], unknowns: tuple[Unknown, ...], parts: list[MeasuredImpacts]
+) -> list[ClockedDevice]:
     """The models that fit one of the first parts of a record about as well as the best one, each once, the best first.
 
     Below a hundred-thousandth of a period all fit, and which is best is chance.
@@ -125,15 +101,15 @@ def same_start(one: ClockedDevice, other: ClockedDevice, unknowns: tuple[Unknown
     return turned and all(abs(a - b) < CLOSE for a, b in values)
 
 
-def _spread(model: ClockedDevice, part: _Stretch, share: float = MOST) -> float:
+def _spread(model: ClockedDevice, part: MeasuredImpacts, share: float = MOST) -> float:
     """Timing error that a share of the equations agrees on [s]."""
-    return typical(equations(model, *part.impacts), share)
+    return typical(equations(model, part), share)
 
 
-def _best_around(model: ClockedDevice, part: _Stretch) -> list[ClockedDevice]:
+def _best_around(inquiry: Inquiry, part: MeasuredImpacts) -> list[ClockedDevice]:
     """Models at the phases around which impacts fit best, with the restitutions that most of them agree on there."""
-    phases = np.arange(PHASES) * 2 * pi / PHASES
-    free = [x for x in part.unknowns if x in RESTITUTIONS]
+    model, phases = inquiry.model, np.arange(PHASES) * 2 * pi / PHASES
+    free = [x for x in inquiry.unknowns if x in RESTITUTIONS]
     known = [np.full(PHASES, model.value_of(x)) for x in RESTITUTIONS[1:]]
 
     def profile(single: Array, sides: Array) -> Array:
@@ -145,7 +121,7 @@ def _best_around(model: ClockedDevice, part: _Stretch) -> list[ClockedDevice]:
             top = middle if x != Unknown.RESTITUTION_BOTTOM else top
         return np.where(sides > 0, bottom[:, None], top[:, None])
 
-    off = around_phases(model, *part.impacts, phases, profile)
+    off = around_phases(model, part, phases, profile)
     if not off.shape[1]:
         return []
     k = min(int(MOST * off.shape[1]), off.shape[1] - 1)
@@ -155,7 +131,7 @@ def _best_around(model: ClockedDevice, part: _Stretch) -> list[ClockedDevice]:
     lowest = (costs <= np.roll(costs, 1, axis=0)) & (costs <= np.roll(costs, -1, axis=0))
     chosen = {int(k) for i in (0, 1) for k in np.argsort(np.where(lowest[:, i], costs[:, i], np.inf))[:MOST_TRIED]}
     around = (model.with_values((Unknown.PHASE,), phases[k : k + 1]) for k in sorted(chosen) if lowest[k].any())
-    return [_with_typical_restitutions(one, part) for one in around]
+    return [_with_typical_restitutions(inquiry.begun_with(one), part) for one in around]
 
 
 def _counts(x: Unknown, sides: Array) -> Mask:
@@ -174,12 +150,12 @@ def _middle(single: Array) -> Array:
     return np.clip(np.where(count > 0, middle, 0.5), 0.01, 0.99)
 
 
-def _with_typical_restitutions(model: ClockedDevice, part: _Stretch) -> ClockedDevice:
+def _with_typical_restitutions(inquiry: Inquiry, part: MeasuredImpacts) -> ClockedDevice:
     """The model with the restitutions that are unknown taken from the middle of those of single impacts."""
-    free = [x for x in part.unknowns if x in RESTITUTIONS]
+    model, free = inquiry.model, [x for x in inquiry.unknowns if x in RESTITUTIONS]
     if not free:
         return model
-    own = equations(model, *part.impacts)
+    own = equations(model, part)
     wall = part.walls[own.impacts]
     with np.errstate(all="ignore"):
         single = np.where(wall * own.before > 0, -own.after / own.before, np.nan)
@@ -187,45 +163,46 @@ def _with_typical_restitutions(model: ClockedDevice, part: _Stretch) -> ClockedD
     return model.with_values(tuple(free), np.array(values))
 
 
-def _grown(model: ClockedDevice, whole: _Stretch) -> ClockedDevice:
+def _grown(inquiry: Inquiry, whole: MeasuredImpacts) -> ClockedDevice:
     """The model fitted to the first impacts, then to twice as many, up to all; or to enough, if no clock is unknown."""
-    turning, impacts = bool({*whole.fitted} & CLOCK), len(whole.times)
-    most = impacts if turning else min(impacts, ENOUGH)
+    turning = bool({*inquiry.fitted} & CLOCK)
+    most = len(whole) if turning else min(len(whole), ENOUGH)
     # Of a phase that does not turn away a first guess holds for many.
     count = min(FIRST if turning else 10 * FIRST, most)
     while True:
-        model = _fitted(model, whole.first(count))
+        inquiry = inquiry.begun_with(_fitted(inquiry, whole.first(count)))
         if count == most:
-            return model
+            return inquiry.model
         count = min(2 * count, most)
 
 
-def _fitted(model: ClockedDevice, part: _Stretch) -> ClockedDevice:
+def _fitted(inquiry: Inquiry, part: MeasuredImpacts) -> ClockedDevice:
     """Least squares with Tukey's weights; along what the impacts leave open it does not move.
 
     On the error that most impacts keep to; where no error of most is that of many, too many were missed for it.
     """
-    if not part.fitted:
+    model = inquiry.model
+    if not inquiry.fitted:
         return model
     none = 1e-5 / model.device.frequency_hz
-    most = _descended(model, part, MOST)
+    most = _descended(inquiry, part, MOST)
     many = max(_spread(most, part, MANY), none)
     if _spread(most, part, MOST) <= ALIKE * many and many <= ALIKE * max(_spread(model, part, MANY), none):
         return most
     # Of three impacts of a motion two can be met exactly, with the third far off: only where all else fails.
-    other = _descended(model, part, MANY)
+    other = _descended(inquiry, part, MANY)
     return min(most, other, key=lambda one: _spread(one, part, MANY))
 
 
-def _descended(model: ClockedDevice, part: _Stretch, share: float) -> ClockedDevice:
+def _descended(inquiry: Inquiry, part: MeasuredImpacts, share: float) -> ClockedDevice:
     """The best step of a descent in which errors are counted in that which a share of the equations keeps to."""
-    every, unknowns, priors = part.fitted, part.unknowns, part.priors
-    scales = np.array([model.scale_of(x, float(part.times[-1] - part.times[0])) for x in every])
+    model, every, unknowns, priors = inquiry.model, inquiry.fitted, inquiry.unknowns, inquiry.priors
+    scales = np.array([model.scale_of(x, part.span_s) for x in every])
     # What the start does not know yet may make it far off everywhere: Huber's weights, as Tukey's would leave out all.
     tail = set(unknowns) <= {*RESTITUTIONS, Unknown.PHASE}
     best, least = model, np.inf
     for _ in range(STEPS):
-        own = equations(model, *part.impacts, every)
+        own = equations(model, part, every)
         error = max(typical(own, share), 1e-18)
         if error < least:
             best, least = model, error
