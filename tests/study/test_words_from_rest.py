@@ -51,6 +51,29 @@ def test_of_a_distorted_force_and_membranes_that_differ() -> None:
     assert listed(scenario(0.2, 0.5, 0.56, 5.0, FIFTH))
 
 
+def over(amplitude_n: float, start: float, end: float) -> dict[str, object]:
+    """A capsule that comes from rest to BBTT about 3 N, which nothing from other values leads to."""
+    fourth = [{"order": 4, "percent": 2.6, "phase_deg": 45.7}]
+    told = scenario(0.0948, 0.616, 0.552, 10.13, fourth)
+    return told | {
+        "excitation": {"amplitude_n": amplitude_n, "frequency_hz": 2.0, "harmonics": fourth},
+        "sweep": {"parameter": "amplitude_n", "from": start, "to": end},
+    }
+
+
+@pytest.mark.slow
+def test_the_design_point_need_not_be_among_the_values_looked_at_over_the_sweep() -> None:
+    """These are 0.55, 1.55, 2.55, 3.55 N, ...: a stable family from 2.97 N on is seen from the design point alone."""
+    assert listed(over(3.0, 0.55, 20.55))
+
+
+@pytest.mark.slow
+def test_words_from_rest_over_the_sweep_are_there_whatever_the_design_point_does() -> None:
+    study = analyse(over(4.0, 2.0, 4.0), ("json",))
+    assert not study.disturbances.from_rest.is_motion
+    assert Word.of("BBTT", 1) in {family.word.canonical() for family, _ in study.atlas.stable_at(3.0)}
+
+
 @pytest.mark.slow
 def test_of_random_devices() -> None:
     rng, found = np.random.default_rng(4), 0
