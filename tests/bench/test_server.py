@@ -240,6 +240,14 @@ def test_a_report_is_that_of_a_run(bench: Served, folder: Path, tmp_path: Path) 
 
 
 @pytest.mark.slow
+def test_a_report_saved_elsewhere_has_the_records_of_the_page(tmp_path: Path) -> None:
+    with serving(EXAMPLES / "driven.yaml", tmp_path) as served:
+        told = served.ask("report", {}, name="driven")
+    assert told == {"saved": "driven.yaml", "folder": "driven", "report": "driven", "failed": False}
+    assert "driven" in json.loads((tmp_path / "driven" / "results.json").read_text())
+
+
+@pytest.mark.slow
 def test_it_ends_at_ctrl_c_with_all_its_processes(tmp_path: Path) -> None:
     with serving(EXAMPLES / "design-point.yaml", tmp_path) as served:
         assert served.ask("study", {})["verdict"]

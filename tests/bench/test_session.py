@@ -105,3 +105,29 @@ def test_records_are_where_the_scenario_has_them(tmp_path: Path) -> None:
     assert analyse(loaded_of(known, {}), (Task.JSON,)).driven is not None
     job = msgspec.json.decode(msgspec.json.encode(job_of(known, Aside.STUDY, Asked({}))), type=Job)
     assert job.place == load(file, allow_outside=True).place
+
+
+def test_saved_elsewhere_a_scenario_names_the_same_records(tmp_path: Path) -> None:
+    told = (EXAMPLES / "driven.yaml").read_text() + "measured:\n  - {impacts: measured-impacts.csv}\n"
+    for name in ("records", "measured-impacts.csv"):
+        (tmp_path / "given").mkdir(exist_ok=True)
+        (tmp_path / "given" / name).symlink_to(EXAMPLES / name)
+    (tmp_path / "given" / "driven.yaml").write_text(told)
+    known = opened(tmp_path / "given" / "driven.yaml", allow_outside=True)
+    for folder, there in ((tmp_path / "given", ""), (tmp_path / "new" / "deep", "../../given/")):
+        saved = load(save(known, {}, "second", folder), allow_outside=True)
+        assert saved.scenario.measured is not None
+        assert saved.scenario.measured[0].impacts == f"{there}measured-impacts.csv"
+        record = str(saved.scenario.excitation.record)
+        assert (folder / record).samefile(EXAMPLES / "records" / "shaker.wav")
+    whole = opened(known.place.path_of("driven.yaml"), (f"excitation.record={EXAMPLES}/records/shaker.wav",), True)
+    saved = load(save(whole, {}, "third", tmp_path / "new"), allow_outside=True)
+    assert saved.scenario.excitation.record == f"{EXAMPLES}/records/shaker.wav"
+
+
+def test_no_record_is_named_that_the_page_may_not_read(tmp_path: Path) -> None:
+    known = opened(EXAMPLES / "driven.yaml")
+    for path in ("../elsewhere.wav", str(tmp_path / "elsewhere.wav")):
+        with pytest.raises(UsageError, match="leads out of the folder of the scenario"):
+            save(known, {"excitation.record": path}, "second", tmp_path / "new")
+    assert not (tmp_path / "new").exists()

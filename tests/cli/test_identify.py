@@ -58,6 +58,13 @@ def test_all_numbers_are_printed_where_they_are_asked_for(capsys, tmp_path: Path
 
 
 @pytest.mark.slow
+def test_the_identified_device_names_no_other_record(capsys) -> None:
+    found = identified(capsys, "--clock", "force", "--set", "excitation.record=records/shaker.wav")
+    assert found["misfit"]["accepted"]
+    assert "record:" not in found["scenario"]
+
+
+@pytest.mark.slow
 def test_the_identified_device_runs(capsys, tmp_path: Path) -> None:
     (tmp_path / "identified.yaml").write_text(identified(capsys, "--clock", "force")["scenario"])
     assert main(["run", str(tmp_path / "identified.yaml"), "--json"]) == 0

@@ -33,6 +33,7 @@ from vireport.scenario.blocks import CapsuleMotion
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.events import BOTTOM, check_model, follow_impacts
 from vireport.simulation.kernel import PHASE, VELOCITY
+from vireport.study.results import worst_scenario
 
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
 BINARY = (operator.add, operator.sub, operator.mul, operator.truediv)
@@ -288,6 +289,13 @@ def test_what_is_proved_is_proved_again_from_the_results(example) -> None:
         assert recheck(data) < 1
     with pytest.raises(UsageError, match="no proof"):
         recheck({**data, "tolerances": None})
+
+
+def test_the_worst_device_names_no_record_from_the_folder_of_another_scenario(example) -> None:
+    study = analyse(load(example("driven"), {"tolerances.length_percent": 30}), ())
+    assert study.scenario.excitation.record is not None
+    worst = loads(worst_scenario(study.scenario, study.tolerances.worst)).scenario
+    assert (worst.excitation.record, worst.device.length_m) == (None, pytest.approx(0.49))
 
 
 def test_the_worst_device_is_a_scenario_without_stable_motion(example, tmp_path) -> None:

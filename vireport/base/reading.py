@@ -43,6 +43,23 @@ class ReadingPlace(Struct, frozen=True):
         """Path of a file as it is shown, which need not be there."""
         return os.path.join(self.folder, name) if self.folder != "." else name
 
+    def path_from(self, folder: str, name: str) -> str:
+        """Path by which a scenario in another folder has the same file; an absolute one stays as it is.
+
+        Raises
+        ------
+        UsageError
+            If the file is outside of this folder.
+        """
+        if not self.outside:
+            self._below(name)
+        here, there = os.path.realpath(self.folder), os.path.realpath(folder)
+        if os.path.isabs(name) or here == there:
+            return name
+        # The file itself may be a link: what stands beside the link belongs to it.
+        path, file = os.path.split(os.path.join(here, name))
+        return os.path.join(os.path.relpath(os.path.realpath(path), there), file)
+
     def read(self, name: str, largest: int) -> bytes:
         """The bytes of a file.
 

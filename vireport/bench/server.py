@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from os.path import realpath
 from pathlib import Path
 from traceback import print_exc
 from typing import Any
@@ -28,6 +29,8 @@ from vireport.base.encoding import json_answer, json_text
 from vireport.base.errors import UsageError, VireportError
 from vireport.bench.jobs import Aside, Asked, Worker
 from vireport.bench.session import MODULES, NAME, Opened, first, job_of, refusal, require_new, save, start_data
+from vireport.scenario.loading import load
+from vireport.scenario.writing import names_records
 from vireport.wording.templates import TEMPLATES, environment_of
 
 HOST = "127.0.0.1"
@@ -123,7 +126,9 @@ class Bench:
         yield {"progress": f"writing the report of {path}"}
         folder = path.with_suffix("")
         command = [sys.executable, "-P", "-m", "vireport", "run", str(path), "-o", str(folder)]
-        command += ["--allow-outside"] * self.known.place.outside
+        # Saved into another folder it may name records outside of that, which are those that this page may read.
+        elsewhere = realpath(self.folder) != realpath(self.known.place.folder) and names_records(load(path).scenario)
+        command += ["--allow-outside"] * (self.known.place.outside or elsewhere)
         run = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
         if run.returncode > 1:
             yield {"answer": {"refused": [{"path": "", "message": line} for line in run.stderr.splitlines()]}}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from vireport.scenario.blocks import Scenario, to_dict
 from vireport.scenario.loading import Loaded, LoadedMap, load_any, loads
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
-from vireport.scenario.writing import as_yaml
+from vireport.scenario.writing import as_yaml, with_paths
 
 NOT_HERE = {
     "accuracy": "vireport verify measures error against run time",
@@ -177,7 +178,7 @@ def require_new(folder: Path) -> None:
 
 
 def save(known: Opened, state: State, name: str, folder: Path) -> Path:
-    """Write the scenario of a state to a new file.
+    """Write the scenario of a state to a new file, with paths of records that lead to the same files from there.
 
     Parameters
     ----------
@@ -191,13 +192,14 @@ def save(known: Opened, state: State, name: str, folder: Path) -> Path:
     Raises
     ------
     UsageError
-        For another name, one that is taken, or a folder that cannot be written to.
+        For another name, one that is taken, a folder that cannot be written to, or a record outside of the scenario's.
     ScenarioError
         Where the scenario cannot be used.
     """
     if not NAME.fullmatch(name):
         raise UsageError(f"{name!r} is no name for a file (allowed: letters, digits, spaces, . _ and -, at most 60)")
-    text = as_yaml(to_dict(loaded_of(known, state).scenario))
+    scenario = to_dict(loaded_of(known, state).scenario)
+    text = as_yaml(with_paths(scenario, partial(known.place.path_from, str(folder))))
     path = folder / f"{name}.yaml"
     with writable(path):
         folder.mkdir(parents=True, exist_ok=True)

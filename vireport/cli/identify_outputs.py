@@ -352,7 +352,7 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
             if own.significant
         ]
     data["tolerances"] = tolerances
-    data["measured"] = None  # what was there is of another record
+    data["measured"] = data["excitation"]["record"] = None  # what was there is of another record, in another folder
     text = as_yaml(data)
     loads(text, "identified.yaml")
     return text

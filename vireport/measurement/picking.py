@@ -16,6 +16,7 @@ from msgspec import Struct
 
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress, WorkStep
+from vireport.measurement.filters import high_pass, peaks_of, resampled
 from vireport.measurement.flights import Array, Indices
 from vireport.measurement.recordings import Channel, HeardPlace, Recording
 from vireport.measurement.records import FEWEST
@@ -222,16 +223,12 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
 
 def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Array:
     """A channel without what is slow, by a filter that looks back only."""
-    from scipy.signal import butter, sosfilt, sosfilt_zi  # type: ignore[import-untyped]
-
     cut = min(SLOW * frequency_hz / WAIT * recording.step_s, MOST_OF_BAND)
-    sections = butter(2, 2 * cut, "highpass", output="sos")
-    begun = sosfilt_zi(sections)
     out = np.empty_like(channel.values)
     for stretch in recording.stretches:
         own = channel.values[stretch.first : stretch.last]
         # As if the first sample had been there for ever; slow oscillations need their time to go.
-        out[stretch.first : stretch.last] = sosfilt(sections, own, zi=begun * own[0])[0]
+        out[stretch.first : stretch.last] = high_pass(own - own[0], cut)
     return out
 
 
@@ -270,8 +267,6 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
     UsageError
         If nothing stands out of its noise.
     """
-    from scipy.signal import find_peaks
-
     size = np.abs(signal)
     largest = float(size.max())
     if np.ptp(channel.values) == 0:
@@ -281,8 +276,8 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
     rows: list[tuple[float, float, float, float, int]] = []
     for stretch in recording.stretches:
         own = size[stretch.first : stretch.last]
-        peaks, _ = find_peaks(own, height=OUT_OF_NOISE * noise)
-        for first in _first_peaks(own, peaks, wait):
+        peaks = peaks_of(own)
+        for first in _first_peaks(own, peaks[own[peaks] >= OUT_OF_NOISE * noise], wait):
             row = _onset(signal[stretch.first : stretch.last], int(first), wait, noise, over)
             if row is not None:
                 begun, error, height, length, place = row
@@ -326,8 +321,6 @@ def _onset(
 
     None where the record does not have its rise.
     """
-    from scipy.signal import resample_poly
-
     low = max(first - 2 * wait, 0)
     part = signal[low : first + wait]
     start = first - low
@@ -349,7 +342,7 @@ def _onset(
     fine = ceil(FINE / (stop - begin))
     if fine > 1:  # between samples a signal without what is beyond half of their rate is known
         first = max(begin - BESIDE, 0)
-        own = resample_poly(own[first : peak + BESIDE], fine, 1, padtype="line")
+        own = resampled(own[first : peak + BESIDE], fine)
         near = (peak - first) * fine
         near = near - fine + int(np.argmax(own[near - fine : near + fine + 1]))
         rise = _rise(own, near, float(own[near]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import yaml
@@ -29,10 +29,25 @@ def _present(data: Mapping[str, Any]) -> dict[str, Any]:
     return {key: _present(value) if isinstance(value, Mapping) else value for key, value in kept.items()}
 
 
+def names_records(scenario: Scenario) -> bool:
+    """Whether a scenario names files with records."""
+    return scenario.excitation.record is not None or scenario.measured is not None
+
+
+def with_paths(data: Mapping[str, Any], moved: Callable[[str], str]) -> dict[str, Any]:
+    """The data of a scenario, as `to_dict` has it, with other paths of the records that it names."""
+    tree = dict(data)
+    if tree["excitation"]["record"] is not None:
+        tree["excitation"] = tree["excitation"] | {"record": moved(tree["excitation"]["record"])}
+    if tree["measured"] is not None:
+        tree["measured"] = [record | {"impacts": moved(record["impacts"])} for record in tree["measured"]]
+    return tree
+
+
 def device_tree(scenario: Scenario, values: Mapping[str, Any]) -> dict[str, Any]:
     """The scenario of a device alone, with other values of some keys, which are given by their paths."""
     given = to_dict(scenario)
-    tree = {name: given[name] for name in OF_DEVICE}
+    tree = {name: given[name] for name in OF_DEVICE} | {"excitation": given["excitation"] | {"record": None}}
     for path, value in values.items():
         block, _, key = path.rpartition(".")
         (tree[block] if block else tree)[key] = value
