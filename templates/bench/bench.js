@@ -1,7 +1,7 @@
 // The bench: sliders over a scenario, and what the program answers to them. Nothing is computed here but places on the
 // page. A backend has `ask(kind, question, told)`, which promises an answer; `remember(state)` and `recalled()`, which
 // keep the state; `saves`, whether it writes files, and `report(name)`, where a report that was written can be read.
-import { DIGITS, clamp, make, named, plain, show, shown, signOf, signed, stepOf } from "./elements.js";
+import { DIGITS, FEWEST, clamp, make, named, plain, show, shown, signOf, signed, stepOf } from "./elements.js";
 import { ticksOf, unitOf, withUnit } from "./elements.js";
 import { FIGURES, drawPanels, legendOf, panelsOf } from "./panels.js";
 import { deviceInMotion } from "./sketch.js";
@@ -12,7 +12,6 @@ const REST = 250; // how long the hand rests before what is slow is asked for [m
 const GONE = 2000; // between two tries to reach a server that has gone [ms]
 const MOST_UNDONE = 200; // states that can be gone back to
 const NARROWEST = 280; // panel [px]
-const FEWEST = 3; // digits of a number of which it is not known yet how exact it is
 
 const pause = (time) => new Promise((done) => setTimeout(done, time));
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);

@@ -6,6 +6,10 @@ const DRAWN = new Set(["svg", "g", "line", "circle", "rect", "path", "text", "ti
 /** Significant digits of a number that is set, or stands at a tick: of inputs. */
 export const DIGITS = 5;
 
+/** Digits of a number of which it is not known yet how exact it is, and of shares: as in vireport/text/formatting.py. */
+export const FEWEST = 3;
+const ROUGHLY = 2;
+
 /** An element with attributes, of which functions listen to events and truth values switch, and with children. */
 export const make = (name, attributes = {}, ...children) => {
   const node = DRAWN.has(name) ? document.createElementNS(SVG, name) : document.createElement(name);
@@ -43,8 +47,8 @@ export const shown = (value, digits) => {
   return (text.includes("e") || Number(text) === value ? plain(value, used) : text).replaceAll("-", "−");
 };
 
-/** A change in per cent, with its sign. */
-export const signed = (percent) => `${percent < 0 ? "−" : "+"}${plain(Math.abs(percent), 3)} %`;
+/** A change in per cent, with its sign and the two digits that the program prints of one. */
+export const signed = (percent) => `${percent < 0 ? "−" : "+"}${shown(Math.abs(percent), ROUGHLY)} %`;
 
 /** A number with its unit, which the program calls "1" where there is none. */
 export const withUnit = (text, unit) => {

@@ -1,5 +1,5 @@
 // The figures along the sweep: their panels, drawn from answers alone.
-import { clamp, make, named, show, ticksOf, unitOf } from "./elements.js";
+import { FEWEST, clamp, make, named, show, shown, ticksOf, unitOf } from "./elements.js";
 
 const TURN = 2 * Math.PI;
 const QUARTERS = ["0", "π/2", "π", "3π/2", "2π"];
@@ -57,7 +57,7 @@ export const panelsOf = (figure, answer) =>
 
 /** The stable ranges of an answer in words. */
 const rangesOf = ({ stable, swept }) =>
-  stable.map(([from, to]) => `${show(from)} to ${show(to)} ${swept.unit}`).join(" and ");
+  stable.map(([from, to]) => `${shown(from, FEWEST)} to ${shown(to, FEWEST)} ${swept.unit}`).join(" and ");
 
 /** The strokes of one curve on one piece of a branch, broken where a phase comes round. */
 const stroke = (x, y, [first, last], scale, angle) => {
@@ -145,7 +145,7 @@ const eventsOf = ({ points, swept }, scale, labelled) => {
     .flatMap(({ label, words, sweep_value: value }) => {
       const x = scale.x(value);
       const line = make("line", { class: "event", x1: x, x2: x, y1: EDGE.top, y2: scale.bottom });
-      line.append(make("title", {}, `${label} ${words} at ${show(value, 6)} ${swept.unit}`));
+      line.append(make("title", {}, `${label} ${words} at ${shown(value, FEWEST)} ${swept.unit}`));
       if (x <= free) return [line];
       free = x + LABEL;
       return [line, make("text", { class: "event-label", x: x + 3, y: EDGE.top + 11 }, label)];

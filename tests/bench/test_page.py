@@ -19,7 +19,7 @@ from vireport.bench.session import first, loaded_of, opened, start_data
 from vireport.bench.widget import one_module
 from vireport.scenario.loading import load
 from vireport.study.study import analyse
-from vireport.text.formatting import shown
+from vireport.text.formatting import percent, shown
 
 pytestmark = [pytest.mark.slow, needs_a_browser]
 
@@ -111,7 +111,7 @@ def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> No
         assert rows == [
             [
                 study.verdict.place(end),
-                f"{'+' if end.relative > 0 else chr(0x2212)}{abs(100 * end.relative):.3g} %",
+                percent(end.relative, signed=True),
             ]
             for end in ends[:8]
         ]

@@ -185,8 +185,8 @@ def test_text_is_for_a_terminal_and_the_data_are_json(monkeypatch) -> None:
     assert summary[2] == "Cases that do not apply to this device: 1."
     right, again, absent, *_ = as_text(outcomes, every=True).splitlines()
     assert again == wrong
-    assert right == "passed  group: right: an answer, error 1.0e-13, allowed 1e-11"
-    assert re.fullmatch(r"FAILED  group: wrong: (another )+\.\.\., error 1\.0e-03, allowed 1e-11", wrong)
+    assert right == "passed  group: right: an answer, error 1 × 10⁻¹³, allowed 1 × 10⁻¹¹"
+    assert re.fullmatch(r"FAILED  group: wrong: (another )+\.\.\., error 0\.001, allowed 1 × 10⁻¹¹", wrong)
     assert absent == "does not apply  group: absent: no fold"
     well = as_text(outcomes[:1]).splitlines()
     assert well[0] == "All 1 extreme cases that apply to this device pass."

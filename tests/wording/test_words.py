@@ -1502,13 +1502,13 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         "certificates",
         "notes",
         (thing(radius=1e-10, side="stable above", admissible=True),),
-        "within 1e-10, stable above",
+        "within 1 × 10⁻¹⁰, stable above",
     ),
     (
         "certificates",
         "notes",
         (thing(radius=1e-10, side="", admissible=False),),
-        "alone within 1e-10, ball between the membranes: no, proved",
+        "alone within 1 × 10⁻¹⁰, ball between the membranes: no, proved",
     ),
     ("certificates", "summary", points(), "0 of 0 critical points proved."),
     (

@@ -22,7 +22,7 @@ from vireport.motions.stability import Stability
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
-from vireport.text.formatting import OF_A_MODEL, OF_INPUTS, Exactness
+from vireport.text.formatting import OF_A_MODEL, OF_INPUTS, ROUGHLY, Exactness, shown
 
 SAMPLED = 1e-5
 """Relative difference up to which extremes of a curve are the same: they are taken of its samples."""
@@ -341,7 +341,7 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
             value, error = float(impact[name]), float(impact[f"{name}_standard_error"])
             if own is not None:
                 # Two that differ by less than their intervals of 95 % do not differ.
-                note, bound = f"standard error {error:.2g}", INTERVAL * error
+                note, bound = f"standard error {shown(error, ROUGHLY)}", INTERVAL * error
                 yield replace(of, subject=f"{MEASURED} {of.subject}", value=value, note=note, bound=bound)
             if computed is None:
                 continue
@@ -412,7 +412,7 @@ def _disturbances(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
     if shock.get("least_jump_m_s") is not None:
         yield replace(LEAST_SHOCK, value=float(shock["least_jump_m_s"]))
     elif shock.get("searched_to_m_s") is not None:
-        yield replace(LEAST_SHOCK, note=f"none found up to {shock['searched_to_m_s']:.3g} m/s")
+        yield replace(LEAST_SHOCK, note=f"none found up to {shown(shock['searched_to_m_s'])} m/s")
 
 
 def bound_in_d(d: float, value: float, bound: float) -> float:

@@ -42,6 +42,7 @@ from vireport.checks.timing import (
     machine,
     timed_in_turns,
 )
+from vireport.text.formatting import ROUGHLY, shown
 
 if TYPE_CHECKING:
     from vireport.design.solution import Solution
@@ -312,7 +313,7 @@ def _judged(call: Callable[[], Any], benchmark: Benchmark, limit: float) -> tupl
     except FAILURES as error:
         return {}, str(error) or type(error).__name__
     largest = max(errors.values())
-    return ({}, f"found something else, {largest:.2g} away") if largest > limit else (errors, "")
+    return ({}, f"found something else, {shown(largest, ROUGHLY)} away") if largest > limit else (errors, "")
 
 
 def _limit(method: Method, setting: float) -> float:

@@ -23,6 +23,7 @@ from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.parameters import Parameter, ScalarInput
 from vireport.simulation.events import BOTTOM, TOP
+from vireport.text.formatting import ROUGHLY, shown
 
 Floats = NDArray[np.float64]
 
@@ -345,7 +346,7 @@ def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[i
                 step /= 2
                 if step < SHORTEST * goal:
                     stiffness = max(aim, 1e-300) ** -(exponent + 1)
-                    lost = Absence(Missing.NOT_FOUND, f"followed to about K times {stiffness:.2g}: {error}")
+                    lost = Absence(Missing.NOT_FOUND, f"followed to about K times {shown(stiffness, ROUGHLY)}: {error}")
                 continue
             (e0, x0), (e1, x1) = (e1, x1), (aim, x)
         rungs.append(lost if lost is not None else _reached(followed, factor, x1, slopes, stages))

@@ -20,6 +20,7 @@ from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
 from vireport.text.alerts import AlertCode
+from vireport.text.formatting import ROUGHLY, shown
 
 SPACING = 2.220446049250313e-16
 """Spacing of doubles at 1."""
@@ -143,7 +144,7 @@ def _require_all_motions(study: Study) -> None:
             velocity, phase, u = map(float, state)
             apart = np.abs(m.velocity_bottom - velocity) + np.abs(m.q - 0.5 - u) + np.abs(wrapped(m.phi_bottom - phase))
             if np.min(apart, initial=np.inf) > MATCH and exact.wall_gap(state, d, gbar, r, n) > 0:
-                raise WrongAnswerError(f"a motion at q = {u + 0.5:.6g}, velocity {velocity:.6g} was not found")
+                raise WrongAnswerError(f"a motion at q = {shown(u + 0.5)}, velocity {shown(velocity)} was not found")
 
 
 def point_errors(points: Iterable[Point], device: Device, parameter: Parameter) -> float:
@@ -153,7 +154,7 @@ def point_errors(points: Iterable[Point], device: Device, parameter: Parameter) 
         value = float(critical_motion(point, device, parameter)[3])
         error, stated = (x / (abs(value) or 1.0) for x in (abs(point.sweep_value - value), point.error_bound))
         if error > max(stated, SPACING):
-            raise WrongAnswerError(f"{point.label} is off by {error:.1e}, stated {stated:.1e}")
+            raise WrongAnswerError(f"{point.label} is off by {shown(error, ROUGHLY)}, stated {shown(stated, ROUGHLY)}")
         errors.append(error if stated < BOUND else 0.0)
     return max(errors)
 

@@ -18,6 +18,7 @@ from vireport.motions.points import Point
 from vireport.physics.groups import by_wall, each
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import shown
 
 SLIGHT = 0.01
 """gbar at which the pitchfork has opened into a fold that lies apart from it."""
@@ -145,6 +146,6 @@ def _grazing(harvester: Harvester, gap: float) -> CaseFinding:
             true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))
         errors.append(abs(float(m.wall_gap[near]) - true))
         if abs(true) >= GAP_BOUND and bool(m.admissible_mask[near]) != (true > 0):
-            raise WrongAnswerError(f"{point.label}: admissible is wrong at a gap of {true:.2e}")
-        texts.append(f"{float(m.wall_gap[near]):.2e} for {true:.2e}")
+            raise WrongAnswerError(f"{point.label}: admissible is wrong at a gap of {shown(true)}")
+        texts.append(f"{shown(float(m.wall_gap[near]))} for {shown(true)}")
     return CaseFinding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND)

@@ -18,6 +18,7 @@ from vireport.physics.energy import impact_speed, voltages
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
+from vireport.text.formatting import quantity
 
 NEARLY_LOSSLESS = 1e-8
 """Bound at r = 1 - 1e-6, where rounding is magnified by 1/(1-r)."""
@@ -140,4 +141,4 @@ def _voltage(harvester: Harvester, speed: float) -> CaseFinding:
     depth, volts = float(answer.deflection_m[0]), float(answer.average_v[0])
     pairs = zip((depth, volts), exact.voltage(speed, harvester.membrane), strict=True)
     errors = [0.0 if b < NO_LIFT and a < NO_LIFT else float(abs(a - b) / abs(b)) for a, b in pairs]
-    return CaseFinding(f"{depth:.4g} m, {volts:.4g} V", max(errors))
+    return CaseFinding(f"{quantity(depth, 'm')}, {quantity(volts, 'V')}", max(errors))

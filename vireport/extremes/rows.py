@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 from vireport.base.errors import NumericalError, VireportError
 from vireport.gate.opening import Opening, Statement, words_of
 from vireport.gate.verdict import Status
+from vireport.text.formatting import ROUGHLY, shown
 
 _said = words_of("verify")
 
@@ -142,7 +143,9 @@ def as_text(outcomes: Sequence[CaseOutcome], every: bool = False) -> str:
     lines = []
     for row, verdict, found, _ in outcomes:
         if every or verdict is CaseVerdict.FAILED:
-            error = "" if found.error is None else f", error {found.error:.1e}, allowed {found.bound:.0e}"
+            error = ""
+            if found.error is not None:
+                error = f", error {shown(found.error, ROUGHLY)}, allowed {shown(found.bound, ROUGHLY)}"
             mark = verdict.upper() if verdict is CaseVerdict.FAILED else verdict
             lines.append(f"{mark}  {row.title}: {shorten(found.text, LONGEST_CELL, placeholder=' ...')}{error}")
     lines += [""] if lines else []

@@ -28,7 +28,7 @@ from vireport.scenario.blocks import Approach
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.study.plan import Task
 from vireport.study.study import Study
-from vireport.text.formatting import exact
+from vireport.text.formatting import exact, given
 from vireport.wording.templates import Words
 
 LAMBDA_LIMIT = 1.6
@@ -127,12 +127,12 @@ def restitutions_of(device: Device) -> list[str]:
 
 def friction_of(device: Device) -> list[str]:
     """The friction of the ball as text, if there is any."""
-    return [f"friction {device.friction:.4g}"] if device.friction else []
+    return [f"friction {given(device.friction)}"] if device.friction else []
 
 
 def harmonics_of(device: Device) -> list[str]:
     """The harmonics of the force as text."""
-    return [f"harmonic {own.order}: {100 * own.share:.4g} %, {own.phase_deg:.4g}°" for own in device.harmonics]
+    return [f"harmonic {own.order}: {given(100 * own.share)} %, {given(own.phase_deg)}°" for own in device.harmonics]
 
 
 def _restitutions(device: Device, varied: Collection[str]) -> list[str]:

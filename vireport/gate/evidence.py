@@ -22,7 +22,7 @@ from vireport.physics.groups import by_wall
 from vireport.physics.word import Word
 from vireport.scenario.blocks import LimitKind, RequirementsBlock
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import OF_A_MODEL, Exactness, apart, shown
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, shown
 
 if TYPE_CHECKING:
     from vireport.attraction.proved import Proved
@@ -375,5 +375,5 @@ def held_against(value: float, limit: Limit, remark: Remark = (), bound: float =
     required, value, bound = limit.value, float(value), float(bound)
     margin = value - required if limit.is_least else required - value
     if margin >= 0 > margin - bound:
-        remark = (f"not decided: known to within {bound:.1g} {limit.unit} only; ", *remark)
+        remark = (f"not decided: known to within {error_bound(bound)} {limit.unit} only; ", *remark)
     return Judgement(value, f"{apart((value, required))[0]} {limit.unit}", margin, margin - bound >= 0, remark, bound)

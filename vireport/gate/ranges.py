@@ -23,7 +23,7 @@ from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Membrane, Voltages, voltages
 from vireport.scenario.blocks import LimitKind, RequirementsBlock
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import apart, span
+from vireport.text.formatting import apart, error_bound, span
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -105,7 +105,9 @@ def _beyond(
     for (value, point), beyond in zip(part.ends, (low - part.start, part.end - high), strict=True):
         if point is not None:
             bound = point.error_bound
-            known = f"{point.event.words}, known to within {bound:.1g} {unit_of_swept(diagram.sweep.parameter)}"
+            known = (
+                f"{point.event.words}, known to within {error_bound(bound)} {unit_of_swept(diagram.sweep.parameter)}"
+            )
             yield beyond, value, "" if beyond > bound else known
         elif value in swept and beyond >= 0:
             yield None, value, ""

@@ -54,7 +54,7 @@ from vireport.scenario.blocks import (
 )
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
-from vireport.text.formatting import percent, shown
+from vireport.text.formatting import OF_INPUTS, ROUGHLY, given, percent, shown
 
 if TYPE_CHECKING:
     from vireport.shocks.attracting import AttractingMotion, AttractingMotions
@@ -416,9 +416,9 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
     least, worst = min(known, key=itemgetter(0))
     if least == inf:
         return Judgement(None, "none in any input", None, True)
-    size = f" {100 * worst.size:+.3g} %" if worst.size else ""
+    size = f" {percent(worst.size, OF_INPUTS, signed=True)}" if worst.size else ""
     if worst.left_out is LeftOut.RESTITUTION_SPEED:
-        size = f" {worst.size:.3g}"
+        size = f" {given(worst.size)}"
     worst_is = (f"with {worst.left_out.replace('_', ' ')}{size}",)
     return held_against(100 * least, limit, worst_is, 100 * LOCATED_SHARE)
 
@@ -472,7 +472,9 @@ def _agreement(results: Evidence, limit: Limit) -> Judgement:
     if not check.orbits:
         return Judgement(None, *again, None, False, ("there was no stable orbit to compare",))
     difference = max(check.velocity_difference, check.phase_difference)
-    return Judgement(difference, f"largest difference {difference:.2g}", limit.value - difference, check.passed, again)
+    return Judgement(
+        difference, f"largest difference {shown(difference, ROUGHLY)}", limit.value - difference, check.passed, again
+    )
 
 
 _, MOTION, WHERE, MARGIN, _, SHOCK, TOLERANCES, FROM_REST, JITTER, _, VOLTAGE, SHAKER, _, SIMULATED = Question

@@ -12,6 +12,7 @@ from vireport.base.files import write_files
 from vireport.maps.cells import MapPlan, map_plan
 from vireport.motions.stability import STABILITIES
 from vireport.scenario.loading import Overrides, load_map
+from vireport.text.formatting import percent
 
 if TYPE_CHECKING:
     from vireport.maps.outputs import MapOutput
@@ -109,7 +110,7 @@ def cores() -> int:
 
 def _counted(plan: MapPlan, counts: StabilityCounts) -> str:
     stable = sum(counts[word] for word in STABILITIES if word.attracts)
-    shares = [f"{100 * part / plan.cells:.3g} %" for part in (stable, counts["unstable node"], counts[None])]
+    shares = [percent(part / plan.cells) for part in (stable, counts["unstable node"], counts[None])]
     return (
         f"{plan.cells:,} cells ({' x '.join(plan.names)}): {shares[0]} with a stable 1:1 motion, {shares[1]} with an "
         f"unstable one only, {shares[2]} with none"

@@ -23,6 +23,7 @@ from vireport.shocks.deviations import flight_matrices, growth, lap_matrix, stat
 from vireport.simulation.attractors import Attractor, find_attractor
 from vireport.simulation.events import as_starts, check_model, follow_impacts, start_of
 from vireport.simulation.kernel import CREEPING, FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL
+from vireport.text.formatting import percent
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -119,8 +120,8 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
     if slowest > NEAREST:
         raise NumericalError(
             f"the motion is so near a point where it becomes unstable that disturbances fade by only "
-            f"{100 * (1 - slowest):.2g} % in a period: what returns to it cannot be told in reasonable time "
-            f"(allowed: {100 * (1 - NEAREST):.2g} % or more)"
+            f"{percent(1 - slowest)} in a period: what returns to it cannot be told in reasonable time "
+            f"(allowed: {percent(1 - NEAREST)} or more)"
         )
     forms = [stationary(lap.T, gathered)]
     for matrix in matrices[:0:-1]:

@@ -26,6 +26,7 @@ from vireport.shocks.returning import LONGEST, Core, Elsewhere, core_of, endings
 from vireport.simulation.attractors import Attractor, find_attractor
 from vireport.simulation.events import check_model, follow_impacts, start_of
 from vireport.simulation.kernel import PHASE, TURN, VELOCITY, WALL
+from vireport.text.formatting import shown
 
 Floats = NDArray[np.float64]
 
@@ -265,7 +266,7 @@ def least_shock(
             break
         if patience >= LONGEST:
             raise NumericalError(
-                f"a jump of {abs(by_search.jump):.3g} velocity units takes more than {patience} impacts to return, "
+                f"a jump of {shown(abs(by_search.jump))} velocity units takes more than {patience} impacts to return, "
                 "and so may others: what returns cannot be told in reasonable time"
             )
         # It came back after all, from a chaotic transient longer than was waited for.

@@ -1,7 +1,10 @@
 """Numbers to text, in one place: the digits that an error leaves, units, rounding.
 
-`shown` decides how many digits of a number are printed, for every page, table, figure and terminal: as many as the
-error that it is told leaves. What is given by a scenario is printed as given (`exact`).
+`shown` decides how many digits of a result are printed, for every page, table, figure and terminal: as many as the
+error that it is told leaves. What is given by a scenario is printed as given (`exact`). The bench's page, whose curves
+follow the hand before a run does, has its twin (`shown` in templates/bench/elements.js). No results, and left to those
+who write them, are counts, times that work takes, ticks, files of data, and what messages that refuse an input quote of
+it and allow: `tests/test_digits.py` has the list.
 
 Nothing here prints 0, 1 or 100 % for a number that is not exactly that. Text made here is plain Unicode with
 two marks that the templates know: ``*x*`` is a symbol, ``x_c`` has a subscript.
