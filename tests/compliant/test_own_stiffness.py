@@ -196,7 +196,7 @@ def test_motion_and_ends_are_those_of_the_adaptive_integration_to_their_stated_e
 def test_stated_errors_hold_on_random_devices(example) -> None:
     """Of any restitution and exponent, with contacts that take up to a tenth of the period."""
     rng, pairs = np.random.default_rng(11), []
-    for _ in range(40):
+    for _ in range(20):
         changes = {
             "device.restitution": rng.uniform(0.12, 0.9),
             "inclination_deg": rng.uniform(0, 60),
@@ -210,7 +210,7 @@ def test_stated_errors_hold_on_random_devices(example) -> None:
         found = own_stiffness(solution)
         if found is not None:
             pairs += distances(solution, found)
-    assert len(pairs) > 50
+    assert len(pairs) > 25
     assert [pair for pair in pairs if not pair[0] < pair[1] < 2e-3] == []
 
 
