@@ -46,6 +46,12 @@ def high_pass(signal: Array, cut: float) -> Array:
     return filtered.ravel()[: len(signal)]
 
 
+def averaged(signal: Array, count: int) -> Array:
+    """The mean of so many samples around every one; beyond its ends the signal goes on as its mirror image."""
+    before = count // 2
+    return np.convolve(np.pad(signal, (before, count - 1 - before), "symmetric"), np.full(count, 1 / count), "valid")
+
+
 def resampled(signal: Array, factor: int) -> Array:
     """A signal at so many times its rate, as one that has nothing beyond half of it.
 

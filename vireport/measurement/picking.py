@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress, WorkStep
-from vireport.measurement.filters import high_pass, peaks_of, resampled
+from vireport.measurement.filters import averaged, high_pass, peaks_of, resampled
 from vireport.measurement.flights import Array, Indices
 from vireport.measurement.recordings import Channel, HeardPlace, Recording
 from vireport.measurement.records import FEWEST
@@ -240,15 +240,13 @@ def _heard(recording: Recording, channel: Channel, frequency_hz: float) -> Heard
     UsageError
         If nothing stands out of its noise.
     """
-    from scipy.ndimage import uniform_filter1d  # type: ignore[import-untyped]
-
     signal = filtered(recording, channel, frequency_hz)
     wait = max(2, round(WAIT / (frequency_hz * recording.step_s)))
     own = _beginnings(recording, channel, signal, wait, 1)
     if (over := round(own.rise_samples / SMOOTHED)) > 2:
         for stretch in recording.stretches:
             part = signal[stretch.first : stretch.last]
-            part[:] = uniform_filter1d(part, over)
+            part[:] = averaged(part, over)
         own = _beginnings(recording, channel, signal, wait, over)
     if channel.place in (HeardPlace.EITHER, HeardPlace.CAPSULE) and own.rise_samples < STEPS_OF_SIGN:
         raise UsageError(
