@@ -16,7 +16,7 @@ from vireport.gate.verdict import Status
 from vireport.measurement.flights import MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit
 from vireport.measurement.inquiry import EACH, Identification, Inquiry
-from vireport.measurement.misfit import BetterFit, Misfit
+from vireport.measurement.misfit import BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt, RecordFinding
 from vireport.measurement.rounding import Rounding
 from vireport.measurement.screening import Gap, Screened
@@ -155,6 +155,18 @@ def test_what_is_doubtful_comes_first(given: dict, status: Status, fact: str) ->
     assert opening.facts[0][0] is status
     assert fact in opening.facts[0][1]
     assert opening.lines[2] == opening.facts[0][1]
+
+
+def test_what_a_record_hardly_shows_and_flights_left_out_are_told() -> None:
+    moves = ((Unknown.RESTITUTION_BOTTOM, 0.018), (Unknown.RESTITUTION_TOP, -0.067))
+    weak = (Hidden(Unknown.LENGTH, 0.09, moves), Hidden(Unknown.AMPLITUDE, 0.3, moves[:1]))
+    opening = opened(answer(replace(FITS, hidden=weak, distortion_untested=True)))
+    assert opening.status is Status.CAUTION
+    assert "hardly shows a wrong length (by up to 0.09 m)" in opening.lines[2]
+    assert "the restitution at the top (by up to 0.067)" in opening.lines[2]
+    better = BetterFit(False, Unknown.LENGTH, 0.72, 1e-3, 1e-4)
+    refused = Misfit(None, 0.5, False, alternative=Unknown.LENGTH, explanation=better, by_flights=9)
+    assert tiles(opened(answer(refused)))["Fit"] == ("rejected", "it leaves out 9 flights that another value explains")
 
 
 def test_what_a_record_cannot_show_and_rounding_are_told() -> None:

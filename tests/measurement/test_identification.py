@@ -17,7 +17,7 @@ from vireport.measurement.flights import ClockedDevice, MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, fit
 from vireport.measurement.inquiry import answered, inquiry_of
 from vireport.measurement.misfit import Misfit, judged
-from vireport.measurement.records import Record
+from vireport.measurement.records import Record, read_record
 from vireport.physics.device import Device
 from vireport.physics.groups import SpeedLaw
 from vireport.scenario.parameters import DesignInput
@@ -329,6 +329,47 @@ def test_harmonics_that_the_scenario_does_not_say_are_no_small_error(kept: int) 
     assert said.accepted
     assert said.distortion_untested
     assert np.abs(off(found, device, 0.0)).max() > 1e-3
+
+
+def settling(length_m: float, first_row: int = 0) -> tuple[Inquiry, MeasuredImpacts]:
+    """The record of the example, whose capsule is 0.7201 m long, with another length that is taken for exact."""
+    scenario = load(EXAMPLES / "measured.yaml", {"device.length_m": length_m, "tolerances": None}).scenario
+    record = read_record(str(EXAMPLES / "measured-impacts.csv"), 2.0)
+    impacts = MeasuredImpacts.undoubted(record.times[first_row:], record.walls[first_row:])
+    return inquiry_of(scenario, (), referenced=True), impacts
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length_m", [0.6, 0.75])
+def test_a_wrong_length_is_not_made_right_by_leaving_out_how_the_motion_settles(length_m: float) -> None:
+    """What is left is the periodic motion, of which two restitutions explain both phases with any length."""
+    question = settling(length_m)
+    found = fit(*question)
+    assert isinstance(found, Fitted)
+    said = judged(found, *question)
+    assert (said.accepted, said.by_flights) == (False, found.lost)
+    assert said.explanation is not None
+    assert said.explanation.unknown is Unknown.LENGTH
+    assert abs(said.explanation.value - 0.7201) < 3 * said.explanation.standard_error < 0.01
+
+
+@pytest.mark.slow
+def test_of_a_motion_that_has_settled_it_is_said_how_far_an_input_may_be_off_unseen() -> None:
+    """And by how much restitutions make up for it: those of a length 0.03 m off are so much off themselves."""
+    question = settling(0.75, 15)
+    found = fit(*question)
+    assert isinstance(found, Fitted)
+    said = judged(found, *question)
+    assert said.accepted
+    assert {own.unknown for own in said.hidden} == {Unknown.LENGTH, Unknown.AMPLITUDE, Unknown.INCLINATION}
+    (length,) = (own for own in said.hidden if own.unknown is Unknown.LENGTH)
+    assert 0.05 < length.off < 0.2
+    for unknown, by in length.moves:
+        truth_of = {BOTTOM: 0.52, TOP: 0.47}[unknown]
+        assert found.adjusted.model.value_of(unknown) - truth_of == pytest.approx(by * 0.03 / length.off, rel=0.1)
+    # Where the motion still settles, all three are known to less than what is said.
+    settled = settling(0.72)
+    assert judged(fit(*settled), *settled).hidden == ()
 
 
 def caption(amplitude: float, d: float, phase: float, flights: tuple[float, ...], *free: str):

@@ -32,7 +32,7 @@ from vireport.gate.verdict import Conclusion, Status, verdict_of
 from vireport.maps.cells import AxisName
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import NoFit, Open, Unfit
-from vireport.measurement.misfit import BetterFit
+from vireport.measurement.misfit import BetterFit, Hidden
 from vireport.membranes.compliance import Grade
 from vireport.motions.events import Event
 from vireport.motions.switching import Limits
@@ -1758,6 +1758,22 @@ SAID += [
     ("identify", "untested", ((), True), "are taken from the scenario: exchanged membranes."),
     ("identify", "untested", ((Unknown.LENGTH,), False), "another length."),
     ("identify", "untested", ((Unknown.LENGTH,), False, True), "another length, other harmonics of the force."),
+    (
+        "identify",
+        "hidden",
+        ((Hidden(Unknown.LENGTH, 0.0912, ()),), []),
+        "This record hardly shows a wrong length (by up to 0.091 m). Give its tolerance, which the intervals then ",
+    ),
+    (
+        "identify",
+        "hidden",
+        (
+            (Hidden(Unknown.LENGTH, 0.0912, ()), Hidden(Unknown.AMPLITUDE, 0.291, ())),
+            [(Unknown.RESTITUTION_BOTTOM, 0.0178), (Unknown.RESTITUTION_TOP, 0.0668)],
+        ),
+        "length (by up to 0.091 m) or force amplitude (by up to 0.29 N), which would be hidden in the restitution "
+        "at the bottom (by up to 0.018) and the restitution at the top (by up to 0.067). Give their tolerances, which",
+    ),
     ("identify", "not_used", ((),), ""),
     ("identify", "not_used", (("voltage_v",),), "Read and not used: voltage_v."),
     (

@@ -5,7 +5,7 @@ The macros that say it are in `templates/words/identify.j2`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from vireport.design.measured import HeldHarmonics, MeasuredShare
 from vireport.gate.alerts import record_alerts
@@ -14,7 +14,7 @@ from vireport.gate.verdict import Status
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import EACH, Identification, IdentifiedInput
-from vireport.measurement.misfit import LEVEL, BetterFit, Misfit
+from vireport.measurement.misfit import LEVEL, BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt
 from vireport.measurement.signals import Signals
 from vireport.text.formatting import ROUGHLY, measured, shown
@@ -156,10 +156,18 @@ def _of_record(answer: Identification) -> Iterator[Statement]:
     """What the record does not tell."""
     misfit = answer.misfit
     unseen = misfit.untested, misfit.swapped_untested, misfit.distortion_untested
+    if misfit.hidden:
+        yield Statement(Status.CAUTION, _said("hidden", misfit.hidden, most_hidden(misfit.hidden)))
     if any(unseen):
         yield Statement(Status.CAUTION, _said("untested", *unseen))
     if answer.rounding is not None:
         yield Statement(Status.CAUTION, _said("rounded", answer.rounding))
+
+
+def most_hidden(hidden: Sequence[Hidden]) -> list[tuple[Unknown, float]]:
+    """The most by which each restitution makes up for an input that may be wrong unseen."""
+    moves = [move for one in hidden for move in one.moves]
+    return [(x, max(abs(by) for own, by in moves if own is x)) for x in dict(moves)]
 
 
 def _of_signals(signals: Signals | None) -> Iterator[Statement]:
@@ -191,6 +199,8 @@ def _identified(answer: Identification) -> Iterator[Statement]:
 def _fit(misfit: Misfit, answer: Identification) -> Statement:
     if not isinstance(answer.found, Fitted):
         return Statement(Status.BAD, _said("tile_no_fit"))
+    if misfit.by_flights:
+        return Statement(Status.BAD, _said("tile_flights", misfit.by_flights))
     if not misfit.accepted:
         return Statement(Status.BAD, _said("tile_rejected", LEVEL))
     if misfit.p_value is None:

@@ -11,7 +11,7 @@ from msgspec import to_builtins
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
-from vireport.cli.identify_opening import identified_opening, open_opening
+from vireport.cli.identify_opening import identified_opening, most_hidden, open_opening
 from vireport.command.outcome import CommandOutcome
 from vireport.design.measured import HeldHarmonics, MeasuredShare, held_harmonics, share_that_fits
 from vireport.gate.alerts import record_alerts
@@ -302,6 +302,11 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
                 *([SWAPPED] if misfit.swapped_untested else []),
                 *([DISTORTION] if misfit.distortion_untested else []),
             ],
+            "hidden": [
+                {"name": own.unknown, "unit": own.unknown.unit, "off": own.off, "moves": dict(own.moves)}
+                for own in misfit.hidden
+            ],
+            "flights_left_out": misfit.by_flights or None,
         },
         "scenario": scenario,
     }
@@ -391,5 +396,7 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
     unseen = misfit.untested, misfit.swapped_untested, misfit.distortion_untested
     if misfit.accepted and (untested := WORDS("untested", *unseen)):
         yield untested
+    if misfit.accepted and misfit.hidden:
+        yield WORDS("hidden", misfit.hidden, most_hidden(misfit.hidden))
     if unused:
         yield WORDS("not_used", unused)

@@ -7,6 +7,8 @@ would take from the sum of squares, over what is left, is distributed as F where
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -46,6 +48,10 @@ SURELY = 3.0
 FEWER = 0.5
 """Ratio of timing errors from which another model explains what the given one does not."""
 
+FLIGHTS_EXPLAINED = 2
+"""Flights that a fit leaves out and another does not, from which the other is right: of impacts that were missed both
+leave out the same."""
+
 ALTERNATIVES = (
     Unknown.EXPONENT,
     Unknown.FREQUENCY,
@@ -55,6 +61,11 @@ ALTERNATIVES = (
     Unknown.INCLINATION,
 )
 """What may be wrong, the likeliest first."""
+
+
+MAY_HIDE, HARDLY = (Unknown.LENGTH, Unknown.AMPLITUDE, Unknown.INCLINATION), 0.02
+"""Inputs that are measured with a ruler and a scale, and the share of their scale up to which it is not said that one
+may be wrong unseen: they are known better, as a rule."""
 
 
 class BetterFit(Struct, frozen=True):
@@ -94,6 +105,24 @@ class BetterFit(Struct, frozen=True):
     clock_accepted: float = 0.0
 
 
+class Hidden(Struct, frozen=True):
+    """An input that may be wrong by much and would hardly show, as what is fitted makes up for it.
+
+    Attributes
+    ----------
+    unknown : Unknown
+    off : float
+        By how much it may be wrong either way for no test to reject the model, in its unit.
+    moves : tuple of (Unknown, float)
+        By how much each restitution that is fitted is then wrong: with the sign that it has where the input is too
+        large.
+    """
+
+    unknown: Unknown
+    off: float
+    moves: tuple[tuple[Unknown, float], ...]
+
+
 class Misfit(Struct, frozen=True):
     """Whether a model fits a record.
 
@@ -116,6 +145,10 @@ class Misfit(Struct, frozen=True):
         Whether exchanged membranes would not show.
     distortion_untested : bool
         Whether a second harmonic of the force that the scenario does not say would not show.
+    hidden : tuple of Hidden
+        What would hardly show, beside what would not at all.
+    by_flights : int
+        Flights that had to be left out and that the explanation explains, where it is these that reject the model.
     """
 
     statistic: float | None
@@ -127,6 +160,8 @@ class Misfit(Struct, frozen=True):
     untested: tuple[Unknown, ...] = ()
     swapped_untested: bool = False
     distortion_untested: bool = False
+    hidden: tuple[Hidden, ...] = ()
+    by_flights: int = 0
 
 
 def judged(
@@ -143,6 +178,10 @@ def judged(
     said, likely = tested(found, {*inquiry.fitted})
     error = found.adjusted.timing_error_s
     if said.accepted:
+        instead = _of_flights_left_out(found, inquiry, impacts) if found.lost >= FLIGHTS_EXPLAINED else None
+        if instead is not None:
+            flights = found.lost
+            return replace(said, accepted=False, alternative=instead.unknown, explanation=instead, by_flights=flights)
         unseen = _exchanged(inquiry, impacts, max(AS_GOOD * error, exact_below(inquiry.model))) is not None
         return replace(said, swapped_untested=unseen)
     return replace(said, explanation=_explanation(error, inquiry, impacts, likely))
@@ -150,7 +189,7 @@ def judged(
 
 def tested(found: Fitted, known: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
     """Test a fit in which some unknowns were fitted: what the tests say, and the alternatives that they find likely."""
-    tests, untested = _tests(found, known)
+    tests, untested, hidden = _tests(found, known)
     unseen = _hides_distortion(found)
     if not tests:
         return Misfit(None, None, True, untested=untested, distortion_untested=unseen), ()
@@ -158,13 +197,15 @@ def tested(found: Fitted, known: set[Unknown]) -> tuple[Misfit, tuple[Unknown, .
     p, statistic, alternative = tests[0]
     p = min(1.0, p * len(tests))
     if p >= LEVEL:
-        return Misfit(statistic, p, True, untested=untested, distortion_untested=unseen), ()
+        return Misfit(statistic, p, True, untested=untested, distortion_untested=unseen, hidden=hidden), ()
     likely = tuple(x for own, _, x in tests if x and own * len(tests) < LEVEL)
     return Misfit(statistic, p, False, alternative, untested=untested), likely
 
 
-def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...]]:
-    """Probability, statistic and alternative of each test; and the alternatives that the record cannot tell."""
+def _tests(
+    found: Fitted, known: set[Unknown]
+) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...], tuple[Hidden, ...]]:
+    """Probability, statistic and alternative of each test; the alternatives that do not show, and that hardly do."""
     from scipy.special import chdtrc, fdtrc  # type: ignore[import-untyped]
 
     own, explained = found.adjusted, found.explained
@@ -179,12 +220,16 @@ def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float,
     told = rest_size > LEAST_SHARE * np.maximum(size, 1e-300)
     untested = tuple(x for x, tells in zip(possible, told, strict=True) if not tells)
     if own.timing_error_s < exact_below(model):
-        return [], untested
+        return [], untested, ()
     square = own.cost
     tests: list[tuple[float, float, Unknown | None]] = []
-    for x, column, length in zip(possible, rest.T, rest_size, strict=True):
+    hidden: list[Hidden] = []
+    for x, column, length, scale, change in zip(possible, rest.T, rest_size, scales, white.T, strict=True):
         if x in untested:
             continue
+        off = _accepted_up_to(own.freedom) * own.timing_error_s / length
+        if x in MAY_HIDE and off > HARDLY:
+            hidden.append(Hidden(x, float(off * scale), _made_up_for(own, off * change)))
         less = float(column @ own.innovations / length) ** 2
         freedom = own.freedom - 1
         f = less / max((square - less) / freedom, 1e-300)
@@ -195,7 +240,21 @@ def _tests(found: Fitted, known: set[Unknown]) -> tuple[list[tuple[float, float,
     q = count * (count + 2) * sum(r * r / (count - k) for k, r in enumerate(correlated, 1))
     if max(map(abs, correlated)) > LEAST_CORRELATION:
         tests.append((float(chdtrc(LAGS, q)), q, None))
-    return tests, untested
+    return tests, untested, tuple(hidden)
+
+
+def _made_up_for(own: Adjusted, change: Array) -> tuple[tuple[Unknown, float], ...]:
+    """By how much restitutions that are fitted move with a change of what the equations fail by."""
+    moved = -own.scales * np.linalg.lstsq(own.scaled_design, change, rcond=None)[0]
+    return tuple((x, float(by)) for x, by in zip(own.unknowns, moved, strict=True) if x in RESTITUTIONS)
+
+
+def _accepted_up_to(freedom: int) -> float:
+    """Standard errors by which an input may be off for its test to accept the model."""
+    from scipy.special import fdtri
+
+    # Of as many tests as there can be each has its share of the level.
+    return float(np.sqrt(fdtri(1, freedom, 1 - LEVEL / (len(ALTERNATIVES) + 1))))
 
 
 def _beyond_fitted(own: Adjusted, white: Array) -> Array:
@@ -245,9 +304,24 @@ def _explanation(
     exchanged = _exchanged(inquiry, impacts, FEWER * error, True)
     if exchanged is not None:
         return exchanged
+    return _best(found for found in _explaining(inquiry, impacts, likely) if found[1].adjusted.timing_error_s < error)
+
+
+def _of_flights_left_out(found: Fitted, inquiry: Inquiry, impacts: MeasuredImpacts) -> BetterFit | None:
+    """What explains flights that an accepted fit has left out as if impacts were missing there.
+
+    What is left of a record that settles may be its periodic motion alone, to which wrong inputs can be fitted.
+    """
+    most = found.lost - FLIGHTS_EXPLAINED
+    return _best(other for other in _explaining(inquiry, impacts, ALTERNATIVES) if other[1].lost <= most)
+
+
+def _explaining(
+    inquiry: Inquiry, impacts: MeasuredImpacts, likely: tuple[Unknown, ...]
+) -> Iterator[tuple[BetterFit, Fitted]]:
+    """The fits with another value of one input each that leave nothing but the noise of the record."""
     model = inquiry.model
     stated = replace(model, speed=float(np.median(np.abs(equations(model, impacts).before))))
-    found: list[BetterFit] = []
     for x in likely:
         if x in inquiry.fitted:
             continue
@@ -255,30 +329,35 @@ def _explanation(
             other = fit(Inquiry(stated, (*inquiry.unknowns, x), inquiry.priors), impacts)
         except Unidentifiable:
             continue
-        if isinstance(other, Fitted) and other.adjusted.timing_error_s < error and _explains(other, x, inquiry):
+        if isinstance(other, Fitted) and _explains(other, x, inquiry):
             own = other.adjusted
             one = BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s)
             if x is Unknown.FREQUENCY:
                 one = _of_clock(one, float(model.device.frequency_hz), own.freedom)
-            found.append(one if x is not Unknown.EXPONENT else _stated(one, own.model, inquiry.unknowns))
+            yield one if x is not Unknown.EXPONENT else _stated(one, own.model, inquiry.unknowns), other
+
+
+def _best(fits: Iterable[tuple[BetterFit, Fitted]]) -> BetterFit | None:
+    """Of some fits that which leaves out the fewest flights with the least error, with what would fit as well."""
+    found = list(fits)
     if not found:
         return None
-    best = min(found, key=lambda one: one.timing_error_s)
+    best, fitted = min(found, key=lambda own: (own[1].lost, own[0].timing_error_s))
     others = tuple(
         one.unknown
-        for one in found
-        if one is not best and one.unknown and one.timing_error_s < ABOUT * best.timing_error_s
+        for one, other in found
+        if one is not best
+        and one.unknown
+        and other.lost == fitted.lost
+        and one.timing_error_s < ABOUT * best.timing_error_s
     )
     return replace(best, others=others)
 
 
 def _of_clock(one: BetterFit, given_hz: float, freedom: int) -> BetterFit:
     """A fit of the frequency with what it says of the record's clock, if the frequency is the given one."""
-    from scipy.special import fdtri
-
-    # Of as many tests as there can be each has its share of the level.
-    limit = float(fdtri(1, freedom, 1 - LEVEL / (len(ALTERNATIVES) + 1)))
-    return replace(one, clock_off=given_hz / one.value - 1, clock_accepted=limit**0.5 * one.standard_error / one.value)
+    accepted = _accepted_up_to(freedom) * one.standard_error / one.value
+    return replace(one, clock_off=given_hz / one.value - 1, clock_accepted=accepted)
 
 
 def _explains(other: Fitted, alternative: Unknown | None, inquiry: Inquiry) -> bool:
