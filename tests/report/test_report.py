@@ -425,7 +425,6 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
         "jinja2",
         "matplotlib",
         "numpy",
-        "pydantic_core",
         "typst",
         "yaml",
     }

@@ -23,7 +23,7 @@ from vireport.base.version import __version__
 if TYPE_CHECKING:
     from vireport.scenario.loading import Loaded, LoadedMap
 
-NUMBERS = ("numpy", "pydantic_core", "yaml")
+NUMBERS = ("numpy", "yaml")
 """Libraries that the numbers pass through."""
 
 COMPILER = "numba"
