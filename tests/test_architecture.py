@@ -15,6 +15,7 @@ import yaml
 from conftest import first
 
 import vireport
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import EXTRAS, install_command
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -122,6 +123,13 @@ def test_json_imports_nothing_heavy(example) -> None:
 )
 def test_help_imports_no_physics(arguments: list[str]) -> None:
     assert not imported_by(*arguments) & (HEAVY | {"numpy"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", [["explain"], ["map", "--help"], ["sweep", "--help"]])
+def test_of_the_commands_of_additions_only_the_one_asked_for_is_imported(arguments: list[str]) -> None:
+    own = {f"vireport.{package}.command" for package, *_ in ADDITIONS.values()}
+    assert imported_by(*arguments) & own == ({"vireport.maps.command"} if "--help" in arguments else set())
 
 
 @pytest.mark.slow

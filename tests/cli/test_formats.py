@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import UsageError
 from vireport.cli.app import main
 from vireport.cli.commands import CHECK
 from vireport.command import outputs
-from vireport.command.declared import declared_commands, formats_of
+from vireport.command.declared import declared_command, formats_of
 from vireport.command.formats import RUN
 from vireport.study.plan import ALL_FORMATS
 from vireport.study.plan import FORMATS as OF_RUNS
@@ -31,7 +32,7 @@ LINES = {
     "optimise": ["best-design.yaml"],
 }
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-DECLARED = {formats.command: formats for command in declared_commands() for formats in command.formats}
+DECLARED = {formats.command: formats for name in ADDITIONS for formats in declared_command(name).formats}
 FORMATS = {"run": RUN, "check": CHECK, **DECLARED}
 
 

@@ -5,18 +5,20 @@ Each imports the rooms that it uses, and no other: `vireport --help` needs none 
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.encoding import json_text
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.base.files import require_writable, writable, write_new
 from vireport.base.version import __version__
 from vireport.cli.group import Program
 from vireport.command import options as given
-from vireport.command.declared import Command, CommandPanel, declared_commands, formats_of
+from vireport.command.declared import Command, CommandPanel, DeclaredCommand, declared_command, formats_of
 from vireport.command.formats import RUN, CommandFormats, format_option
 from vireport.command.inputs import read_earlier_run, read_scenario
 from vireport.command.options import default_folder, figure_width_mm, recorded, refuse, refuse_files_beside_json
@@ -46,18 +48,29 @@ app = typer.Typer(
 )
 
 
-BUILDERS: dict[str, typer.Typer] = {}
-"""What builds each command, by their names: to build all of them takes a fiftieth of a run."""
+BUILDERS: dict[str, Callable[[], typer.Typer]] = {}
+"""What makes each command, by their names: a run imports and makes its own alone."""
 
 
-def _command(panel: CommandPanel, name: str = "") -> Callable[[_AnyFunction], _AnyFunction]:
-    """Make a function a command, which has its name where it is given no other."""
+def _command(panel: CommandPanel) -> Callable[[_AnyFunction], _AnyFunction]:
+    """Make a function the command that has its name."""
 
     def declared(function: _AnyFunction) -> _AnyFunction:
-        builder = BUILDERS[name or function.__name__] = typer.Typer(add_completion=False, rich_markup_mode=None)
-        return builder.command(name or function.__name__, cls=Command, rich_help_panel=panel)(function)
+        name = function.__name__
+        BUILDERS[name] = lambda: _made(DeclaredCommand(name, function, panel))
+        return function
 
     return declared
+
+
+def _made(command: DeclaredCommand) -> typer.Typer:
+    builder = typer.Typer(add_completion=False, rich_markup_mode=None)
+    builder.command(command.name, cls=Command, rich_help_panel=command.panel)(command.function)
+    return builder
+
+
+def _added(name: str) -> typer.Typer:
+    return _made(declared_command(name))
 
 
 def _version(shown: bool) -> None:
@@ -330,5 +343,4 @@ def _json(data: dict[str, Any]) -> str:
     return json_text(data, indent=2) + "\n"
 
 
-for _declared in declared_commands():
-    _command(_declared.panel, _declared.name)(_declared.function)
+BUILDERS |= {_name: partial(_added, _name) for _name in ADDITIONS}

@@ -1,6 +1,6 @@
 """The group of commands: what its first word may be, and how its help is set."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from shlex import join
@@ -11,7 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from vireport.base.errors import UsageError
-from vireport.command.declared import CommandPanel, declared_commands
+from vireport.command.declared import CommandPanel
 
 PROGRAM = "vireport"
 
@@ -19,12 +19,14 @@ LONGEST_HELP = 200
 """Characters of what the list of commands tells of each: none is cut."""
 
 OLD_NAMES: Mapping[str, list[str]] = {
-    **{old: new for command in declared_commands() for old, new in command.old_names.items()},
     "accuracy": ["verify"],
+    "chart": ["map"],
+    "diff": ["compare", "--exit-code"],
     "extremes": ["verify", "--extremes"],
     "validate": ["check"],
     "plan": ["check"],
     "schema": ["init", "--schema"],
+    "sweep": ["map"],
 }
 """Names that commands had: they go on working."""
 
@@ -42,16 +44,16 @@ class Commands(Mapping[str, TyperCommand]):
 
     Parameters
     ----------
-    builders : mapping of str to Typer
-        Each with one command.
+    builders : mapping of str to callable
+        What makes each of them.
     """
 
-    def __init__(self, builders: Mapping[str, Typer]) -> None:
+    def __init__(self, builders: Mapping[str, Callable[[], Typer]]) -> None:
         self.builders, self.built = builders, dict[str, Any]()
 
     def __getitem__(self, name: str) -> TyperCommand:
         if name not in self.built:
-            self.built[name] = get_command(self.builders[name])
+            self.built[name] = get_command(self.builders[name]())
         return cast(TyperCommand, self.built[name])
 
     def __iter__(self) -> Iterator[str]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from enum import StrEnum
-from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -52,21 +51,18 @@ class DeclaredCommand(Struct, frozen=True):
     panel : CommandPanel
     formats : tuple of CommandFormats
         Those of its `--format`.
-    old_names : mapping
-        Names that it had, each with the words that stand for it now.
     """
 
     name: str
     function: Callable[..., None]
     panel: CommandPanel
     formats: tuple[CommandFormats, ...] = ()
-    old_names: Mapping[str, list[str]] = {}
 
 
-@cache
-def declared_commands() -> tuple[DeclaredCommand, ...]:
-    """The commands of the packages that are rows of `base.additions`."""
-    return tuple(import_module(f"vireport.{package}.command").COMMAND for package, *_ in ADDITIONS.values())
+def declared_command(name: str) -> DeclaredCommand:
+    """The command of a row of `base.additions`, whose module is imported."""
+    command: DeclaredCommand = import_module(f"vireport.{ADDITIONS[name][0]}.command").COMMAND
+    return command
 
 
 def formats_of(formats: CommandFormats, requested: list[str] | None) -> tuple[Task, ...]:
@@ -85,15 +81,14 @@ def formats_of(formats: CommandFormats, requested: list[str] | None) -> tuple[Ta
     allowed = f"allowed: {', '.join(formats.allowed)}"
     if not words:
         raise UsageError(f"--format: no format is named ({allowed})")
-    known = [RUN, *(other for command in declared_commands() for other in command.formats)]
-    unknown = [word for word in words if not any(word in other.allowed for other in known)]
-    if unknown:
-        raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} ({allowed})")
-    for word in words:
-        if word not in formats.allowed:
-            others = [other.command for other in known if word in other.allowed]
-            raise UsageError(
-                f"--format: vireport {formats.command} has no {word} ({allowed}; {word} is written by vireport "
-                f"{', '.join(others)})"
-            )
+    if others := [word for word in words if word not in formats.allowed]:
+        known = [RUN, *(row for name in ADDITIONS for row in declared_command(name).formats)]
+        unknown = [word for word in others if not any(word in row.allowed for row in known)]
+        if unknown:
+            raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} ({allowed})")
+        commands = ", ".join(row.command for row in known if others[0] in row.allowed)
+        raise UsageError(
+            f"--format: vireport {formats.command} has no {others[0]} ({allowed}; {others[0]} is written by vireport "
+            f"{commands})"
+        )
     return tuple(Task(word) for word in formats.allowed if word in words)

@@ -129,4 +129,4 @@ def _changes(
     return CommandOutcome(text=text.rstrip("\n") + "\n", exit_code=code)
 
 
-COMMAND = DeclaredCommand("compare", compare, CommandPanel.SEVERAL, (COMPARE,), {"diff": ["compare", "--exit-code"]})
+COMMAND = DeclaredCommand("compare", compare, CommandPanel.SEVERAL, (COMPARE,))

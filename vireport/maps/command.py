@@ -107,4 +107,4 @@ def _cells(
     deliver(CommandOutcome(summary=summary), quiet=quiet)
 
 
-COMMAND = DeclaredCommand("map", map_, CommandPanel.SEVERAL, (MAP, MAP_OVER), {"sweep": ["map"], "chart": ["map"]})
+COMMAND = DeclaredCommand("map", map_, CommandPanel.SEVERAL, (MAP, MAP_OVER))
