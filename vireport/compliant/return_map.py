@@ -21,7 +21,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.compliant.model import CompliantModel, contact_units
+from vireport.compliant.model import CompliantModel, ContactUnits, contact_units
 from vireport.motions.stability import flight_jacobian
 from vireport.physics import flight
 from vireport.physics.forcing import Harmonic, Wave, force_rate, wave
@@ -61,6 +61,13 @@ Rates = Callable[[float, float, float, complex, complex], State]
 
 PushedRates = Callable[[float, float, float, complex, complex, bool], State]
 """The same of a leg on which the ball moves out, with and without the force of the membrane."""
+
+
+Acceleration = Callable[..., tuple[float, float, float, float]]
+"""(phase, depth, velocity, whether the membrane pushes) -> the acceleration, and its derivatives by these numbers."""
+
+STAYS = "the ball stays on the membrane instead of bouncing"
+"""Why a contact has no end: it is pressed onto the membrane."""
 
 
 class Bounce(Struct, frozen=True):
@@ -140,12 +147,45 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     """
     if not wall * velocity > 0:
         raise NumericalError("the ball must strike a membrane with a velocity towards it")
-    h, gbar, units = model.membrane.exponent, model.gbar, contact_units(model, wall, velocity)
-    harmonics = model.harmonics
-    spring, damping, pull, speed, turning = units.spring, units.damping, units.pull, units.speed, pi * units.time
+    units = contact_units(model, wall, velocity)
+    pulled, turning = _acceleration(model, units), pi * units.time
+    # The units, though chosen by the velocity, are constants to the derivatives; the damping, as 1/velocity, is not:
+    # `d_v - v / speed` is the velocity's derivative as the damping force feels it.
+    touch = phase, units.speed, 1j, 1 + 0j
+    loaded, fast, d_loaded, d_fast = _extrapolated(_to_depth(pulled, units), 0.0, 1.0, touch, columns)
+    stopping = _to_rest(pulled, units, fast, d_fast)
+    stopped, deepest, d_stopped, d_deepest = _extrapolated(stopping, 0.0, 1.0, (loaded, LOADED, d_loaded, 0j), columns)
+    span, start = UNLOADED * (1 - (stopped - phase) / turning), (deepest, 0.0, d_deepest, 0j)
+    # The damping, D -> 1/r, brings the ball to a velocity of its own in ever shorter a time: unsplit, this leg is wrong
+    # by 2e-7 for r = 0.5, by 6 % for r = 0.2.
+    parts = ceil(1 / model.restitution_at(wall))
+    while True:
+        outwards = _for_a_time(pulled, units, stopped, d_stopped, span)
+        (end, v, d_end, d_v), pushed = _integrated_outwards(outwards, units.damping, start, True, columns, parts)
+        if end > 0:
+            break
+        # The other forces have pulled the ball off the membrane before: the last leg must begin on it.
+        span /= 2
+    start = stopped + span * turning, v, d_stopped, d_v
+    unloading = _to_surface(pulled, units, end, d_end)
+    (last, v, d_last, d_v), _ = _integrated_outwards(unloading, units.damping, start, pushed, columns)
+    unit = units.depth / units.time
+    jacobian = np.array([[d_v.real, wall * unit * d_v.imag], [wall * d_last.real / unit, d_last.imag]])
+    duration, leaving = (last - phase) / pi, wall * v * unit
+    return Bounce(wall, velocity, phase % (2 * pi), duration, leaving, deepest * units.depth), jacobian
+
+
+# Each leg has a variable w from 0 to 1 in which its end is known beforehand, and two unknowns, which are what is not
+# known of (phase, depth y, velocity v) at w. With T the unit of time and a the acceleration, phase' = pi T, y' = v and
+# v' = a, divided by the rate of w; all derivatives are those of the same formulae.
+
+
+def _acceleration(model: CompliantModel, units: ContactUnits) -> Acceleration:
+    """The acceleration during a contact, y'' = p (gbar + force) - k y^h (1 + D v), and its derivatives."""
+    h, gbar, harmonics = model.membrane.exponent, model.gbar, model.harmonics
+    spring, damping, pull = units.spring, units.damping, units.pull
 
     def acceleration(phase: float, y: float, v: float, pushed: bool = True) -> tuple[float, float, float, float]:
-        # and its derivatives by phase, depth and velocity
         a, by_phase = pull * (gbar + cos(phase)), -pull * sin(phase)
         if harmonics:
             at = sin(phase), cos(phase), harmonics
@@ -155,65 +195,77 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
         resisting, force = 1 + damping * v, spring * y**h
         return a - force * resisting, by_phase, -h * force * resisting / y, -force * damping
 
-    def in_depth(v: float, speed_sign: int) -> None:
-        if not speed_sign * v > 0:
-            raise NumericalError("the ball stays on the membrane instead of bouncing")
+    return acceleration
 
-    def loading(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
-        in_depth(v, 1)
+
+def _to_depth(pulled: Acceleration, units: ContactUnits) -> Rates:
+    """The leg from the touch to the depth `LOADED`, which is `LOADED` w^2: its unknowns are phase and v.
+
+    In w, the root of the depth, y^h is smooth for any exponent; the ball moves in all the time.
+    """
+    turning, speed = pi * units.time, units.speed
+
+    def rates(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
+        if not v > 0:
+            raise NumericalError(STAYS)
         rate = 2 * LOADED * w / v
         d_rate = -rate / v * d_v
-        a, by_phase, _, by_velocity = acceleration(phase, LOADED * w * w, v)
+        a, by_phase, _, by_velocity = pulled(phase, LOADED * w * w, v)
         d_a = by_phase * d_phase + by_velocity * (d_v - v / speed)
         return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
 
-    def stopping(w: float, phase: float, y: float, d_phase: complex, d_y: complex) -> State:
+    return rates
+
+
+def _to_rest(pulled: Acceleration, units: ContactUnits, fast: float, d_fast: complex) -> Rates:
+    """The leg to the deepest point, by the velocity `fast` (1 - w): its unknowns are phase and y.
+
+    The ball is slowed all the time, so that the velocity says where it is.
+    """
+    turning, speed = pi * units.time, units.speed
+
+    def rates(w: float, phase: float, y: float, d_phase: complex, d_y: complex) -> State:
         v, d_v = fast * (1 - w), d_fast * (1 - w)
-        a, by_phase, by_depth, by_velocity = acceleration(phase, y, v)
+        a, by_phase, by_depth, by_velocity = pulled(phase, y, v)
         if not a < 0:
-            raise NumericalError("the ball stays on the membrane instead of bouncing")
+            raise NumericalError(STAYS)
         rate = -fast / a
         d_a = by_phase * d_phase + by_depth * d_y + by_velocity * (d_v - v / speed)
         d_rate = -(d_fast + rate * d_a) / a
         return turning * rate, rate * v, turning * d_rate, d_rate * v + rate * d_v
 
-    def turning_back(w: float, y: float, v: float, d_y: complex, d_v: complex, pushed: bool) -> State:
-        a, by_phase, by_depth, by_velocity = acceleration(stopped + turned * w, y, v, pushed)
+    return rates
+
+
+def _for_a_time(
+    pulled: Acceleration, units: ContactUnits, stopped: float, d_stopped: complex, span: float
+) -> PushedRates:
+    """The leg that begins at rest at the phase `stopped` and takes `span` units of time: its unknowns are y and v."""
+    turned, speed = span * (pi * units.time), units.speed
+
+    def rates(w: float, y: float, v: float, d_y: complex, d_v: complex, pushed: bool) -> State:
+        a, by_phase, by_depth, by_velocity = pulled(stopped + turned * w, y, v, pushed)
         d_a = by_phase * d_stopped + by_depth * d_y + by_velocity * (d_v - v / speed)
         return span * v, span * a, span * d_v, span * d_a
 
-    # The units, though chosen by the velocity, are constants to the derivatives; the damping, as 1/velocity, is not:
-    # `d_v - v / speed` is the velocity's derivative as the damping force feels it.
-    touched = phase, speed, 1j, 1 + 0j
-    loaded, fast, d_loaded, d_fast = _extrapolated(loading, 0.0, 1.0, touched, columns)
-    stopped, deepest, d_stopped, d_deepest = _extrapolated(stopping, 0.0, 1.0, (loaded, LOADED, d_loaded, 0j), columns)
-    span, start = UNLOADED * (1 - (stopped - phase) / turning), (deepest, 0.0, d_deepest, 0j)
-    # The damping, D -> 1/r, brings the ball to a velocity of its own in ever shorter a time: unsplit, this leg is wrong
-    # by 2e-7 for r = 0.5, by 6 % for r = 0.2.
-    parts = ceil(1 / model.restitution_at(wall))
-    while True:
-        turned = span * turning
-        (end, v, d_end, d_v), pushed = _integrated_outwards(turning_back, damping, start, True, columns, parts)
-        if end > 0:
-            break
-        # The other forces have pulled the ball off the membrane before: the last leg must begin on it.
-        span /= 2
+    return rates
 
-    def unloading(w: float, phase: float, v: float, d_phase: complex, d_v: complex, pushed: bool) -> State:
-        in_depth(v, -1)
+
+def _to_surface(pulled: Acceleration, units: ContactUnits, end: float, d_end: complex) -> PushedRates:
+    """The leg from the depth `end` to the surface, which is `end` (1 - w)^2: its unknowns are phase and v."""
+    turning, speed = pi * units.time, units.speed
+
+    def rates(w: float, phase: float, v: float, d_phase: complex, d_v: complex, pushed: bool) -> State:
+        if not v < 0:
+            raise NumericalError(STAYS)
         left = 1 - w
         rate = -2 * end * left / v
         d_rate = -(2 * left * d_end + rate * d_v) / v
-        a, by_phase, by_depth, by_velocity = acceleration(phase, end * left * left, v, pushed)
+        a, by_phase, by_depth, by_velocity = pulled(phase, end * left * left, v, pushed)
         d_a = by_phase * d_phase + by_depth * left * left * d_end + by_velocity * (d_v - v / speed)
         return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
 
-    start = stopped + turned, v, d_stopped, d_v
-    (last, v, d_last, d_v), _ = _integrated_outwards(unloading, damping, start, pushed, columns)
-    unit = units.depth / units.time
-    jacobian = np.array([[d_v.real, wall * unit * d_v.imag], [wall * d_last.real / unit, d_last.imag]])
-    duration, leaving = (last - phase) / pi, wall * v * unit
-    return Bounce(wall, velocity, phase % (2 * pi), duration, leaving, deepest * units.depth), jacobian
+    return rates
 
 
 def _integrated_outwards(

@@ -8,6 +8,7 @@ piece with q > 1/2 is kept.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -208,8 +209,16 @@ def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     return [p for p, place in zip(pieces, u, strict=True) if place > 0 or p.symmetric]
 
 
-def _joined(pieces: list[Piece]) -> tuple[Ints, Ints, Floats]:
-    """Strand, piece and parameter of every sample of some pieces, their ends moved inwards by `INSET`."""
+class PieceSamples(NamedTuple):
+    """Samples of all pieces, one piece after another: the strand, the piece and the parameter of each."""
+
+    which: Ints
+    owner: Ints
+    w: Floats
+
+
+def _joined(pieces: list[Piece]) -> PieceSamples:
+    """The samples of some pieces, their ends moved inwards by `INSET`."""
 
     def inside(w: Floats) -> Floats:
         moved = w.copy()
@@ -220,7 +229,7 @@ def _joined(pieces: list[Piece]) -> tuple[Ints, Ints, Floats]:
 
     which = np.concatenate([np.full(len(p.w), p.strand) for p in pieces])
     owner = np.concatenate([np.full(len(p.w), i) for i, p in enumerate(pieces)])
-    return which, owner, np.concatenate([inside(p.w) for p in pieces])
+    return PieceSamples(which, owner, np.concatenate([inside(p.w) for p in pieces]))
 
 
 def _with_dips(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
@@ -247,11 +256,11 @@ def _with_dips(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
 
 def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     """Insert the changes of stability and the grazing points into the pieces."""
-    which, owner, w = _joined(pieces)
+    which, owner, w = samples = _joined(pieces)
     orbit = curve.at(which, w)
     every = curve.event_values(orbit)
     values = every[:, : GRAZING + 1]
-    moved = _off_symmetry(curve, which, owner, w, orbit.u, values)
+    moved = _off_symmetry(curve, samples, orbit.u, values)
     values[:, GRAZING] = _gaps(curve, orbit, every)
     with np.errstate(invalid="ignore"):
         crossing = (values[1:] > 0) != (values[:-1] > 0)
@@ -277,12 +286,13 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     ]
 
 
-def _off_symmetry(curve: LevelCurve, which: Ints, owner: Ints, w: Floats, u: Floats, values: Floats) -> Floats:
+def _off_symmetry(curve: LevelCurve, samples: PieceSamples, u: Floats, values: Floats) -> Floats:
     """Put the values of meetings that rounding decides in order; returns the parameters that they belong to.
 
     On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing. Next to it the value is that a
     little farther on, or none if that is still too near.
     """
+    which, owner, w = samples
     moved = w.copy()
     asymmetric = np.array([not strand.symmetric for strand in curve.strands])[which]
     touching = (

@@ -26,7 +26,6 @@ from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, each
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import IMAGINARY_STEP
@@ -122,16 +121,15 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     n : int
         Forcing periods per motion, the same for all.
     """
-    d, gbar, r, *_ = groups
-    of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), d.shape))
-    harmonics = groups.same_harmonics
-    if harmonics or groups.friction is not None:
+    r = groups.restitution
+    of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), groups.d.shape))
+    points = groups._replace(restitution=of_cells)
+    if groups.same_harmonics or groups.friction is not None:
         from vireport.motions.plane import motions_in_plane
 
-        places = motions_in_plane(groups, of_cells, n)
-        return _evaluated(*places, d, gbar, of_cells, n, harmonics, groups.friction)
-    every = np.arange(len(d))
-    kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]
+        return _evaluated(*motions_in_plane(groups, of_cells, n), points, n)
+    every = np.arange(len(groups.d))
+    kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]  # cells, their restitutions, those of all cells
     if isinstance(of_cells, Restitutions):
         # Among membranes that differ there may be some that do not: of these all symmetric motions are at u = 0.
         alike = of_cells.bottom == of_cells.top
@@ -147,13 +145,13 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         else:
             sharing = [(of_kind[_is(each(of_all, itemgetter(of_kind)), value)], value) for value in shared]
         for cells, value in sharing:
-            for chosen, points in _portions(cells, d, gbar, of_all, n, value):
-                which, u, phi = _zeros(points)
-                if points.divided:
-                    which, u, phi = _with_symmetric(which, u, phi, points)
+            for chosen, portion in _portions(cells, points._replace(restitution=of_all), n, value):
+                which, u, phi = _zeros(portion)
+                if portion.divided:
+                    which, u, phi = _with_symmetric(which, u, phi, portion)
                 parts.append((chosen[which], u, phi))
     cell, u, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return _evaluated(cell, u, phi, d, gbar, of_cells, n)
+    return _evaluated(cell, u, phi, points, n)
 
 
 def _different(r: Any) -> list[Any]:
@@ -171,8 +169,12 @@ def _is(r: Any, value: Any) -> Mask:
     return np.asarray((r.bottom == value.bottom) & (r.top == value.top))
 
 
-def _portions(cells: Ints, d: Floats, gbar: Floats, r: Any, n: int, shared: Any) -> Iterator[tuple[Ints, Points]]:
-    """Cut design points into portions that fit the cache, each on the grid that its gbar needs."""
+def _portions(cells: Ints, groups: Groups[Any], n: int, shared: Any) -> Iterator[tuple[Ints, Points]]:
+    """Cut design points into portions that fit the cache, each on the grid that its gbar needs.
+
+    `shared` is the restitution that all of `cells` have, None where each has its own.
+    """
+    d, gbar, r, *_ = groups
     if shared is not None:
         # Beyond the largest d or gbar of all motions G has no zero, and the grid would be searched for nothing.
         largest_d, largest_gbar = largest_groups(shared, n, ())
@@ -208,22 +210,13 @@ def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tupl
     )
 
 
-def _evaluated(
-    cell: Ints,
-    u: Floats,
-    phi: Floats,
-    d: Floats,
-    gbar: Floats,
-    r: Any,
-    n: int,
-    harmonics: tuple[Harmonic, ...] = (),
-    friction: Any = None,
-) -> PointwiseMotions:
-    """What is known of solutions, in order, those that are none by the sign of a velocity left out."""
+def _evaluated(cell: Ints, u: Floats, phi: Floats, groups: Groups[Any], n: int) -> PointwiseMotions:
+    """Evaluate the solutions at places of design points, in order; left out are those with a velocity of wrong sign."""
+    d, gbar, r, _, friction = groups
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
     rubbed = None if friction is None else Friction(np.broadcast_to(friction, d.shape)[cell])
-    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n, harmonics=harmonics, friction=rubbed)
+    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n, harmonics=groups.same_harmonics, friction=rubbed)
     # G knows squares only: what it finds may strike the membranes from behind.
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
