@@ -21,7 +21,7 @@ from vireport.cli.app import main
 from vireport.gate.designs import keeps_motion
 from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import UNSTABLE, classify
-from vireport.optimise.bound import _bounds, largest_value, picture_of
+from vireport.optimise.bound import Boxes, _bounds, largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate
 from vireport.optimise.evolution import evolve
 from vireport.optimise.grid import JudgedDesign, grid_of
@@ -284,7 +284,7 @@ BOUNDED = {
 def test_no_random_design_exceeds_the_bound_of_its_box(name: str, free: bool) -> None:
     search, count = problem(*BOUNDED[name], free=free), 24
     corner = np.indices((count, count)).reshape(2, -1) / count
-    bound, _ = _bounds(search, corner, corner + 1 / count, [], together=True)
+    bound, _ = _bounds(search, Boxes(corner, corner + 1 / count), [], together=True)
     t = np.random.default_rng(1).uniform(size=(20_000, 2))
     cells = evaluate(search, t)
     met = cells.stable & (np.nan_to_num(cells.slack, nan=-1) >= 0).all(axis=1)

@@ -107,7 +107,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         return gbar + self.level.friction.constant, gbar - self.level.friction.constant
 
     def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
-        """How far places are above the level, times powers of the flight times.
+        """The height above the level at places of one shape, times powers of the flight times.
 
         Of a horizontal capsule with mirror images u, whose zeros are the symmetric motions, is divided out, and of one
         without friction the velocity whose zeros are those with r = -1.
@@ -119,39 +119,53 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         the device: of a sweep over one membrane's restitution r of the other, a + r w = 0 there; of one over both,
         their difference. The height is that condition times Tu Td or its square, in which nothing is divided by.
         """
-        varied, (bottom, top) = self.level.varied, by_wall(self.r)
-        divided = self.mirrors
-        passed = self._passed(u, phi, ops, divided)
-        up, down = self.n + 2 * self.n * u, self.n - 2 * self.n * u
-        both, reach = up * down, self.level.d + passed.path
-        of_up, of_down = self._gravities
+        passed = self._passed(u, phi, ops, self.mirrors)
+        if self.level.varied is Parameter.RESTITUTION:
+            return self._above_difference(u, passed)
+        return self._above_other(u, passed)
+
+    def _times(self, u: Any) -> tuple[Any, Any]:
+        """The flight times Tu and Td."""
+        return self.n + 2 * self.n * u, self.n - 2 * self.n * u
+
+    def _above_other(self, u: Any, passed: Passed) -> Any:
+        """The height of a sweep over one restitution: (a + r w) Tu Td at the other membrane, whose r is held."""
+        (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
+        reach, both = self.level.d + passed.path, up * down
+        if self.level.varied is Parameter.RESTITUTION_BOTTOM:
+            at_top = (passed.impulses + passed.difference) / 2
+            return reach * (up - top * down) + both * (top * of_up * up / 2 - of_down * down / 2 + (1 + top) * at_top)
+        at_bottom = (passed.impulses - passed.difference) / 2
+        pulled = bottom * of_down * down / 2 - of_up * up / 2 + (1 + bottom) * at_bottom
+        return reach * (bottom * up - down) + both * pulled
+
+    def _above_difference(self, u: Any, passed: Passed) -> Any:
+        """The height of a sweep over both restitutions: (a_b w_t - a_t w_b + D w_b w_t) (Tu Td)^2, D = r_b - r_t.
+
+        With S = a_b + a_t it is S (a_b - a_t + I_t - I_b) + g_u a_b Tu - g_d a_t Td + D w_b w_t: of a nearly horizontal
+        capsule S is as small as u and gbar are, and has its digits.
+        """
+        (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
+        divided, gbar, period = passed.per_u is not None, self.level.value, 2 * self.n
+        reach, both, rubbed = self.level.d + passed.path, up * down, (of_up - of_down) / 2
         at_bottom, at_top = (passed.impulses - passed.difference) / 2, (passed.impulses + passed.difference) / 2
-        if varied is Parameter.RESTITUTION_BOTTOM:
-            pulled = top * of_up * up / 2 - of_down * down / 2 + (1 + top) * at_top
-            return reach * (up - top * down) + both * pulled
-        if varied is Parameter.RESTITUTION_TOP:
-            pulled = bottom * of_down * down / 2 - of_up * up / 2 + (1 + bottom) * at_bottom
-            return reach * (bottom * up - down) + both * pulled
-        # a_b w_t - a_t w_b = S (a_b - a_t + I_t - I_b) + g_u a_b Tu - g_d a_t Td, S = a_b + a_t: of a nearly horizontal
-        # capsule S is as small as u and gbar are, and has its digits.
-        period = 2 * self.n
-        after_bottom = at_bottom * up - reach - of_up * up * up / 2
-        after_top = at_top * down + reach - of_down * down * down / 2
-        parted = after_bottom * down - after_top * up + passed.difference * both
-        rubbed = (of_up - of_down) / 2
+        after_bottom = at_bottom * up - reach - of_up * up * up / 2  # a_b Tu
+        after_top = at_top * down + reach - of_down * down * down / 2  # a_t Td
+        parted = after_bottom * down - after_top * up + passed.difference * both  # (a_b - a_t + I_t - I_b) Tu Td
+        # S Tu Td, over u where that is divided out.
         if divided:
             total = 2 * period * reach + both * (passed.per_u - period * rubbed)
         else:
-            total = 2 * period * u * reach + both * (passed.impulses - period * (self.level.value / 2 + rubbed * u))
+            total = 2 * period * u * reach + both * (passed.impulses - period * (gbar / 2 + rubbed * u))
         if self.level.horizontal and self.level.friction is None and bottom is top:
             return total
         if divided:
             turned = period * (passed.per_u / 2 - passed.difference - period * rubbed)
             return total * parted + both * both * rubbed * turned
-        # a_b Tu + a_t Td, of which the large parts cancel where u and gbar are small
+        # a_b Tu + a_t Td, of which the large parts cancel where u and gbar are small.
         added = passed.impulses * self.n - period * u * (passed.difference + period * rubbed)
-        added = added - self.level.value * (up * up + down * down) / 2
-        above = total * parted + both * both * (self.level.value * (after_bottom - after_top) + rubbed * added)
+        added = added - gbar * (up * up + down * down) / 2
+        above = total * parted + both * both * (gbar * (after_bottom - after_top) + rubbed * added)
         if bottom is top:
             return above
         before_top, before_bottom = after_bottom + of_up * up * up, after_top + of_down * down * down
@@ -207,7 +221,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         way = (-1) ** self.n  # half turns
         cos_a, sin_a = way * (1 - 2 * sin_half * sin_half), way * 2 * sin_half * cos_half
         passed = self._passed(u, phi, ops)
-        up, down = self.n + 2 * self.n * u, self.n - 2 * self.n * u
+        up, down = self._times(u)
         reach, (of_up, of_down) = self.level.d + passed.path, self._gravities
         at_bottom, at_top = (passed.impulses - passed.difference) / 2, (passed.impulses + passed.difference) / 2
         after_bottom, before_top = at_bottom - reach / up - of_up * up / 2, at_top - reach / up + of_up * up / 2

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -73,6 +73,53 @@ ROUNDING = 1e-9
 """Share by which ranges of d and gbar, and values against limits, are widened."""
 
 
+class Boxes(Struct, frozen=True, eq=False):
+    """Boxes in some coordinates: each holds all points from its `low` to its `high`, ends included.
+
+    What is cut from boxes covers them again, so that what none of them holds was left out by a proof.
+
+    Attributes
+    ----------
+    low, high : ndarray, shape (coordinates, k)
+        In each coordinate low is at most high.
+    """
+
+    low: Floats
+    high: Floats
+
+    @staticmethod
+    def grid(*ends: Floats) -> Boxes:
+        """The boxes between neighbouring values of each coordinate."""
+        parts = [tuple(at[part] for at in ends) for part in (slice(-1), slice(1, None))]
+        low, high = (np.stack(np.meshgrid(*part, indexing="ij")).reshape(len(ends), -1) for part in parts)
+        return Boxes(low, high)
+
+    @property
+    def count(self) -> int:
+        """Number of boxes."""
+        return int(self.low.shape[1])
+
+    def __getitem__(self, rows: Any) -> Boxes:
+        return Boxes(self.low[:, rows], self.high[:, rows])
+
+    def halved(self, along: Ints) -> Boxes:
+        """Both halves of each, one after the other, cut across a coordinate of its own."""
+        low, high = np.repeat(self.low, 2, axis=1), np.repeat(self.high, 2, axis=1)
+        rows, lower_half = np.arange(self.count), 2 * np.arange(self.count)
+        high[along, lower_half] = low[along, lower_half + 1] = (self.low[along, rows] + self.high[along, rows]) / 2
+        return Boxes(low, high)
+
+    def cut(self) -> Boxes:
+        """The parts of all, cut in half across every coordinate."""
+        low, high = self.low, self.high
+        for axis in range(len(low)):
+            middle = (low[axis] + high[axis]) / 2
+            upper, lower = low.copy(), high.copy()
+            upper[axis], lower[axis] = middle, middle
+            low, high = np.hstack([low, upper]), np.hstack([lower, high])
+        return Boxes(low, high)
+
+
 class PixelPicture(Struct, frozen=True, eq=False):
     """A picture of where stable motions may be, in pixels of (log d, gbar).
 
@@ -96,17 +143,18 @@ class PixelPicture(Struct, frozen=True, eq=False):
             place = np.floor((value - self.low[axis]) / self.pixel[axis])
         return np.asarray(np.clip(np.nan_to_num(place), 0, PIXELS[axis] - 1), dtype=np.intp)
 
-    def over(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-        """Fastest and slowest, (2, k), over boxes of (log d, gbar) with ends of shape (2, k)."""
-        fastest, slowest = np.full(low.shape, -np.inf), np.full(low.shape, np.inf)
-        for rows, i, j in self.pixels(low, high):
+    def over(self, boxes: Boxes) -> tuple[Floats, Floats]:
+        """Fastest and slowest, (2, k), over boxes of (log d, gbar)."""
+        fastest, slowest = np.full(boxes.low.shape, -np.inf), np.full(boxes.low.shape, np.inf)
+        for rows, i, j in self.pixels(boxes):
             fastest[:, rows] = np.maximum(fastest[:, rows], self.fastest[:, i, j])
             slowest[:, rows] = np.minimum(slowest[:, rows], self.slowest[:, i, j])
         return fastest, slowest
 
-    def pixels(self, low: Floats, high: Floats) -> Iterator[tuple[Ints, Ints, Ints]]:
-        """The pixels of boxes: which boxes, and a pixel of each."""
-        (i, j), (last_i, last_j) = ([self.index(ends[axis], axis) for axis in (0, 1)] for ends in (low, high))
+    def pixels(self, boxes: Boxes) -> Iterator[tuple[Ints, Ints, Ints]]:
+        """The pixels that boxes of (log d, gbar) touch: which boxes, and a pixel of each; every pixel of each comes."""
+        ends = boxes.low, boxes.high
+        (i, j), (last_i, last_j) = ([self.index(end[axis], axis) for axis in (0, 1)] for end in ends)
         for di in range(int((last_i - i).max(initial=-1)) + 1):
             rows = np.flatnonzero(i + di <= last_i)
             for dj in range(int((last_j - j)[rows].max(initial=-1)) + 1):
@@ -123,24 +171,20 @@ def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
     # All motions there are lie over these tiles: q - 1/2 between -1/2 and 1/2, and the phase over one turn, of which
     # the end overlaps the beginning, as the double 2 pi is not the number.
     u, phi = np.linspace(-0.5, 0.5, TILES * n + 1), np.linspace(0, 2 * np.pi * (1 + ROUNDING), TILES * n + 1)
-    start = np.stack(np.meshgrid(u[:-1], phi[:-1], indexing="ij")).reshape(2, -1)
-    end = np.stack(np.meshgrid(u[1:], phi[1:], indexing="ij")).reshape(2, -1)
-    tiles_so_far = 0
-    while start.size:
-        tiles_so_far += start.shape[1]
-        parts = [np.empty((2, 2, 0))]
-        for first in range(0, start.shape[1], BLOCK):
-            tiles = start[:, first : first + BLOCK], end[:, first : first + BLOCK]
-            parts.append(_drawn(picture, *tiles, r, n, last=tiles_so_far > MOST_TILES))
-        start, end = np.concatenate(parts, axis=2)
+    tiles, tiles_so_far = Boxes.grid(u, phi), 0
+    # At any time a stable motion lies over a tile that is left, or in a pixel that is drawn with its speeds.
+    while tiles.count:
+        tiles_so_far += tiles.count
+        blocks = [tiles[first : first + BLOCK] for first in range(0, tiles.count, BLOCK)]
+        parts = [_drawn(picture, block, r, n, last=tiles_so_far > MOST_TILES) for block in blocks]
+        tiles = Boxes(*(np.hstack([getattr(part, end) for part in parts]) for end in ("low", "high")))
     return picture
 
 
-def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: Any, n: int, last: bool) -> Floats:
-    """Draw the tiles that are small enough; both halves of the others that may have a stable motion, (2, 2, k)."""
-    size = start.shape[1]
-    restitution = each(r, lambda own: between(np.full(size, own), np.full(size, own), 0, SYMBOLS))
-    times, phases = (between(start[i], end[i], i, SYMBOLS) for i in (0, 1))
+def _drawn(picture: PixelPicture, tiles: Boxes, r: Any, n: int, last: bool) -> Boxes:
+    """Draw the tiles that are small enough; both halves of the others that may have a stable motion."""
+    restitution = each(r, lambda at: between(np.full(tiles.count, at), np.full(tiles.count, at), 0, SYMBOLS))
+    times, phases = (between(tiles.low[i], tiles.high[i], i, SYMBOLS) for i in (0, 1))
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
         orbit = orbits(times, phases, restitution, n, AFFINE)
         lower, upper = (
@@ -165,20 +209,14 @@ def _drawn(picture: PixelPicture, start: Floats, end: Floats, r: Any, n: int, la
         np.nan_to_num(np.stack(x), nan=limit)
         for x, limit in (([v.upper for v in speeds], np.inf), ([v.lower for v in speeds], 0.0))
     )
-    for tiles, i, j in picture.pixels(
-        np.nan_to_num(lower[:, drawn], nan=-np.inf), np.nan_to_num(upper[:, drawn], nan=np.inf)
-    ):
+    where = Boxes(np.nan_to_num(lower[:, drawn], nan=-np.inf), np.nan_to_num(upper[:, drawn], nan=np.inf))
+    for which, i, j in picture.pixels(where):
         for side in (0, 1):
             # The speeds belong to the tile, not to the pixel: unions over all tiles that touch a pixel keep both
             # bounds valid.
-            np.maximum.at(picture.fastest[side], (i, j), fast[side, tiles])
-            np.minimum.at(picture.slowest[side], (i, j), np.maximum(slow[side, tiles], 0))
-    rows, moved = rows[~fine], moved[:, :, ~fine].max(axis=0)
-    low, high = np.repeat(start[:, rows], 2, axis=1), np.repeat(end[:, rows], 2, axis=1)
-    along, lower_half = moved.argmax(axis=0), 2 * np.arange(len(rows))
-    middle = (start[along, rows] + end[along, rows]) / 2
-    high[along, lower_half] = low[along, lower_half + 1] = middle
-    return np.stack([low, high])
+            np.maximum.at(picture.fastest[side], (i, j), fast[side, which])
+            np.minimum.at(picture.slowest[side], (i, j), np.maximum(slow[side, which], 0))
+    return tiles[rows[~fine]].halved(moved[:, :, ~fine].max(axis=0).argmax(axis=0))
 
 
 def _may_be_stable(orbit: Orbits, r: Any) -> Mask:
@@ -219,97 +257,93 @@ def largest_value(problem: Problem, best: float) -> float | None:
     if problem.objective not in GROWING or problem.sign < 0 or beyond:
         return None
     axes, done, above = len(problem.paths), best, np.inf
-    ends = np.linspace(0, 1, FIRST + 1)
-    low, high = (
-        np.stack(np.meshgrid(*[part] * axes, indexing="ij")).reshape(axes, -1) for part in (ends[:-1], ends[1:])
-    )
+    boxes = Boxes.grid(*[np.linspace(0, 1, FIRST + 1)] * axes)
     # A design with the margin has stable motion wherever one input is off by less: each such device that surely has
     # none excludes the design. This needs pictures alone, no margins of boxes.
     off = [(varied, 1 + sign * ring * problem.share) for ring in RINGS for varied, sign in DISPLACED if problem.share]
     off = [change for change in off if change[0] not in RESTITUTIONS]
+    # At any time no design exceeds the largest of `done`, which bounds the boxes that are cut no further, and of the
+    # bounds of those that are left.
     for number in range(ROUNDS):
-        bound, excluded = _bounds(problem, low, high, off, together=number < TOGETHER)
+        bound, excluded = _bounds(problem, boxes, off, together=number < TOGETHER)
         # Looking up every device costs a picture each. Those that excluded most in the round before do nearly all,
         # and leaving the others out can only make the bound larger.
         off = [off[k] for k in sorted(excluded.argsort(kind="stable")[::-1][:TELLING])] if number else off
         kept = bound > best * (1 + AIM)
         # The bound of a box that is cut no further still counts.
         done = max(done, float(bound[~kept].max(initial=-np.inf)))
-        low, high, bound, before = low[:, kept], high[:, kept], bound[kept], above
+        boxes, bound, before = boxes[kept], bound[kept], above
         above = float(bound.max(initial=best)) - best
         if not bound.size or above > LEAST_GAIN * before:
             break
-        while low.shape[1] * 2**axes <= MOST_BOXES / 4 or low.shape[1] == len(bound):
-            low, high = _cut(low, high)
+        while boxes.count * 2**axes <= MOST_BOXES / 4 or boxes.count == len(bound):
+            boxes = boxes.cut()
     most = max(done, float(bound.max(initial=-np.inf)))
     return most if np.isfinite(most) else None
 
 
-def _cut(low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Both halves of boxes along every axis."""
-    for axis in range(len(low)):
-        middle = (low[axis] + high[axis]) / 2
-        upper, lower = low.copy(), high.copy()
-        upper[axis], lower[axis] = middle, middle
-        low, high = np.hstack([low, upper]), np.hstack([lower, high])
-    return low, high
+class _Place(NamedTuple):
+    """Where the devices of boxes of designs are: boxes of (log d, gbar), and in which all devices may be so."""
+
+    boxes: Boxes
+    applies: Mask
 
 
 def _bounds(
-    problem: Problem, low: Floats, high: Floats, off: list[tuple[DesignInput, float]], together: bool
+    problem: Problem, boxes: Boxes, off: list[tuple[DesignInput, float]], together: bool
 ) -> tuple[Floats, Ints]:
-    """Upper bounds of the objective over boxes of designs, ends of shape (inputs, k); -inf where there is none to meet.
+    """Upper bounds of the objective over boxes of designs; -inf where no design of a box meets what is required.
 
     `off` are inputs and by what factor they are off in devices that have stable motion, if a design has the margin; the
     second result is how many boxes each excludes. One picture serves for all that is looked up, or one for each.
     """
-    first = _place(problem, low, high, None, 1.0)
-    others = [_place(problem, low, high, *change) for change in off]
+    first = _place(problem, boxes, None, 1.0)
+    others = [_place(problem, boxes, *change) for change in off]
     scenario = problem.loaded.scenario
 
-    def drawn(places: list[tuple[Floats, Floats, Mask]], rows: Any) -> PixelPicture:
-        corner = np.min([start[:, rows].min(axis=1) for start, _, _ in places], axis=0)
-        opposite = np.max([end[:, rows].max(axis=1) for _, end, _ in places], axis=0)
+    def drawn(places: list[_Place], rows: Any) -> PixelPicture:
+        corner = np.min([place.boxes.low[:, rows].min(axis=1) for place in places], axis=0)
+        opposite = np.max([place.boxes.high[:, rows].max(axis=1) for place in places], axis=0)
         return picture_of(Device.of(scenario).restitution, scenario.period_ratio, corner, opposite)
 
     picture = drawn([first, *others] if together else [first], slice(None))
-    fastest, slowest = picture.over(*first[:2])
+    fastest, slowest = picture.over(first.boxes)
     there, excluded = fastest[0] > 0, []
     for place in others:
-        start, end, applies = place
-        rows = np.flatnonzero(there & applies)
+        rows = np.flatnonzero(there & place.applies)
         if rows.size:
-            shown = picture if together else drawn([place], rows)
-            there[rows] = shown.over(start[:, rows], end[:, rows])[0][0] > 0
+            looked_up = picture if together else drawn([place], rows)
+            there[rows] = looked_up.over(place.boxes[rows])[0][0] > 0
         excluded.append(rows.size - np.count_nonzero(there[rows]))
-    bound = np.full(low.shape[1], -np.inf)
+    bound = np.full(boxes.count, -np.inf)
     rows = np.flatnonzero(there)
     with np.errstate(all="ignore"):  # no impacts, no efficiency
-        value, meets = _values(problem, low[:, rows], high[:, rows], fastest[:, rows], slowest[:, rows])
+        value, meets = _values(problem, boxes[rows], fastest[:, rows], slowest[:, rows])
     bound[rows] = np.where(meets, value * (1 + ROUNDING), -np.inf)
     return bound, np.array(excluded, dtype=np.intp)
 
 
-def _place(
-    problem: Problem, low: Floats, high: Floats, varied: DesignInput | None, factor: float
-) -> tuple[Floats, Floats, Mask]:
-    """The (log d, gbar) of boxes, from and to, (2, k), with an input off by a factor, and whether all may be so."""
+def _place(problem: Problem, designs: Boxes, varied: DesignInput | None, factor: float) -> _Place:
+    """The (log d, gbar) of boxes of designs with an input off by a factor."""
     falls = np.array([path == FALLING for path in problem.paths])[:, None]
-    ends, applies = [], np.ones(low.shape[1], dtype=bool)
+    ends, count, (low, high) = [], designs.count, (designs.low, designs.high)
+    applies = np.ones(count, dtype=bool)
     # The groups are monotonic in every input, so that two opposite corners of a box enclose them.
     for t in (np.where(falls, high, low), np.where(falls, low, high)):
         device, _ = problem.at(t.T)
         if varied is not None:
-            value = np.broadcast_to(device.value_of(varied) * factor, low.shape[1])
+            value = np.broadcast_to(device.value_of(varied) * factor, count)
             applies &= value <= varied.limits[1]
             device = device.with_values({varied: np.minimum(value, varied.limits[1])})
-        d, gbar = (np.broadcast_to(x, low.shape[1]) for x in device.groups(Parameter.LENGTH, device.length_m)[:2])
+        d, gbar = (np.broadcast_to(x, count) for x in device.groups(Parameter.LENGTH, device.length_m)[:2])
         ends.append(np.stack([np.log(d), gbar]))
-    return ends[0] - ROUNDING * (1 + np.abs(ends[0])), ends[1] + ROUNDING * (1 + np.abs(ends[1])), applies
+    start, end = ends
+    return _Place(Boxes(start - ROUNDING * (1 + np.abs(start)), end + ROUNDING * (1 + np.abs(end))), applies)
 
 
-def _values(problem: Problem, low: Floats, high: Floats, fastest: Floats, slowest: Floats) -> tuple[Floats, Mask]:
-    """The objective at the fastest impacts of boxes, and whether the slowest may meet the limits."""
+def _values(problem: Problem, boxes: Boxes, fastest: Floats, slowest: Floats) -> tuple[Floats, Mask]:
+    """The objective at the fastest impacts of boxes of designs, and whether the slowest may meet the limits."""
+    low, high = boxes.low, boxes.high
     rising = np.array([path in (FALLING, DesignPath.BALL_MASS) for path in problem.paths])[:, None]
     # A light capsule moves faster, and the impacts on it; but on a free one their energy at a given speed grows with M.
     heavier = rising | np.array([path == DesignPath.CAPSULE_MASS for path in problem.paths])[:, None]
