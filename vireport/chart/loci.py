@@ -137,7 +137,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
             return 0.0
         return abs(atan(arc.end.trace) - atan(arc.start.trace)) / STEEPEST
 
-    def ended(self, arc: Arc) -> tuple[Event, PathPoint]:
+    def end_within(self, arc: Arc) -> tuple[Event, PathPoint]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
         _, last = self.located(arc, lambda point: point.margin)
         margins, count = self.margins(last.x), len(self.word)

@@ -80,7 +80,7 @@ def _of(
 
 def _speeds(sweep: Sweep, motions: Motions, bounds: dict[str, Floats]) -> tuple[Rounded, Rounded]:
     """Speeds of the impacts at the bottom and at the top [m/s]."""
-    # The exact motion has its own force or frequency, and with it its own velocity unit.
+    # The exact motion may be at another force or frequency, and so in another unit of velocity.
     value = Rounded(motions.sweep_value, bounds["sweep_value"])
     unit = sweep.device.velocity_unit(sweep.parameter, value)
     bottom = unit * Rounded(motions.velocity_bottom, bounds["velocity_bottom"])

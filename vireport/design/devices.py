@@ -24,7 +24,7 @@ Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 OTHER_SYMBOLS = 4
-"""Symbols of the affine numbers beside those of the factors: three of the motion, and that of time."""
+"""Symbols of the affine numbers next to those of the factors: three of the motion, and that of time."""
 
 FACTOR_OF = {
     DesignInput.CAPSULE_MASS: 0,
@@ -39,7 +39,7 @@ FACTOR_OF = {
 """Which factor an input is part of. No two factors share one, so that a box of inputs is a box of factors.
 
 M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third. What r of
-either membrane has of its own are the last two.
+either membrane has beyond that are the last two.
 """
 
 OF_FREE_CAPSULE = FACTOR_OF | {DesignInput.CAPSULE_MASS: len(set(FACTOR_OF.values()))}
@@ -74,7 +74,7 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def factors(self) -> int:
-        """Number of factors."""
+        """Number of factors of the groups."""
         return len(set(factor_of(self.design).values()))
 
     @property
@@ -93,7 +93,7 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def parts_membranes(self) -> bool:
-        """Whether a membrane has a tolerance of its own."""
+        """Whether a membrane has a tolerance apart from that of both."""
         return any(self.start[varied] != self.end[varied] for varied in RESTITUTIONS[1:])
 
     @property

@@ -44,14 +44,14 @@ LARGEST = LARGEST_HARMONIC / 100
 """Harmonic, as a share of the force, up to which rays are followed."""
 
 RAYS, BEYOND = 6, 1.25
-"""Rays all round, and the share to which they are followed over the least that is known: a straight border nearer than
-that is met before 1/cos(30 degrees) = 1.155 of it."""
+"""Rays all round, and the share to which they are followed over the least found before: a straight border nearer than
+that is crossed before 1/cos(30 degrees) = 1.155 of it."""
 
 SEARCHED = LARGEST / BEYOND
-"""Share up to which no end is overlooked where no ray has met one."""
+"""Share up to which no end is overlooked where no ray has come to one."""
 
 SAME_WAY = 0.05
-"""Angle between the nearest points of two borders up to which they are one, of which the nearer end is known [rad]."""
+"""Angle between the nearest points of two borders up to which they are one, of which the nearer end counts [rad]."""
 
 TURNED = 1e-5
 """Angle between a ray and the normal where it ends, at which it is the nearest way: the share is off by about its
@@ -69,7 +69,7 @@ class Distortion(Struct, frozen=True):
     order : int
     share : float or None
         Its amplitude over that of the force, at the phase at which least is needed; None where none up to `SEARCHED`
-        was found to end stable motion.
+        ends stable motion.
     phase_deg : float
         That phase, in F [cos x + share cos(order x + phase)], x = omega t + phi.
     event : Event or None
@@ -77,7 +77,7 @@ class Distortion(Struct, frozen=True):
     error_bound : float or None
         Of the share, what the phase leaves open included; None where it was located in doubles only.
     searched_to : float
-        Share up to which rays all round would have met an end.
+        Share up to which rays all round would have come to an end.
     """
 
     order: int
@@ -143,7 +143,7 @@ class _End(Struct, frozen=True, eq=False):
     x : ndarray
         Velocities and times of its impacts, and the share.
     symmetric : bool
-        Whether the motion there is its own mirror image.
+        Whether the motion there is symmetric.
     turn : float
         The angle from the ray to the normal of the border [rad]; 0 where it has none.
     """
@@ -167,7 +167,7 @@ def distortions(device: Device, motions: Motions, nearest: Margin | None = None)
     Parameters
     ----------
     device : Device
-        All inputs given.
+        With all inputs.
     motions : Motions
         At the design point.
     nearest : Margin, optional
@@ -188,7 +188,7 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
     Parameters
     ----------
     device : Device
-        All inputs given.
+        With all inputs.
     stable : sequence of Followed
         Of the device.
     harmonic : Harmonic
@@ -234,7 +234,7 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
     Parameters
     ----------
     device : Device
-        All inputs given.
+        With all inputs.
     stable : sequence of Followed
         Of the device.
     friction : float
@@ -257,7 +257,7 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
 
 
 def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:
-    """The nearest end of any of some motions."""
+    """The end that the least distortion brings, of any of the stable motions."""
     way = _towards(nearest, order)
     best: _End | None = None
     for border in borders:
@@ -286,7 +286,7 @@ class _Border(Struct, frozen=True, eq=False):
     order: int
 
     def nearest(self, towards: float, best: _End | None) -> _End | None:
-        """The nearest end, if there is a nearer one than what is known, by rays all round from one direction."""
+        """An end nearer than the nearest so far, if there is one, by rays all round from one direction."""
         # An even harmonic is the mirror image of its opposite, and the motion that of one whose distance is the same.
         for k in range(RAYS // 2 if mirrored(self.device) and self.order % 2 == 0 else RAYS):
             way = towards + 2 * pi * k / RAYS

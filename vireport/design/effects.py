@@ -70,7 +70,7 @@ class Effect(Struct, frozen=True):
         Relative change of a restitution, share of a harmonic in the force, exponent of a restitution that falls with
         speed, coefficient of friction; 0 of what is there or not.
     speed_m_s : float or None
-        Of the impact at which such a restitution is as given; None for the mean of the design's own motion.
+        Of the impact at which such a restitution is as stated; None for the mean of the design's motion.
     """
 
     left_out: LeftOut
@@ -87,7 +87,7 @@ class Effect(Struct, frozen=True):
 
 
 class Unmoved(StrEnum):
-    """Why there is no end with an effect."""
+    """Why stable motion has no end that can be compared, with an effect."""
 
     NOT_STABLE = "no stable motion is found with it"
     ENDLESS = "stable motion does not end in this direction with it"
@@ -104,7 +104,7 @@ class Shift(Struct, frozen=True):
     ----------
     effect : Effect
     value : float or None
-        Of the input there; None where there is no end, or none is known.
+        Of the input there; None where there is no end, or it was not located.
     event : Event or None
         What happens there.
     moved : float or None
@@ -117,7 +117,8 @@ class Shift(Struct, frozen=True):
         Why there is no end.
     least : float or None
         The least margin in any input over its design value, 0 without stable motion and infinite without an end; None
-        where that was not asked for, or is not known. Where a ball with friction stops counts as an end.
+        where only the nearest end was followed, or it was not located. Where a ball with friction stops counts as an
+        end.
     """
 
     effect: Effect
@@ -133,18 +134,18 @@ class Shift(Struct, frozen=True):
 
     @property
     def room(self) -> float:
-        """The margin that is left; infinite where no end is found, and minus that where there is no stable motion."""
+        """The margin that is left; infinite where there is no end, and minus that where there is no stable motion."""
         endless = inf if self.absence in (Unmoved.ENDLESS, Unmoved.NOT_FOLLOWED) else -inf
         return endless if self.left is None else self.left
 
     @property
     def computed(self) -> bool:
-        """Whether it is known if the design point has stable motion with the effect."""
+        """Whether the design point was solved with the effect, so that its stable motion, or none, is certain."""
         return self.absence is not Unmoved.STOPS
 
     @property
     def stable(self) -> bool:
-        """Whether the design point has stable motion with the effect, as far as that is known."""
+        """Whether the design point was shown to have stable motion with the effect."""
         return self.room > 0
 
 
@@ -169,13 +170,13 @@ class Shifts(Struct, frozen=True, eq=False):
 
     @property
     def worst(self) -> Shift | None:
-        """The one that leaves the least margin."""
+        """The effect that leaves the least margin."""
         computed = (shift for shift in self.rows if shift.computed)
         return min(computed, key=lambda shift: shift.room, default=None)
 
 
 def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Sequence[Device]]:
-    """Another restitution of one membrane."""
+    """The effect of another restitution at one membrane."""
 
     def changed(device: Device, size: float, _: Margin) -> Sequence[Device]:
         value = float(device.value_of(varied))
@@ -193,7 +194,7 @@ def _of_capsule(device: Device, _: float, __: Margin) -> Sequence[Device]:
 
 
 def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
-    """A harmonic at the phase that brings the end nearer the fastest; at four where that is not known."""
+    """A harmonic at the phase that brings the end nearer the fastest, or at four phases if that has no answer."""
     slopes = end.by_harmonics.get(SECOND)
     parts = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
     if mirrored(device):
@@ -240,18 +241,18 @@ def shifts(
     Parameters
     ----------
     device : Device
-        All four parameters given.
+        With all four parameters.
     design : DesignPoint
         Of that device.
     effects : sequence of Effect
         Those that change the device.
     in_any_input : bool
-        Whether the least margin in any input is found for each, too.
+        Whether the least margin in any input is sought for each, too.
 
     Raises
     ------
     NumericalError
-        If rounding does not resolve where stable motion ends along an input, where all are asked for.
+        If rounding does not resolve where stable motion ends along an input, where all inputs are followed.
     """
     end = next((margin for margin in design.endings() if margin.relative is not None), None)
     if end is None:
@@ -269,7 +270,7 @@ def shifts(
         if listed:
             shift = min(listed, key=lambda shift: shift.room)
             least = _least_with(origin, design, effect) if in_any_input else None
-            # Up to where the ball stops motion is known to be stable; nothing is where it stops at the design point.
+            # Up to where the ball stops motion is stable for certain; where it stops at the design point nothing is.
             rows.append(replace(shift, least=least if shift.computed or least else None))
     return Shifts(end, tuple(rows))
 
@@ -327,32 +328,32 @@ def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> S
     """Where the stable motions of a changed device end, those of the design itself at `end`."""
     varied, design_value = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
-    reached: Sequence[_End] | None = None
+    followed: Sequence[_End] | None = None
     for retreat in RETREATS:
         value = design_value - way * retreat * abs(design_value)
         at = device.with_values({varied: value})
         if not low <= value <= high or at.unresolved:
             break
         ends = _ends(at, origin, varied, way)
-        reached = ends if not retreat else reached
+        followed = ends if not retreat else followed
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
             return shift_to(effect, end, same.value, same.event, design_value)
         if ends and ends[0].event is Event.STOP:
-            # It may go on beyond, as it does without friction: where it ends then is not known.
+            # It may go on beyond, as it does without friction: where it ends then nothing says.
             return Shift(effect, absence=Unmoved.STOPS)
     # The motion that ended there is gone, or ends otherwise: gravity and one membrane alone make a fold of a pitchfork.
-    if reached is None:
+    if followed is None:
         stops = effect.left_out is LeftOut.FRICTION
         return Shift(effect, absence=Unmoved.STOPS if stops else Unmoved.NOT_STABLE)
-    if not reached:
+    if not followed:
         return Shift(effect, absence=Unmoved.ENDLESS)
-    if reached[0].event is Event.LOST:
+    if followed[0].event is Event.LOST:
         return Shift(effect, absence=Unmoved.NOT_FOLLOWED)
-    return shift_to(effect, end, reached[0].value, reached[0].event, design_value)
+    return shift_to(effect, end, followed[0].value, followed[0].event, design_value)
 
 
 class _End(Struct, frozen=True):
-    """Where stable motion ends, as it is located in doubles: what an effect moves is known to a few digits.
+    """Where stable motion ends, as it is located in doubles: the size of an effect has a few digits.
 
     Attributes
     ----------
@@ -392,8 +393,8 @@ def _ends(device: Device, origin: _Origin, varied: DesignInput, way: float) -> S
 
 def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
     """The stable motions of a changed device."""
-    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are found, and those of a
-    # ball without friction, and of restitutions that do not fall with speed, to one with it and to those that do.
+    # Motions of a sine are followed to a force with a harmonic twenty times as fast as they are solved for, and those
+    # of a ball without friction, and of restitutions that do not fall with speed, to one with it and to those that do.
     design, falls = origin.device, device.law is not None
     base, force = constant(device) if falls else device, device.harmonics if design.harmonics else ()
     plain = replace(base, harmonics=force, friction=design.friction)

@@ -91,12 +91,12 @@ class FollowedMotion(Struct, frozen=True, eq=False):
 
 
 def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> FollowedMotion | None:
-    """Solve for a motion that was found otherwise, and follow it to both sides along an input.
+    """Solve for a motion that another search came to, and follow it to both sides along an input.
 
     Parameters
     ----------
     device : Device
-        All inputs given.
+        With all inputs.
     motion : Motion
         At the design point, to some digits.
     varied : DesignInput

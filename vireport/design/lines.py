@@ -32,20 +32,20 @@ from vireport.scenario.parameters import DesignInput, Parameter
 Floats = NDArray[np.float64]
 
 HIGHEST_RESTITUTION = 0.99
-"""Restitution up to which margins are looked for; no pair of materials is known to have more."""
+"""Restitution up to which margins are looked for; no pair of materials has more."""
 
 LOSES_STABILITY = frozenset({Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK})
 """Events at which a motion goes on, but not as a stable one."""
 
 HANDOVERS = 4
-"""Pitchforks at which one motion takes over from another; two are known."""
+"""Pitchforks at which one motion takes over from another; no device has shown more than two."""
 
 
 class Line(Enum):
     """A line through a design point in (d, gbar, r_b, r_t); the value is the inputs that move a device along it.
 
     The position on it is 0 at the design point. Along the first four it is the logarithm of the factor of d, along the
-    others the change of gbar and of r: of both restitutions alike, or of one. The frequency has a line of its own where
+    others the change of gbar and of r: of both restitutions alike, or of one. The frequency has a separate line where
     restitutions fall with speed, of which it moves the unit as well.
     """
 
@@ -60,7 +60,7 @@ class Line(Enum):
 
     @property
     def keeps_symmetry(self) -> bool:
-        """Whether a device that is its own mirror image stays so on the line."""
+        """Whether a device that is symmetric stays so on the line."""
         return self not in (Line.GRAVITY, Line.RESTITUTION_BOTTOM, Line.RESTITUTION_TOP)
 
     @staticmethod
@@ -164,7 +164,8 @@ class AlongLine(Struct, frozen=True, eq=False):
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics.
 
-        Of a law of restitution two more are zero and that of its speed; of friction the last is its own.
+        Of a law of restitution two more are zero and that of its speed; of friction the last is that of friction
+        itself.
         """
         d, gbar, r, harmonics, friction = self.at(varied)
         slopes = [0.0] * (4 + 2 * len(harmonics))
@@ -204,7 +205,7 @@ def line_of(varied: DesignInput, device: Device) -> Line:
 
 
 def model_on_line(line: Line, device: Device, ops: Any) -> AlongLine:
-    """A line through a device, all of whose inputs are given, in a kind of number."""
+    """A line through a device with all inputs, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
     rubbed = (ops.exact(device.friction), _upright(device, ops)) if device.rubs else (0, 0)
@@ -285,7 +286,7 @@ class Ending(Struct, frozen=True, eq=False):
     x : ndarray
         Velocities and times of its impacts, and the position.
     symmetric : bool
-        Whether the motion there is its own mirror image.
+        Whether the motion there is symmetric.
     taken_over : bool
         Whether another motion takes over its stability there, at a pitchfork.
     """
@@ -305,14 +306,14 @@ def mirrored(device: Device) -> bool:
 
 
 class Followed(NamedTuple):
-    """A stable motion that is followed, and its q - 1/2, which is zero where it is its own mirror image."""
+    """A stable motion that is followed, and its q - 1/2, which is zero where it is symmetric."""
 
     motion: Motion
     u: float
 
 
 def stable_ones(device: Device, motions: Motions) -> list[Followed]:
-    """The stable motions among those of a device."""
+    """The stable motions of a device, to be followed along lines."""
     n = device.period_ratio
     return [Followed(motions.motion(int(row), n), float(motions.u[row])) for row in np.flatnonzero(motions.stable_mask)]
 
@@ -328,7 +329,7 @@ def endings(
     Parameters
     ----------
     device : Device
-        All inputs given.
+        With all inputs.
     followed : sequence of Followed
         Motions of the device.
     lines : sequence of Line
@@ -414,14 +415,14 @@ def ends_along(
     sign : float
         Of what varies.
     symmetric : bool
-        Whether the motion is its own mirror image all along.
+        Whether the motion is symmetric all along.
 
     Yields
     ------
     Event, ndarray, bool, bool
         See `Ending`.
     """
-    # Where only the type of a stable motion changes is not asked: a seventh of the work.
+    # Changes of the type of a stable motion alone are left out: they are a seventh of the work.
     curve = replace(curve, passed=(Condition(Event.PERIOD_DOUBLING),))
     x = curve.vector(replace(motion, coordinate=0.0))
     way = curve.tangent(x)

@@ -98,7 +98,7 @@ class Margin(Struct, frozen=True, eq=False):
 
     @property
     def event(self) -> Event:
-        """Event at the critical point."""
+        """Event at which stable motion ends, or another takes over."""
         return self.point.event
 
     @property
@@ -168,7 +168,7 @@ def margins_of(
     Parameters
     ----------
     device : Device
-        All four parameters given.
+        With all four parameters.
     motions : Motions
         At the design point.
     lines : sequence of Line
@@ -224,7 +224,7 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
 
 
 def end_motion(n: int, x: Floats) -> Motion:
-    """The 1:1 motion of some unknowns, as far as it is known."""
+    """The 1:1 motion that unknowns on a line stand for, a guess to be polished."""
     return Motion(Word((1, -1), n), x[:2], x[2:4], float(x[-1]))
 
 
@@ -255,9 +255,9 @@ def solved_end(
         Forcing periods per motion.
     event : Event
     x : ndarray
-        Velocities and times of its impacts, and the position on the line, as far as they are known.
+        Velocities and times of its impacts, and the position on the line: a guess.
     symmetric : bool
-        Whether the motion there is its own mirror image.
+        Whether the motion there is symmetric.
 
     Raises
     ------
@@ -276,8 +276,8 @@ def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
     u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
     numbers = {"u": u, "phi_bottom": pi * float(end.x[2]), "d": float(d), "gbar": float(gbar)}
     numbers |= {"velocity_bottom": float(end.x[0]), "velocity_top": float(end.x[1])}
-    # A root that does not settle is known as far as the path was halved: its bracket is stated as the error, instead
-    # of a digit that is not known.
+    # A root that does not settle has the digits that halving the path gave: its bracket is stated as the error,
+    # instead of a digit that may be wrong.
     left_open = OPEN * (1 + abs(position))
     bounds = {name: left_open * (1 + abs(x)) for name, x in numbers.items()}
     value, *ends = (

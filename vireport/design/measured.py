@@ -21,7 +21,7 @@ from vireport.scenario.blocks import Distribution
 from vireport.scenario.parameters import DesignInput
 
 SAMPLES, FEWER = 4096, 1024
-"""Devices of which the share is told, and those that a further measurement is tried on; powers of two."""
+"""Devices of which the share is stated, and those that a further measurement is tried on; powers of two."""
 
 SURE = 0.99
 """Share from which, or up to one less which, it can be said."""
@@ -70,10 +70,10 @@ class HeldHarmonics(Struct, frozen=True, eq=False):
     Attributes
     ----------
     end : Margin or None
-        To the nearest end of stable motion; None where none is known.
+        To the nearest end of stable motion; None where none was located.
     error : float or None
         Standard error of where it is by those of the harmonics, in the unit of its input; None where these were not
-        measured, or the derivatives are not known.
+        measured, or there are no derivatives.
     """
 
     end: Margin | None
@@ -97,7 +97,7 @@ def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Fl
     share = MeasuredShare(count, SAMPLES, low, high)
     if share.said:
         return share
-    # What remains where an input were known exactly.
+    # What remains if an input had no error.
     gains = [
         abs(_stable(device, inputs, _measured(covariance, k, 0.0), FEWER) / FEWER - 0.5) for k in range(len(inputs))
     ]
@@ -106,7 +106,7 @@ def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Fl
 
 
 def share_that_fits(answer: Identification) -> MeasuredShare | None:
-    """Of the devices that a record allows, the share with stable 1:1 motion; None where that is not known.
+    """Of the devices that a record allows, the share with stable 1:1 motion; None where the record does not tell.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldH
 
 
 def _stable(device: Device, inputs: Sequence[DesignInput], covariance: Floats, samples: int) -> int:
-    """How many of some devices have stable motion."""
+    """How many devices of a sample have stable motion."""
     values, vectors = np.linalg.eigh(covariance)
     steps = DEVIATIONS * sample_steps(len(inputs), Distribution.NORMAL, samples)
     off = vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * steps)

@@ -41,7 +41,7 @@ ADJOINING = 1e-12
 
 
 class StableInterval(Struct, frozen=True, eq=False):
-    """Range of an input over which stable 1:1 motion is known to exist, and what ends it on either side.
+    """Range of an input over which there is stable 1:1 motion, and what ends it on either side.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class StableInterval(Struct, frozen=True, eq=False):
     start_point, end_point : Point or None
         None where it is the sweep, or what the input can be, that ends.
     off : tuple of float
-        The tolerance of the input, in its unit and in per cent; zeros where none is told.
+        The tolerance of the input, in its unit and in per cent; zeros where none is stated.
     """
 
     parameter: ScalarInput
@@ -70,7 +70,7 @@ class StableInterval(Struct, frozen=True, eq=False):
         return (self.start, self.start_point), (self.end, self.end_point)
 
     def ends_shown(self, error: Exactness = OF_A_MODEL) -> tuple[str, str]:
-        """Both ends as text: a critical point with the digits that its error leaves, the end of a sweep as given."""
+        """Both ends as text: a critical point with the digits that its error leaves, the end of a sweep as stated."""
         texts = zip(apart((self.start, self.end), error), self.ends, strict=True)
         start, end = (exact(value) if point is None else text for text, (value, point) in texts)
         return self.parameter.with_unit(start), self.parameter.with_unit(end)
@@ -119,7 +119,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
     voltages_by_motion : Voltages or None
         Of every motion, stable or not; None where no energy is evaluated.
     conversion_by_motion : Conversion or None
-        Of every motion, stable or not; None where the membrane's dielectric is not given.
+        Of every motion, stable or not; None where the scenario states no dielectric of the membrane.
     lost : int
         Motions that are not followed to a restitution that falls with speed, see `speed_law.UnderLaw`.
     """
@@ -182,7 +182,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
         return None if volts is None or not stable.any() else float(volts.average_v[stable].min())
 
     def endings(self, *kinds: Event) -> list[Margin]:
-        """The margins to the ends of stable motions, nearest first; of some kinds only, where any are given."""
+        """The margins to the ends of stable motions, nearest first; only of the kinds that are listed, if any."""
         return [margin for margin in self.limits(*kinds) if margin.ends_stability]
 
     def limits(self, *kinds: Event) -> list[Margin]:
@@ -211,7 +211,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
     Parameters
     ----------
     device : Device
-        All four parameters given.
+        With all four parameters.
     diagram : BifurcationDiagram or None
         Of a sweep through it, whose critical points get their margins too.
     margins : bool
@@ -338,7 +338,7 @@ def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
 
 
 class _Place(NamedTuple):
-    """A motion at a design point: whether it is its own mirror image, u, the phase, and the errors of both."""
+    """A motion at a design point: whether it is symmetric, u, the phase, and the errors of both."""
 
     symmetric: bool
     u: float
@@ -348,7 +348,7 @@ class _Place(NamedTuple):
 
     @staticmethod
     def rounded(symmetric: bool, u: float, phi: float) -> _Place:
-        """One that was solved for beyond doubles."""
+        """A place that was solved for beyond doubles: its errors are those of rounding."""
         return _Place(symmetric, u, phi, float(np.spacing(abs(u))), float(np.spacing(phi)))
 
 

@@ -1,9 +1,9 @@
 """Whether every device within a box of tolerances has a stable 1:1 motion: proved, refuted, or left open.
 
 The inputs act through a few factors alone: M/F and s f^2, of which d is the product, sin(beta), which gives gbar with
-the first, and r, with what r of either membrane has of its own. No two of them share an input, so that a box of inputs
-is a box of factors, and nothing is lost. Of a free capsule gbar has (M + m)/F instead, and the factors are 1/F and M. A
-box of factors is halved until each part is proved:
+the first, and r, with what r of either membrane is apart from that. No two of them share an input, so that a box of
+inputs is a box of factors, and nothing is lost. Of a free capsule gbar has (M + m)/F instead, and the factors are 1/F
+and M. A box of factors is halved until each part is proved:
 
 - Krawczyk's operator maps a tube about a linear prediction of the motion's (q, phase) into itself, for every device in
   the part: by Brouwer's theorem each has a motion in the tube;
@@ -90,7 +90,7 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
     Raises
     ------
     UsageError
-        If the force has harmonics, of which no proof is known.
+        If the force has harmonics, which the proof does not cover.
     """
     n = region.design.of_sine("a proof over tolerances").period_ratio
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
@@ -244,12 +244,12 @@ class Proof(Struct, frozen=True, eq=False):
 
     @property
     def boxes(self) -> int:
-        """Number of proved boxes."""
+        """Number of boxes that are proved."""
         return len(self.motions.T)
 
 
 def prove_region(region: Region) -> Proof:
-    """Halve a region until each part is proved to have stable motions, or a device is found that has none."""
+    """Halve a region until each part is proved to have stable motions, or there is a device that has none."""
     low, high, share = region.faces
     generations: list[Ints] = []
     motions, left, failing = [np.empty((3, 0))], 0.0, None

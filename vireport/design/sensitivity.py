@@ -1,4 +1,4 @@
-"""How strongly the results at a design point hang on what is least well known: the restitution and the ball's mass."""
+"""How strongly results at a design point hang on what is least well measured: the restitution and the ball's mass."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ UNSURE = 0.05
 """Share by which a restitution that was measured with care may be off."""
 
 SMALL = 1e-4
-"""Relative change by which an elasticity is found."""
+"""Relative change of an input over which an elasticity is the difference."""
 
 ROUNDING = float(np.finfo(float).eps)
 """Relative change of an input that is the smallest there is."""
@@ -55,7 +55,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     Parameters
     ----------
     device : Device
-        All four parameters given.
+        With all four parameters.
     motions : Motions
         At the design point.
 
@@ -123,9 +123,9 @@ def input_error(device: Device, motions: Motions) -> Floats:
         return (ahead.d - behind.d) / (2 * step), (ahead.gbar - behind.gbar) / (2 * step)
 
     (d_u, gbar_u), (d_phi, gbar_phi) = slopes(step, 0.0), slopes(0.0, step)
-    # The determinant vanishes on a fold; the error is then cut off at 1, which says that nothing is known.
+    # The determinant vanishes on a fold; the error is then cut off at 1, which says that no digit is right.
     determinant = np.maximum(np.abs(d_u * gbar_phi - d_phi * gbar_u), ROUNDING)
-    # Solved by the cofactors of the 2x2 matrix, in absolute values: signs of roundings are not known.
+    # Solved by the cofactors of the 2x2 matrix, in absolute values: roundings have either sign.
     of_d, of_gbar = ROUNDING * motions.d, ROUNDING * motions.gbar
     in_u = (np.abs(gbar_phi) * of_d + np.abs(d_phi) * of_gbar) / determinant
     in_phi = (np.abs(gbar_u) * of_d + np.abs(d_u) * of_gbar) / determinant

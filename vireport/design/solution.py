@@ -57,7 +57,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
     diagram : BifurcationDiagram or None
         None where nothing is swept.
     design : DesignPoint or None
-        None where no design point is given.
+        None where the scenario states no design point.
     """
 
     device: Device
@@ -122,7 +122,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def table(self) -> tuple[TableRow, ...]:
-        """Table 1 for the sweep."""
+        """The rows of Table 1 for the sweep."""
         return table(self.diagram) if self.diagram is not None else ()
 
     @cached_property
@@ -208,9 +208,9 @@ def solution_of(
     sweep : Sweep or None
         Of that device.
     design : bool
-        Whether to evaluate the design point, for which all four parameters must be given.
+        Whether to evaluate the design point, for which the scenario must state all four parameters.
     tolerances : TolerancesBlock, optional
-        By which it is told into which ranges around the design point a device can be set.
+        By which it is decided into which ranges around the design point a device can be set.
     margins : bool
         Whether to tell of the design point's motions how far they are from their ends.
     distortion : bool

@@ -1,8 +1,8 @@
 """Motions of a design whose restitution falls with speed, followed from those with a constant one.
 
-The exponent of the law grows from nothing. Of the constant restitutions all solutions are known; with the law, those
-that come from them, and the motion that the device comes to when it is switched on. Of others that only the law has,
-none is looked for.
+The exponent of the law grows from nothing. For constant restitutions there is a list of all solutions; with the law,
+those that come from them, and the motion that the device comes to when it is switched on. Of others that only the law
+has, none is looked for.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ PATIENCE = 4096
 class Solutions(Curve, frozen=True, eq=False, dict=True):
     """The solutions of a word's equations as a curve: motions, and those that pass through a membrane in flight.
 
-    Whether they are motions is not asked on the way: what is none at one exponent may be one at another.
+    On the way they need not be motions: what is none at one exponent may be one at another.
     """
 
     def margins(self, x: Floats) -> list[float]:
@@ -74,7 +74,7 @@ class Falling(Struct, frozen=True, eq=False):
         return self.origin.horizontal
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups at minus an exponent."""
+        """The groups at minus an exponent of the law."""
         law: SpeedLaw = self.origin.restitution
         return self.origin._replace(restitution=replace(law, exponent=-varied[0]))
 
@@ -97,7 +97,7 @@ def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
     Parameters
     ----------
     device : Device
-        All inputs given, its restitution a `SpeedLaw`.
+        With all inputs, its restitution a `SpeedLaw`.
     stable : sequence of Followed
         With constant restitutions.
     """
@@ -130,12 +130,12 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
 
     Stable or not, motion or not, each is followed while the exponent grows, and where a pitchfork parts a symmetric one
     into two, these as well. If the device comes from rest to another, that one is added, and what it is joined to.
-    One that only the law has is found in no other way.
+    A motion that only the law has is missed.
 
     Parameters
     ----------
     device : Device
-        All inputs given, its restitution a `SpeedLaw`.
+        With all inputs, its restitution a `SpeedLaw`.
     constant_ones : Motions
         At the design point with constant restitutions.
 
@@ -170,7 +170,7 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
 
 
 _End = tuple[Motion, bool]
-"""A solution with the law, and whether it is its own mirror image."""
+"""A solution with the law, and whether it is symmetric."""
 
 
 def _towards(curve: Curve, x: Floats, sign: float) -> PathPoint:
@@ -195,7 +195,7 @@ def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bo
                 starts += [(neighbour, False) for neighbour in _parted(curve, trail.points[at].x)]
         x, event = trail.points[-1].x, trail.events[-1][1]
         if event is Event.SWEEP_END and x[-1] < curve.high / 2:
-            continue  # it has met another at a fold
+            continue  # it has merged with another at a fold
         limited = _at_limit(device, curve, x)
         lost += event is Event.LOST or (limited and curve.is_motion(x))
         if event is Event.SWEEP_END and not limited and _new(curve.motion(x), ends):
@@ -253,7 +253,7 @@ def _at_limit(device: Device, curve: Solutions, x: Floats) -> bool:
 
 
 def _solved(device: Device, motion: Motion, symmetric: bool) -> Solved:
-    """A motion of the law, in decimals."""
+    """A motion under the law, polished in decimals."""
     exponent = device.restitution.exponent
     return solve_motion(
         lambda ops: Falling(model_on_line(Line.LENGTHS, device, ops).origin),
@@ -270,13 +270,13 @@ def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float 
     Parameters
     ----------
     device : Device
-        All inputs given, its restitutions constant.
+        With all inputs, its restitutions constant.
     motions : Motions
         Of the design point; the first stable one counts.
     exponent : float
         Of the law, for both membranes alike.
     speed_m_s : float, optional
-        At which the restitutions are the device's; the mean of both impacts of its own motion by default.
+        At which the restitutions are the device's; the mean of both impacts of its motion by default.
 
     Returns
     -------

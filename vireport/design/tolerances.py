@@ -89,7 +89,7 @@ class Tolerances(Struct, frozen=True, eq=False):
     proof : Proof or None
         None where the design or a corner fails, so that none was sought, and where none is known.
     worst : Failure or None
-        Of the devices found to fail, the one towards which stable motion ends first.
+        Of the devices that fail, the one towards which stable motion ends first.
     sampled : Yield
     ranges : dict
         `PERCENTILES` over all stable motions of the samples: of `velocity_bottom_m_s`, `velocity_top_m_s` and, where
@@ -115,7 +115,7 @@ class Tolerances(Struct, frozen=True, eq=False):
 
     @property
     def provable(self) -> bool:
-        """Whether a proof is known: of a force that is a sine. Of another the answer is never `PROVED`."""
+        """Whether there is a proof: of a force that is a sine. Of another the answer is never `PROVED`."""
         return not self.region.design.harmonics
 
     @property
@@ -136,7 +136,7 @@ def assess_tolerances(
     Parameters
     ----------
     device : Device
-        The design, all four parameters given.
+        The design, with all four parameters.
     half_widths : mapping
         By how much an input may be off, in its unit.
     membrane : Membrane or None

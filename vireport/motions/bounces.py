@@ -1,4 +1,4 @@
-"""1:1 motions of given d and gbar: above every (q, phase) there is exactly one pair of restitutions that has one there.
+"""1:1 motions at one d and gbar: above every (q, phase) there is exactly one pair of restitutions that has one there.
 
 The flights know nothing of membranes: their duration, the distance d and gravity give the velocity at either end. What
 an impact makes of the velocity before it is the restitution there, so that with the impulse I and the path P of the
@@ -42,7 +42,7 @@ class _Stepped(DoubleOps):
 
     @staticmethod
     def sinc(x: Any) -> Any:
-        """sin(pi x)/(pi x)."""
+        """sin(pi x)/(pi x), with an imaginary step."""
         square = (np.pi * x) ** 2
         return np.where(np.abs(x) < SERIES, 1 - square / 6 * (1 - square / 20 * (1 - square / 42)), np.sinc(x))
 
@@ -125,7 +125,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         return self._above_other(u, passed)
 
     def _times(self, u: Any) -> tuple[Any, Any]:
-        """The flight times Tu and Td."""
+        """The flight times Tu and Td at q = 1/2 + u."""
         return self.n + 2 * self.n * u, self.n - 2 * self.n * u
 
     def _above_other(self, u: Any, passed: Passed) -> Any:
@@ -249,7 +249,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         )
 
     def _restitution(self, zero: Any, at_bottom: tuple[Any, Any], at_top: tuple[Any, Any]) -> Any:
-        """The restitutions by the velocities after and before either impact; what is held has its exact value."""
+        """The restitutions by the velocities after and before either impact, the one that is held exactly."""
         bottom, top = by_wall(self.r)
         with np.errstate(divide="ignore", invalid="ignore"):
             if self.level.varied is Parameter.RESTITUTION_BOTTOM:

@@ -1,7 +1,7 @@
 """1:1 motions along a sweep: families whose motions are known in closed form, admissible or not.
 
 A piece of the level curve becomes a branch: its motions are evaluated, with those that were solved for in their rows,
-and what is known exactly there. The mirror image of a branch is its reflection.
+and their exact numbers there. The mirror image of a branch is its reflection.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 
 BEGINS_AT_SYMMETRY = 1e-12
-"""|u| at the end of a piece below which it begins at the symmetric motion; the end is known to rounding."""
+"""|u| at the end of a piece below which it begins at the symmetric motion; the end is exact but for rounding."""
 
 ENDS = Event.GRAZING, Event.ZERO_VELOCITY, Event.STOP
 """What motions do not go on beyond, though the closed form does."""
@@ -92,6 +92,8 @@ def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]
     branch = Branch(family_of(curve.sweep, motions, marks), symmetry, None, motions)
     if not piece.mirrored:
         return branch, None
+    # The image is reflected, not solved for again; only what was rounded from decimals is put in anew, as a reflection
+    # in doubles would round it a second time.
     image = motions.mirrored()
     for row, end in ends.items():
         if end.image_phase is not None:
@@ -115,7 +117,7 @@ def _before_rest(curve: LevelCurve, piece: Piece, orbit: Orbits) -> Orbits:
 
 
 def _pin(motions: Motions, curve: LevelCurve, ends: dict[int, SweepEnd], points: dict[int, Point]) -> None:
-    """Put into the rows of a branch what is known exactly there.
+    """Put the exact numbers of solved motions into the rows of a branch.
 
     Where an impact has no velocity, the trace stays that of `INSET` before it.
     """
@@ -124,6 +126,8 @@ def _pin(motions: Motions, curve: LevelCurve, ends: dict[int, SweepEnd], points:
         motions.sweep_value[row] = end.value
         motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end.value)
         _pin_restitution(motions, curve, row, end.value)
+    # What happens at a row decides what it states: on a critical point itself the less stable side counts, and a motion
+    # that touches a membrane, or stops, is none.
     for row, point in points.items():
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
         _pin_restitution(motions, curve, row, point.sweep_value)
@@ -138,7 +142,7 @@ def _pin(motions: Motions, curve: LevelCurve, ends: dict[int, SweepEnd], points:
 
 
 def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float) -> None:
-    """Put the restitution of a value of the swept parameter into a row, where motions have their own."""
+    """Put the restitution at a value of the swept parameter into a row, where the restitution is what is swept."""
     if curve.level.varied is not None:
         exact = curve.level.restitution(curve.plane.r, value)
         for column, constant in zip(by_wall(motions.restitution), by_wall(exact), strict=True):
@@ -146,7 +150,7 @@ def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float
 
 
 def _pin_place(motions: Motions, row: int, closed: OneToOne) -> None:
-    """Put a motion of the closed form into a row."""
+    """Put place and velocities of a motion of the closed form into a row."""
     motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
     motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
     motions.phi_top[row] = closed.phi_top
@@ -167,6 +171,7 @@ def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> It
 def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
     """The family that rows of 1:1 motions make, which are connected and in order; its number is 0."""
     n = sweep.device.period_ratio
+    # Phases of rows jump by a turn; the curve that is followed goes on in time.
     start = np.unwrap(motions.phi_bottom) / pi
     velocity = np.stack([motions.velocity_bottom, motions.velocity_top], axis=1)
     x = np.column_stack([velocity, start, start + 2 * n * (0.5 + motions.u), sweep.coordinate(motions)])
@@ -177,10 +182,11 @@ def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
 
 
 def admissible_families(branch: Branch) -> Iterator[Family]:
-    """The stretches of a branch that are motions, as families of their own, not numbered."""
+    """The stretches of a branch that are motions, each as a family without a number."""
     family, last = branch.family, len(branch.motions) - 1
     ends = {mark.row for mark in family.marks if mark.event in ENDS}
     runs: list[list[int]] = []
+    # Neighbouring stretches are one family unless something ends motions where they meet.
     for part in family.segments:
         if part.admissible and runs and runs[-1][-1] == part.first and part.first not in ends:
             runs[-1] += range(part.first + 1, part.last + 1)

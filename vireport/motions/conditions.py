@@ -85,6 +85,8 @@ class Condition(Struct, frozen=True):
             return x[self.rests[0]]
         if self.event is Event.DEGENERATE_GRAZING:
             return weighted_trace(word, x, groups, ops)
+        # An impact without velocity is a touch: the multipliers are those of the motion without it, whose trace is
+        # finite.
         count = len(word)
         kept = [i for i in range(count) if i not in self.rests]
         word = Word(tuple(word.walls[i] for i in kept), word.periods)
@@ -109,13 +111,17 @@ class Condition(Struct, frozen=True):
             Of `Groups.numbers` by what varies.
         """
         unknowns = 2 * len(word)
+        # A touch is one of the unknowns itself.
         if self.event is Event.GRAZING and self.held is None:
             return float(x[self.rests[0]]), np.eye(1, len(x), self.rests[0])[0]
+        # Every number is moved by an imaginary step in its own column: the derivatives come in one evaluation, exact.
         at = np.append(x[:unknowns], groups.numbers)
         steps = list(at[:, None] + 1j * IMAGINARY_STEP * np.eye(len(at)))
         values = self.value(word, steps[:unknowns], groups.with_numbers(steps[unknowns:]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY_STEP
         gradient = np.append(slopes[:unknowns], slopes[unknowns:] @ gradients)
+        # The trace times all velocities is of any size: over its gradient it is a distance, as the other conditions
+        # are.
         length = float(np.linalg.norm(gradient)) or 1.0
         return float(np.real(values[0])) / length, gradient / length
 
@@ -136,8 +142,8 @@ def stopped(word: Word, x: Sequence[float], groups: Groups[float]) -> Condition:
 def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, after: int) -> Any:
     """The least speed onward in a flight, in any kind of number.
 
-    The time is known in doubles. Newton's steps to the zero of Z'' give it in the kind of number wanted, and its
-    derivatives: of which the speed there has none by the time.
+    The time is located in doubles. Newton's steps to the zero of Z'' refine it in the kind of number wanted, with its
+    derivatives; by the time itself the speed has none, as it is extremal there.
     """
     count, wall = len(word), word.walls[after]
     near = [_double(number) for number in x[: 2 * count]]

@@ -1,4 +1,4 @@
-"""The level curve of a sweep where no two sheets are its motions: found as a contour in the plane of q and phase.
+"""The level curve of a sweep where no two sheets are its motions: a contour in the plane of q and phase.
 
 Where the force has harmonics, above each q the level is a trigonometric polynomial in the phase, of the highest order
 of the force: with at most twice as many phases, and not on two sheets as that of a sine. So is that of a sweep over a
@@ -6,7 +6,7 @@ restitution, see `bounces`. So the plane is covered with a grid, far below the s
 wavelength and, next to q = 1/2 and to the edges, in every decade down to rounding. Where the signs differ at the ends
 of an edge of the grid, the curve crosses it; these points are located to the last bit and joined from cell to cell.
 A curve that a cell hides crosses no edge: it goes round an extremum, which is looked for next to the extrema of the
-grid. Between two points of a strand the curve is found on the normal of the chord.
+grid. Between two points of a strand the curve is sought on the normal of the chord.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ PER_PERIOD, PHASES = 128, 48
 """Steps of q for each forcing period of the motion, and of the phase, for each order of the force."""
 
 TINIEST, COARSEST = -18, -2
-"""Decades of u next to q = 1/2 and to the edges that have steps of their own."""
+"""Decades of u next to q = 1/2 and to the edges that have separate steps."""
 
 ON_MIDDLE = 10.0**TINIEST
 """|u| up to which a point is on q = 1/2."""
@@ -200,6 +200,7 @@ def contours(surface: ContourPlane) -> list[Contour]:
 
 def _within(surface: ContourPlane, strand: Contour) -> Iterator[Contour]:
     """The parts of a contour next to which there may be motions."""
+    # Far from motions the curve may be unresolved, or cross another piece: such parts are left out before refinement.
     measure, below = surface.within(strand.u, strand.phi)
     near = measure > below
     if near.all():
@@ -383,6 +384,8 @@ def _stationary(surface: ContourPlane, u: Floats, phi: Floats) -> tuple[Floats, 
 
 def _hidden(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> list[Contour]:
     """The curves around extrema that no edge of the grid shows."""
+    # A small closed curve changes no sign on the grid. It goes round an extremum of the other sign, next to the sample
+    # that is nearest to zero among its neighbours.
     inner, size = values[1:-1], np.abs(values)
     nearest = np.ones_like(inner, dtype=bool)
     for i in (-1, 0, 1):
@@ -411,8 +414,8 @@ def _hidden(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> li
 
 
 def _around(surface: ContourPlane, u: float, phi: float, reach: float) -> Contour:
-    """The small closed curve through a place, whose size in u is known."""
-    # In the curve's own proportions it is round: u and the phase are measured by its extent in either.
+    """The small closed curve through a place, by its size in u."""
+    # Measured by its extent in u and in the phase, the curve is round: steps along it are then of one size.
     points, place = [(u, phi)], np.array([u, phi])
     _, by_u, by_phi = (float(x[0]) for x in surface.gradient(np.array([u]), np.array([phi])))
     wide = np.array([reach, _extent(surface, u, phi, reach)])
@@ -477,6 +480,7 @@ def _thinned(strand: Contour) -> Contour:
 
 def _refined(surface: ContourPlane, strand: Contour) -> Contour:
     """A contour with more points where the curve bends away from a chord."""
+    # A chord from which the curve turns by more than `STEEP` may hide a bend, or a second piece nearby.
     _, by_u, by_phi = surface.gradient(strand.u, strand.phi)
     du, dphi = np.diff(strand.u), np.diff(strand.phi)
     size = np.hypot(du, dphi)

@@ -72,6 +72,7 @@ def _numbered(
         for mark in branch.family.marks
         if mark.point is not None and _near_admissible(branch, mark.row)
     ]
+    # Labels follow d, so that they stay the same whichever way the sweep goes.
     labels, order = _labels(curve, critical)
     points = [replace(critical[k], label=labels[k]) for k in order]
     critical_points = {point.motion: point for point in points}  # by what numbering leaves the same object
@@ -181,6 +182,7 @@ def _table_rows(branch: Branch, constant_d: bool) -> list[TableRow]:
     for part in branch.family.segments:
         if not part.admissible:
             continue
+        # A branch may be followed against the sweep: Table 1 states its intervals ascending.
         first, last = sorted((part.first, part.last), key=lambda row: float(key[row]))
         rows.append(
             TableRow(

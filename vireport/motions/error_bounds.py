@@ -3,7 +3,7 @@
 A motion that was computed stands for an exact one of the scenario nearby: every number of it differs from that motion's
 by at most its bound. What was computed satisfies the conditions f(x) = 0 up to a residual. By the theorem of Newton and
 Kantorovich there is an exact motion within twice the least change that makes up for the residual and for the rounding
-with which it is known, where the conditions bend little over that distance. The conditions are evaluated in numbers
+of the residual, where the conditions bend little over that distance. The conditions are evaluated in numbers
 that carry their error (`Rounded`), and the least change is that of their linearisation:
 
 - 1:1 motions have a closed form for all numbers but q and the phase, so that the sweep's level is the one condition
@@ -13,7 +13,7 @@ that carry their error (`Rounded`), and the least change is that of their linear
   nothing varies).
 
 At an end of the sweep the bounds also hold for the motion of that very end, of which q and phase are correctly rounded.
-At a design point, where both groups are given, the exact motion is the one there.
+At a design point, which states both groups, the exact motion is the one there.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, solved: tuple[Floats, Floa
         That the motions lie on.
     motions : Motions
     solved : tuple of ndarray or None
-        Errors of q - 1/2 and of the phase, where the motions are those at given values of both groups rather than
+        Errors of q - 1/2 and of the phase, where the motions are those at exact values of both groups rather than
         somewhere on the sweep.
 
     Returns
@@ -139,7 +139,7 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] |
 
 
 def _determinant_bounds(level: Level, r: Any, m: Motions) -> Floats:
-    """Bound of the determinant: of its rounding, and of what is known of restitutions that are not the scenario's."""
+    """Bound of the determinant: of its rounding, and of the error of restitutions that are not the scenario's."""
     rounding = 4 * UNIT * m.determinant
     # A fourth power underflows where the restitution itself is far from it.
     lost = np.where((m.determinant < np.finfo(float).tiny) & (np.asarray(m.decay) > 0), UNDERFLOW, 0.0)
@@ -161,7 +161,7 @@ def _unless_lost(bound: Floats, stored: Floats) -> Floats:
 
 
 def _known_restitution(restitution: Any) -> Any:
-    """Restitutions with the error to which they are known: that of rounding where motions have their own by a law."""
+    """Restitutions with their errors: none of the scenario's, rounding where a law gives each motion another."""
     if not isinstance(restitution, Restitutions) or type(restitution.slope) is int:
         return each(restitution, Rounded)
     bottom, top, slope = (Rounded(r, UNIT * r) for r in (restitution.bottom, restitution.top, restitution.slope))
@@ -169,7 +169,7 @@ def _known_restitution(restitution: Any) -> Any:
 
 
 def _harmonics(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
-    """Harmonics with the error to which their parts are known."""
+    """Harmonics with the errors of their parts."""
     return tuple(
         Harmonic(
             harmonic.order,
@@ -189,7 +189,7 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
     """How far, in q and in phase, the exact motion of the level is from each 1:1 motion."""
     plane, u, phi = plane_of(sweep), m.u, m.phi_bottom
     if plane.level.varied is None:
-        plane = replace(plane, r=m.restitution)  # where it falls with speed, of each motion its own
+        plane = replace(plane, r=m.restitution)  # where it falls with speed, one for each motion
     most = max(by_wall(plane.r))
     slope_u, slope_phi = plane.slopes(u, phi, STEP * (1 - most) / (1 + most))
     residual = _enclosed(plane).value(Rounded(u), Rounded(phi), ROUNDED)
@@ -202,13 +202,13 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
 
 
 def _enclosed(plane: SweptPlane) -> SweptPlane:
-    """A plane in numbers that carry the error to which the scenario gives them."""
+    """A plane in numbers that carry the errors of the groups and of the parts of harmonics."""
     level, r, harmonics = _enclosed_level(plane.level), each(plane.r, Rounded), _harmonics(plane.harmonics)
     return replace(plane, level=level, r=r, harmonics=harmonics)
 
 
 def _enclosed_level(level: Level) -> Level:
-    """A level with the error to which the groups that it holds are known; a horizontal one is exact."""
+    """A level with the errors of the groups that it holds; a horizontal one is exact."""
     friction = None if level.friction is None else level.friction.each(_of_groups)
     value = level.value if level.horizontal else _of_groups(level.value)
     return replace(level, value=value, friction=friction, d=None if level.d is None else _of_groups(level.d))
@@ -238,7 +238,8 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
     Returns
     -------
     ndarray (n, 2N + 1)
-        For each of these; infinite where families cross. The exact motion belongs to the scenario's numbers as given.
+        For each of these; infinite where families cross. The exact motion belongs to the numbers that the scenario
+        states.
     """
     word = curve.word
     enclosed = replace(
@@ -261,7 +262,7 @@ def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: An
     most = np.stack([_largest(residual) for residual in conditions], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         u, sizes, v = np.linalg.svd(matrices, full_matrices=False)
-        # Signs of residuals are not known: the sizes of the pseudo-inverse's entries, times the largest residuals.
+        # A bound has no sign: the sizes of the pseudo-inverse's entries, times the largest residuals.
         change = np.abs(np.einsum("nki,nk,njk->nij", v, 1 / sizes, u)) @ most[..., None]
         # Second derivatives of a flight: of its phases, pi, over at most the period, and of its accelerations.
         bend = 2 * np.pi * (1 + 2 * word.periods) * (1 + strength + gbar) * np.sqrt(2 * len(word))
@@ -278,12 +279,12 @@ class _Fixed(Struct, frozen=True):
     groups: Groups[Any]
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups, whatever varies."""
+        """The groups, which no number changes."""
         return self.groups
 
 
 def point_bounds(curve: Curve, x: Floats) -> tuple[Floats, Floats]:
-    """Bound the errors of a motion of any word at a design point, all of whose inputs are given.
+    """Bound the errors of a motion of any word at a design point, all of whose inputs the scenario states.
 
     Parameters
     ----------
@@ -344,7 +345,7 @@ def sweep_value_bounds(sweep: Sweep, stored: Floats, group: Rounded) -> Floats:
     ----------
     sweep : Sweep
     stored : ndarray
-        Its values as they are given.
+        Its values as they are stated in the results.
     group : Rounded
         The coordinate of the motions: d, gbar or a restitution.
     """

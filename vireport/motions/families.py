@@ -32,8 +32,8 @@ ROUNDING = 1e-9
 """Share of the sweep up to which a value beyond the end of a family is that end."""
 
 MOST_SHOWN = 150
-"""Families that a page shows: as rows some three pages, as curves as many as can be told apart. With a restitution near
-1 there are over a thousand, which took ten times as long to draw and to set, and made a page of 44 MB."""
+"""Families that a page shows: as rows some three pages, as curves as many as the eye can separate. With a restitution
+near 1 there are over a thousand, which took ten times as long to draw and to set, and made a page of 44 MB."""
 
 
 class Mark(Struct, frozen=True, eq=False):
@@ -160,6 +160,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     def _segment(self, first: int, last: int) -> Segment:
         """A stretch between two rows: it is what a motion in its middle is, solved for where no row is."""
+        # At its ends something happens: only a motion between them has the type of the stretch.
         inner, ends = (first + last) // 2, [first, last]
         if inner != first:
             stability = self.stability(float(self.trace[inner]), float(self.x[inner, -1]))
@@ -208,7 +209,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def determinant(self) -> Any:
-        """Determinant of the product of the flights' Jacobians, r^(2N): a number, or of each motion its own."""
+        """Determinant of the product of the flights' Jacobians, r^(2N): a number, or an array over the motions."""
         return self.model.determinant(self.word.walls, self.x[:, -1])
 
     @property
@@ -218,10 +219,11 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def error_bound(self) -> Floats:
-        """How far an exact motion of the family is from each at most, in `x`; inf where it is not known.
+        """How far an exact motion of the family is from each at most, in `x`; inf where there is no bound.
 
         Where families cross it is the point where they do, which was solved for in decimals.
         """
+        # Where families cross the derivatives are singular, and Kantorovich's theorem gives no distance there.
         bounds = distance_bounds(self.curve, self.model, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
             laps, others = divmod(len(self.word), len(point.motion.word))
@@ -238,6 +240,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     def at(self, coordinate: float) -> list[Motion]:
         """Its motions at a value of the coordinate that orders the sweep."""
+        # A family may turn back in the swept parameter and pass a value several times: each crossing is one motion.
         c, motions = self.x[:, -1], []
         nearest = float(np.clip(coordinate, c.min(), c.max()))
         if abs(coordinate - nearest) < ROUNDING * (self.curve.high - self.curve.low):
@@ -255,15 +258,15 @@ class Claim(StrEnum):
     """Whether the families of one word are complete, and on what evidence."""
 
     COMPLETE = "complete"
-    """All are found, but for those closer to a found one than the resolution, and in flight times not decided."""
+    """None is missing but those nearer to a listed one than the resolution, and in undecided flight times."""
     SEARCHED = "searched"
-    """All are looked for; those that are smaller than the resolution can be missed."""
+    """All were looked for; families smaller than the resolution can be missed."""
     FOLLOWED = "followed"
-    """Those are found that join others, or that a simulation found."""
+    """Listed are those that join others, or that a simulation came to."""
 
 
 class Completeness(Struct, frozen=True):
-    """How completely the families of a word are found.
+    """How complete the families of a word are.
 
     Attributes
     ----------
@@ -295,7 +298,8 @@ class Atlas(Struct, frozen=True, eq=False):
     completeness : tuple of Completeness
         Of each word that is looked for; all others are `Claim.FOLLOWED`.
     followed : int
-        Impacts up to which every family that is met is followed: those of `limits`, or less where there are too many.
+        Impacts up to which every family that joins another is followed: those of `limits`, or less where there are too
+        many.
     """
 
     sweep: Sweep
@@ -345,7 +349,7 @@ class Atlas(Struct, frozen=True, eq=False):
         """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
         cascade = [family for family in self.families if family.word == Word((1, -1), periods)]
         count = len(cascade)
-        for parent in cascade:  # to which their own doubled ones are added on the way
+        for parent in cascade:  # the list grows on the way by the families that come of its members
             for vertex in self.vertices:
                 if vertex.event is Event.PERIOD_DOUBLING and parent.number in vertex.families:
                     families = (self.families[number - 1] for number in vertex.families)

@@ -46,7 +46,7 @@ class Generation(Struct, frozen=True, eq=False):
 def generation(family: Family, membrane: Membrane) -> Generation:
     """Evaluate Eqs. (5.1)-(5.5) for the motions of a family."""
     sweep = family.sweep
-    # In a sweep of the force or frequency every motion has its own unit of velocity.
+    # In a sweep of the force or frequency the unit of velocity changes from motion to motion.
     unit = np.broadcast_to(sweep.device.velocity_unit(sweep.parameter, family.sweep_value), len(family.sweep_value))
     impacts = generated_voltage(unit[:, None] * family.velocity, membrane)
     return Generation(impacts, impacts.mean(axis=1), impact_rate(family))

@@ -142,7 +142,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
         In which the curve lies.
     strands : list of Strand or Contour
     bounds : tuple of float
-        Range of the sweep's coordinate that is looked at: what is asked for, as far as there can be motions and
+        Range of the sweep's coordinate that is looked at: what the scenario sweeps, as far as there can be motions and
         rounding resolves them.
     """
 
@@ -155,7 +155,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
 
     @property
     def level(self) -> Level:
-        """What the sweep holds."""
+        """The level of the surface that the sweep holds."""
         return self.plane.level
 
     def restitution(self, orbit: Orbits) -> Any:
@@ -217,6 +217,7 @@ def curve_of(sweep: Sweep) -> LevelCurve:
     if device.rubs:
         most = max(float(end.friction) for end in ends)
         largest = largest_with_friction(largest, most, device.restitution, device.period_ratio)
+    # Beyond the largest groups there is no motion: no curve is sought in a sweep that lies there.
     low, high = sweep.coordinate_range
     if any(group > most for group, most in zip(least, largest, strict=True)):
         return LevelCurve(sweep, plane, [], (low, high))
@@ -250,8 +251,8 @@ def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> tuple[flo
 def find_strands(plane: SweptPlane) -> Strands:
     """Every strand of the level of a plane over 0 < q < 1."""
     strands: Strands = []
-    # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line beside the rest of
-    # the level, of which u is divided out in `SweptPlane.terms`.
+    # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line apart from the rest
+    # of the level, of which u is divided out in `SweptPlane.terms`.
     if plane.mirrors:
         strands.append(Strand(0.0, 0.0, -np.pi, np.pi, closed=True))
     if isinstance(plane, ContourPlane):

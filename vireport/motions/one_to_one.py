@@ -1,4 +1,4 @@
-"""Motions as rows of results: what is known of each, in the swept unit and in the dimensionless numbers."""
+"""Motions as rows of results: the numbers of each, dimensionless and in the swept unit."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Motions(Struct, frozen=True, eq=False):
     admissible_mask : ndarray of bool
         Whether the ball stays between the membranes: the gap is positive.
     restitution : float or Restitutions
-        r, on which the type of stability rests: of both membranes, or of each; arrays, of each motion its own, where
+        r, on which the type of stability rests: of both membranes, or of each; arrays over the motions where
         it falls with speed.
     """
 
@@ -92,7 +92,7 @@ class Motions(Struct, frozen=True, eq=False):
 
     @property
     def decay(self) -> Any:
-        """Root of the determinant of DP, see `lap_decay`: a number, or of each motion its own."""
+        """Root of the determinant of DP, see `lap_decay`: a number, or an array over the motions."""
         decay = lap_decay(self.restitution)
         return decay if np.ndim(decay) else float(decay)
 
@@ -111,6 +111,8 @@ class Motions(Struct, frozen=True, eq=False):
         """The mirror images, which a horizontal capsule with membranes that are alike has."""
         return replace(
             self,
+            # From u, which has the digits that q lost; and 0 - u, as -u would make the zero of symmetric motions
+            # negative.
             q=0.5 - self.u,
             u=0.0 - self.u,
             phi_bottom=np.mod(self.phi_top + np.pi, 2 * np.pi),
@@ -205,20 +207,21 @@ def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) 
 
 
 def motions_of(sweep: Sweep, orbit: Orbits, restitution: Any = None) -> Motions:
-    """Evaluate everything that is known of the motions on a sweep's level.
+    """Evaluate stability and admissibility of motions on a sweep's level, and set all their numbers into rows.
 
-    The group that the sweep holds is given its exact value.
+    The group that the sweep holds gets its exact value.
 
     Parameters
     ----------
     sweep : Sweep
     orbit : Orbits
     restitution : float or Restitutions, optional
-        Of these motions; their own, or that of the device, by default.
+        Of these motions; by default that of the orbits, or else of the device.
     """
     restitutions = sweep.device.restitution if orbit.restitution is None else orbit.restitution
     r = restitutions if restitution is None else restitution
     d, gbar = sweep.level.groups(orbit)
+    # Copies: the caller puts exact numbers into single rows, and must not change the orbits.
     trace = np.array(return_trace(orbit, r))
     gap = wall_gap(orbit, r)
     return Motions(

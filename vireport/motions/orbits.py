@@ -8,14 +8,14 @@ a level curve on that surface.
 
 Where the membranes are not alike, r_b at the bottom and r_t at the top, momentum over the period and the two flights
 give the same with a = (1-r)/(2(1+r)) of either: K(q) = -T^2 (1+r_b) [(q - 1/2)^2 + a_b a_t], and a_t - a_b =
-(r_b - r_t)/[(1+r_b)(1+r_t)] enters gbar beside u.
+(r_b - r_t)/[(1+r_b)(1+r_t)] is added to u in gbar.
 
 A harmonic of order j in the force has the surface of a sine with j omega, of which the period is j n: gbar is the same,
 the velocity 1/j and d 1/j^2 of its. Surfaces are added, as the equations are linear in the force, and D2 = K(q)/T^2 is
 that of the sine; above each q the sum is a trigonometric polynomial in the phase.
 
-Dry friction, while Z' keeps its sign in each flight, is a known force: gravity is gbar + f up and gbar - f down. The
-equations are linear in f, too: to gbar, velocity and d above each q it adds f times functions of q, see `Friction`.
+Dry friction, while Z' keeps its sign in each flight, acts as more or less gravity: it is gbar + f up and gbar - f down.
+The equations are linear in f, too: to gbar, velocity and d above each q it adds f times functions of q, see `Friction`.
 
 Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at u
 ~ gbar, where q itself has no digits left. The formulae serve every kind of number, see `vireport.physics.numbers`.
@@ -65,7 +65,7 @@ class Coefficients(Struct, frozen=True, eq=False):
 
 
 def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
-    """Solve the linear system (3.9)-(3.11) for the velocity, gbar and d at given q = 1/2 + u.
+    """Solve the linear system (3.9)-(3.11) for the velocity, gbar and d at q = 1/2 + u.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class Friction(Struct, frozen=True, eq=False):
         return Friction(*(number if type(number) is int else function(number) for number in numbers))
 
     def at(self, gbar: Any, d: Any) -> Any:
-        """Friction where the groups are known."""
+        """Friction at values of both groups."""
         return self.constant + self.by_gbar * gbar + self.by_d * d
 
 
@@ -306,7 +306,7 @@ def orbits_above(
     harmonics: tuple[Harmonic, ...] = (),
     friction: Friction | None = None,
 ) -> Orbits:
-    """Evaluate `orbits` where the sine's coefficients above each u are known. The velocity at the top is (3.8)."""
+    """Evaluate `orbits` by coefficients of the sine above each u. The velocity at the top is (3.8)."""
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
     velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
@@ -322,8 +322,8 @@ def orbits_above(
         rubbed = friction.at(gbar, d) / (1 - friction.by_gbar * unit.gbar - friction.by_d * unit.d)
         gbar, velocity, d = gbar + rubbed * unit.gbar, velocity + rubbed * unit.velocity, d + rubbed * unit.d
         gained = gbar + 2 * u * rubbed
-    # Over the period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its own: that is
-    # (3.8). Friction adds f for Tu and takes it for Td.
+    # Over the period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its velocity: that
+    # is (3.8). Friction adds f for Tu and takes it for Td.
     bottom, top = by_wall(r)
     taken = velocity if bottom is top else velocity * ((1 + bottom) / (1 + top))
     return Orbits(

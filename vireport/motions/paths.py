@@ -1,7 +1,7 @@
 """A family of motions followed along a sweep, by pseudo-arclength, from event to event.
 
 Steps are so short that the trace, on which all types of motion rest, changes by little; every event between two points
-is bracketed and then found on the curve itself.
+is bracketed and then located on the curve itself.
 """
 
 from __future__ import annotations
@@ -60,16 +60,16 @@ MOST_IDLE_STEPS = 50
 """Steps that together must be longer than the shortest that is never refused; of 60 random devices no two were not."""
 
 CONVERGED, ROUNDING = 1e-12, 1e-10
-"""Newton correction at which a motion is found, and the one up to which rounding may keep it."""
+"""Newton correction that ends the search for a motion, and the one up to which rounding may keep it."""
 
 LOCATED, ON_CUBIC = 1e-11, 1e-7
-"""Correction, as a share of a step, at which an event is found on the path, and on a cubic next to it."""
+"""Correction, as a share of a step, that ends the search for an event on the path, and on a cubic next to it."""
 
 MOST_SECANTS, FREE_SECANTS = 60, 7
 """More than bisections alone need in one step of four; and those that are usual, before every fourth is one."""
 
 SQUARED = 1e-9
-"""Newton correction at which a motion is found where the next one would be about its square."""
+"""Newton correction that ends the search where the next one would be about its square."""
 
 CORRECTIONS = 8
 
@@ -87,7 +87,7 @@ MEETING = Condition(Event.FOLD)
 """Where motions meet, in a fold or a pitchfork."""
 
 NEARBY, DOUBTFUL = 0.3, 0.5
-"""Distance of the trace to a border within which it is asked whether it crosses it within a step and comes back; and
+"""Distance of the trace to a border within which it may cross it within a step and come back; and
 the share of the lesser distance at the ends, below which the parabola has to come for the trace to be looked at."""
 
 SEARCHED, SECTIONS = 0.2, 20
@@ -201,7 +201,7 @@ class Path(Struct, frozen=True, eq=False):
     @property
     @abstractmethod
     def scale(self) -> Floats:
-        """Scale by which each unknown is divided."""
+        """What each unknown is divided by, so that one arclength measures them all."""
 
     @abstractmethod
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
@@ -209,11 +209,11 @@ class Path(Struct, frozen=True, eq=False):
 
     @abstractmethod
     def groups(self, x: Floats) -> Groups[float]:
-        """The groups at a motion."""
+        """The dimensionless groups at a motion."""
 
     @abstractmethod
     def motion(self, x: Floats) -> Motion:
-        """The motion of some unknowns."""
+        """The motion that an array of unknowns stands for."""
 
     @abstractmethod
     def trace(self, x: Floats) -> float:
@@ -228,7 +228,7 @@ class Path(Struct, frozen=True, eq=False):
         """How much what must change little within a step does, as a share of the most for no event to be missed."""
 
     @abstractmethod
-    def ended(self, arc: Arc) -> tuple[Event, PathPoint]:
+    def end_within(self, arc: Arc) -> tuple[Event, PathPoint]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
 
     @abstractmethod
@@ -317,7 +317,7 @@ class Path(Struct, frozen=True, eq=False):
         Raises
         ------
         NumericalError
-            If none is found.
+            If the corrections do not settle.
         """
         guess = arc.guess(size)
         motion = self._newton(guess, arc.end.tangent, False)
@@ -343,13 +343,13 @@ class Path(Struct, frozen=True, eq=False):
         size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, tolerance)
         return abs(size), evaluated[size]
 
-    def reached(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:
-        """Where, along an arc, one of the unknowns of the path has a value that lies between those at its ends.
+    def at_unknown(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:
+        """The arclength and the motion at which an unknown has a value that lies between those at the ends of an arc.
 
         Raises
         ------
         NumericalError
-            If no motion is found.
+            If the corrections do not settle.
         """
         # The unknown itself is the plane in which the motion is solved for: it has the value to the last digit, without
         # the search along the path that `located` needs for a gap.
@@ -408,7 +408,7 @@ class Trail(Struct, frozen=True, eq=False):
     events: list[tuple[int, Event]]
 
     def reversed(self) -> Trail:
-        """The points and events in the order in which they are met from the other end."""
+        """The points and events in the order from the other end."""
         last = len(self.points) - 1
         return Trail(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
 
@@ -452,10 +452,10 @@ def _advance(path: Path, trail: Trail, arc: Arc, until: frozenset[Event]) -> boo
     Raises
     ------
     NumericalError
-        If what happens on the way is not found.
+        If what happens on the way cannot be located.
     """
-    # The end is found first: what happens beyond it happens to no motion.
-    end, new = path.ended(arc) if arc.end.margin <= 0 else (None, arc.end)
+    # The end is located first: what happens beyond it happens to no motion.
+    end, new = path.end_within(arc) if arc.end.margin <= 0 else (None, arc.end)
     happenings, over = path.happenings(Arc(arc.start, new))
     if end is None and _closes(trail, new):
         end, new = Event.CLOSED, trail.points[0]
@@ -516,15 +516,15 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return np.append(np.ones(2 * len(self.word)), self.width)
 
     def groups(self, x: Floats) -> Groups[float]:
-        """The groups at a motion."""
+        """The dimensionless groups at a motion."""
         return self.model.at((float(x[-1]),))
 
     def vector(self, motion: Motion) -> Floats:
-        """The unknowns of a motion."""
+        """The unknowns of a motion, as one array."""
         return np.concatenate([motion.velocity, motion.time, [motion.coordinate]])
 
     def motion(self, x: Floats) -> Motion:
-        """The motion of some unknowns."""
+        """The motion that an array of unknowns stands for."""
         count = len(self.word)
         return Motion(self.word, x[:count], x[count:-1], float(x[-1]))
 
@@ -553,7 +553,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return nan if touches else float(trace(self.word, row, self.model))
 
     def stability(self, x: Floats) -> Stability:
-        """Type of a motion."""
+        """Table 1's type of a motion."""
         return STABILITIES[int(classify(self.trace(x), self.decay(x)))]
 
     def margins(self, x: Floats) -> list[float]:
@@ -586,7 +586,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         ]
 
     def _speeds(self, x: Floats) -> list[float]:
-        """Velocities of impacts, towards their walls."""
+        """Velocities before the impacts, towards their walls: positive of a motion."""
         return [v * wall for v, wall in zip(x.tolist(), self.word.walls, strict=False)]
 
     def _straight(self, x: Floats) -> bool:
@@ -595,7 +595,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return wide and self.word.one_sided and not self.model.slopes((float(x[-1]),))[1:].any()
 
     def reach(self, point: PathPoint) -> float:
-        """Longest step, any along a straight line."""
+        """Longest step; along a straight line any."""
         return inf if self._straight(point.x) else super().reach(point)
 
     def strain(self, arc: Arc) -> float:
@@ -624,13 +624,13 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         """Whether nothing happens between a point from which the curve begins and a motion next to it."""
         return not (x[: len(self.word)] == 0).any() or self._near_pole(first)
 
-    def ended(self, arc: Arc) -> tuple[Event, PathPoint]:
+    def end_within(self, arc: Arc) -> tuple[Event, PathPoint]:
         """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
         ends = ((-1, self.low, 1), (-1, self.high, -1))
         bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.word.walls))]
         x = arc.end.x.tolist()
         # The first of the crossings counts: beyond it the other unknowns are those of no motion.
-        passed = [self.reached(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
+        passed = [self.at_unknown(arc, i, value) for i, value, side in bounds if side * (x[i] - value) <= 0]
         if passed:
             first = min(passed, key=itemgetter(0))[1]
             if first.margin > -AT_ZERO:
@@ -752,7 +752,7 @@ def _is_symmetric(curve: Curve, x: Floats, within: float = IMAGE) -> bool:
 
 
 def _turned_back(curve: Curve, x: Floats) -> Event | None:
-    """What a family turns back from as its own image: two periods of another motion, or a symmetric one."""
+    """The event where a family goes back as its image, at two periods of another motion or a symmetric one; or None."""
     motion = curve.motion(x)
     if 2 * len(motion.primitive().word) == len(motion.word):
         return Event.PERIOD_DOUBLING

@@ -36,7 +36,7 @@ class Grouped(Protocol):
     """What varies of a device, and how the groups depend on it."""
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """Groups of the device at what varies."""
+        """The groups at values of the numbers that vary."""
 
 
 class Varied(Grouped, Protocol):
@@ -75,7 +75,7 @@ class Model(Struct, frozen=True):
 
     @property
     def horizontal(self) -> bool:
-        """Whether motions have mirror images: no gravity along the capsule, and what is left its own mirror image."""
+        """Whether motions have mirror images: no gravity along the capsule, and all else alike at both ends."""
         return self.level.symmetric(self.r, self.harmonics)
 
     def groups(self, coordinate: Any) -> Groups[Any]:
@@ -188,6 +188,7 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
     count, values = len(word), []
     groups = model.at(x[2 * count :])
     d = groups.d
+    # Velocity and position, two for each flight, not times of arrival: these have no closed form.
     for leg in legs(word, x[count : 2 * count], groups, ops):
         after, t = groups.after(word.walls[leg.start], x[leg.start]), leg.duration
         way = (word.walls[leg.end] - word.walls[leg.start]) // 2

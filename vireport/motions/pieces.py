@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 ROUGH = 1e-9
-"""Tolerance of a parameter at which an event is found before it is polished."""
+"""Tolerance of a parameter to which an event is located before it is polished."""
 
 INSET = 1e-7
 """Share of the first and of the last step by which the search for events stays inside a piece, and by which the
@@ -48,7 +48,8 @@ LARGEST_STEP = 1e6
 
 AT_SYMMETRY = 1e-6
 """|u| of an asymmetric motion of a horizontal capsule below which rounding decides the sign of tr - 1 - r^4: this goes
-with u^2 there, and comes with an error of some 1e-14. Folds were told at u = 1e-9 that were rounding."""
+with u^2 there, and comes with an error of some 1e-14. Without this, folds were reported at u = 1e-9 that were
+rounding."""
 
 FROM_SYMMETRY = 1e-3
 """Share of a step from the symmetric motion at which that sign is taken in its place."""
@@ -80,7 +81,7 @@ class Piece(Struct, frozen=True, eq=False):
         return {int(row): COLUMNS[self.event[row]] for row in np.flatnonzero(self.event >= 0)}
 
     def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
-        """The piece with more parameters."""
+        """The piece with more rows, in their order."""
         merged = np.concatenate([self.w, w])
         order = np.argsort(merged, kind="stable")
         return replace(self, w=merged[order], event=np.concatenate([self.event, event])[order])
@@ -88,6 +89,7 @@ class Piece(Struct, frozen=True, eq=False):
 
 def pieces_of(curve: LevelCurve, samples: Samples) -> list[Piece]:
     """Cut the strands of a curve into runs of possible motions and locate the events on them."""
+    # All runs and pieces at once, strand after strand: a call on arrays of all costs little more than one on a few.
     runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
     if not runs:
         return []
@@ -132,7 +134,7 @@ def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
     edges = np.nonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))[0]
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         run, before, after = w[a:b], w[a - 1] if a else None, w[b] if b < len(w) else None
-        # Of a sweep that ends next to the pitchfork the symmetric motion may be the only sample, or lie beside it.
+        # Of a sweep that ends next to the pitchfork the symmetric motion may be the only sample, or lie between two.
         low, high = run[0] if before is None else before, run[-1] if after is None else after
         inner = [cut for cut in cuts if low < cut < high]
         ends = [before, *[None] * (2 * len(inner)), after]
@@ -165,6 +167,7 @@ def _locate_ends(curve: LevelCurve, runs: list[Run]) -> list[Ends]:
     def conditions(w: Floats) -> Floats:
         return curve.event_values(curve.at(which, w))[:, VALIDITY]
 
+    # The least of all conditions: whichever fails first ends the run.
     root = bracketed_root(lambda w: np.asarray(conditions(w).min(axis=1)), good, bad)
     values = conditions(root)
     # Where both velocities vanish at once, rounding decides which is the lesser: a step further on they differ.
@@ -185,14 +188,14 @@ def _off_rest(curve: LevelCurve, strand: int, w: Floats, end: float, kind: int) 
     return w
 
 
-def _gaps(curve: LevelCurve, orbit: Orbits, values: Floats, asked: NDArray[np.bool_] | bool = True) -> Floats:
+def _gaps(curve: LevelCurve, orbit: Orbits, values: Floats, wanted: NDArray[np.bool_] | bool = True) -> Floats:
     """Distance of a turning point to a membrane, which is zero at grazing, of motions with these event values.
 
     With friction, the least speed onward: a ball that turns in a flight is on another way before it can graze. NaN
     outside a mask, and where there can be no motion.
     """
     gaps = np.full(len(values), np.nan)
-    inside = (values[:, VALIDITY].min(axis=1) > 0) & asked
+    inside = (values[:, VALIDITY].min(axis=1) > 0) & wanted
     if inside.any():
         motions = orbit.select(inside)
         r = curve.restitution(motions)
@@ -204,6 +207,7 @@ def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     """The pieces without those that are the mirror images of others: of each pair the one with the larger q is left."""
     if not curve.plane.mirrors:
         return pieces
+    # Pieces end at the symmetric motion, so that u has one sign on each: its middle tells which.
     which = np.array([piece.strand for piece in pieces], dtype=np.intp)
     u = curve.at(which, np.array([(piece.w[0] + piece.w[-1]) / 2 for piece in pieces])).u
     return [p for p, place in zip(pieces, u, strict=True) if place > 0 or p.symmetric]
@@ -234,6 +238,7 @@ def _joined(pieces: list[Piece]) -> PieceSamples:
 
 def _with_dips(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     """Add to the pieces the extrema at which the trace crosses a border between two samples and comes back."""
+    # Without this, two period doublings between which a family is unstable for less than a step are both missed.
     which, owner, w = _joined(pieces)
     value = curve.event_values(curve.at(which, w))[:, TRACED]
     with np.errstate(invalid="ignore"):

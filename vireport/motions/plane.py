@@ -2,9 +2,9 @@
 
 Through every place (u, phi) of the plane, u = q - 1/2, there is one motion, and it has one gbar and one d. Of a sine
 `pointwise` eliminates the phase; where the force has harmonics, or the ball friction, the motions of a design point are
-the places at which gbar and d both are its own. Times D = -(1 + r_t) K(q)/T^2 the two differences are entire functions
-of u, trigonometric polynomials in phi, linear in gbar, d and f, and linear in either restitution: on a cell of the
-plane a few numbers give them for every design point.
+the places at which both gbar and d are those of the point. Times D = -(1 + r_t) K(q)/T^2 the two differences are entire
+functions of u, trigonometric polynomials in phi, linear in gbar, d and f, and linear in either restitution: on a cell
+of the plane a few numbers give them for every design point.
 
 So cells are halved until each has no zero, or one at most. With bounds of the second derivatives over a cell both are
 certain but for rounding: a function that is larger at the middle than it can change has no zero; nor have both where
@@ -49,7 +49,7 @@ ALLOWANCE = 1.25
 """Room for the second derivatives between the places at which they are taken."""
 
 BESIDE = 1e-6
-"""Share of a cell by which a zero may be beside it: on the border of two cells rounding must not lose one."""
+"""Share of a cell by which a zero may be outside it: on the border of two cells rounding must not lose one."""
 
 CHANGE = 0.5
 """Change of the Jacobian within a cell, over itself, up to which there is one zero at most."""
@@ -59,10 +59,10 @@ STEPS, LAST_STEP, SETTLED = 30, 1e-8, 0.1
 the size of its square; and that below which they have come to a zero."""
 
 NEAR_FOLD = 4.0
-"""Cells by which a double zero is told from no zero, and from another one."""
+"""Distance, in cells, up to which a double zero counts as one, and two of them as the same."""
 
 ON_SYMMETRY = 1e-9
-"""|u| below which a motion of a device with mirror images is its own: others are so near only next to a pitchfork."""
+"""|u| below which a motion of a device with mirror images is symmetric: others are so near only next to a pitchfork."""
 
 
 class Places(NamedTuple):
@@ -74,12 +74,12 @@ class Places(NamedTuple):
     depth: Ints
 
     def select(self, index: Any) -> Places:
-        """Those picked by an index or mask."""
+        """The entries picked by an index or mask."""
         return Places(*(column[index] for column in self))
 
     @staticmethod
     def joined(parts: Iterable[Places]) -> Places:
-        """Places of several, one after the other."""
+        """Several sets of places as one."""
         nothing = Places(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0), np.empty(0, dtype=np.intp))
         return Places(*map(np.concatenate, zip(nothing, *parts, strict=True)))
 
@@ -91,11 +91,11 @@ class PhaseCells(NamedTuple):
     column: Ints
 
     def select(self, index: Any) -> PhaseCells:
-        """Those picked by an index or mask."""
+        """The entries picked by an index or mask."""
         return PhaseCells(self.row[index], self.column[index])
 
     def quarters(self) -> PhaseCells:
-        """The four parts of each, one after another."""
+        """The four quarters of every cell."""
         below, right = np.divmod(np.arange(4), 2)
         return PhaseCells((2 * self.row[:, None] + below).ravel(), (2 * self.column[:, None] + right).ravel())
 
@@ -195,6 +195,8 @@ class MotionPlane(Struct, frozen=True, eq=False):
         """Make the plane of motions of some design points."""
         d, gbar = groups.d, groups.gbar
         friction = None if groups.friction is None else np.broadcast_to(groups.friction, d.shape)
+        # The functions are linear in either restitution: by differences from a middle one their parts stay small, and
+        # their bounds narrow.
         bottom, top = by_wall(r)
         middle = [float(wall_r.min(initial=1.0) + wall_r.max(initial=0.0)) / 2 for wall_r in (bottom, top)]
         x, y = bottom - middle[0], top - middle[1]
@@ -227,6 +229,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
     def rows(self, u: Floats) -> Rows:
         """The two functions above some u."""
         bottom, top = np.tile(NODES, 2)[:, None], np.repeat(NODES, 2)[:, None]
+        # Four corners of the restitutions fix what is linear in both.
         r, at = Restitutions(bottom, top), u + 1j * IMAGINARY_STEP
         terms = coefficients(at, r, self.n)
         cleared = -(1 + top) * terms.determinant / (2 * self.n) ** 2
@@ -254,7 +257,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
             return np.asarray(np.abs(np.diff(x.imag, axis=-1)) * (rows / IMAGINARY_STEP))
 
         by_u = np.concatenate([np.hypot(rate(at.sine), rate(at.cosine)).sum(axis=1), rate(at.flat)], axis=1)
-        # That is the mean over a row; how it varies within, the rows beside it tell.
+        # That is the mean over a row; how it varies within, the neighbouring rows say.
         wide = np.pad(by_u, ((0, 0), (0, 0), (1, 1)), mode="edge")
         by_u = np.maximum(np.maximum(wide[..., :-2], wide[..., 2:]), by_u)
         by_both = (orders * np.hypot(at.sine.imag, at.cosine.imag)).sum(axis=1) / IMAGINARY_STEP
@@ -278,6 +281,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
 
     def cells(self) -> Places:
         """Cells that hold one zero at most, and among them one for every zero."""
+        # Rows of larger cells take the bounds of the finest ones that they hold: these are evaluated once.
         bends = [self.bends(SHARED)]
         for _ in range(SHARED):
             bends.insert(0, bends[0].of_pairs())
@@ -306,6 +310,8 @@ class MotionPlane(Struct, frozen=True, eq=False):
 
     def _of_any(self, group: Ints, shared: Sequence[tuple[Rows, Bends]]) -> PhaseCells:
         """The cells in which any of some design points may have a motion."""
+        # Design points that are near one another have weights in a small range: what that leaves open is added to what
+        # the bend does, and a cell without a zero is then left out for all of them at once.
         low, high = self.weights[:, :, group].min(axis=2), self.weights[:, :, group].max(axis=2)
         middle, off = (low + high) / 2, (high - low) / 2
         rows, columns = self.shape
@@ -360,6 +366,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
         active = np.arange(len(u))
         for _ in range(STEPS):
             step_u, step_phi = self._steps(cells.which[active], u[active], phi[active])
+            # No step is longer than half a cell: another cell has the zero that it would go to.
             share_u, share_phi = (
                 np.clip(step / half[active], -1.0, 1.0) for step, half in ((step_u, half_u), (step_phi, half_phi))
             )
@@ -395,7 +402,8 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return orbits(u, phi, each(self.r, itemgetter(which)), self.n, harmonics=self.harmonics, friction=friction)
 
     def _once(self, places: Places) -> Places:
-        """Each of some zeros once: on the border of cells it is found from each."""
+        """Zeros without repetition: one on the border of cells comes from each of them."""
+        # Sorted by design point, a repeated zero is at most as many rows on as its point has zeros.
         places = places.select(np.argsort(places.which, kind="stable"))
         size = np.where(places.depth == DEEPEST, NEAR_FOLD, 2 * BESIDE)
         near_u, near_phi = (size * half for half in self.half(places.depth))
@@ -407,7 +415,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return places.select(~again)
 
     def symmetric(self, places: Places) -> tuple[Floats, Floats]:
-        """The places of motions, those that are their own mirror images at u = 0 exactly: d alone gives their phase."""
+        """The places of motions, the symmetric ones at u = 0 exactly, where d alone gives their phase."""
         u, phi = places.u.copy(), places.phi.copy()
         on_symmetry = np.flatnonzero((self.gbar[places.which] == 0) & (np.abs(u) < ON_SYMMETRY))
         u[on_symmetry] = 0.0

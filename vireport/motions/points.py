@@ -45,13 +45,13 @@ BRACKET = 1e-6
 """Distance to either side of an event at which it is evaluated to bound it where the polish does not settle."""
 
 BRACKETED = "u", "phi", "d", "gbar", "velocity_bottom", "velocity_top"
-"""What is known of an event that was only bracketed, by the names of `Orbits`."""
+"""Numbers of an event that was only bracketed, by the names of `Orbits`."""
 
 BRACKET_ROUNDING = 1e-12
-"""Relative rounding of what is known of an event that was only bracketed."""
+"""Relative rounding of the numbers of an event that was only bracketed."""
 
 TURN_STEP = 1e-4
-"""Step of w over which a turn of the sweep's coordinate is told from its going on."""
+"""Step of w over which a turn of the sweep's coordinate is distinguished from its going on."""
 
 AT_ONCE = 1e-9
 """Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
@@ -116,7 +116,7 @@ class Point(Struct, frozen=True, eq=False):
     families : tuple of int
         Numbers of the families that it lies on, ascending.
     mirror : Point or None
-        The mirror image, where it was found too.
+        The mirror image, of a point on one of two branches that are images of each other.
     """
 
     event: Event
@@ -136,7 +136,7 @@ class Point(Struct, frozen=True, eq=False):
 
     @property
     def closed(self) -> OneToOne:
-        """The 1:1 motion; of a point that is known to lie on a family of these."""
+        """The 1:1 motion of a point on a family of these."""
         if self.one_to_one is None:
             raise TypeError(f"{self.motion.word.letters} is no 1:1 motion")
         return self.one_to_one
@@ -268,8 +268,8 @@ class SweepEnd(Struct, frozen=True, eq=False):
 def sweep_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, SweepEnd]:
     """The motions of the very ends of the sweep, by the rows, 0 and -1, where they cut a piece; `orbit` is of its rows.
 
-    Along the strand the end is only as well known as the parameter fixes the sweep's coordinate; next to a horizontal
-    capsule that is to a few digits.
+    Along the strand the end has no more digits than the parameter gives the sweep's coordinate: next to a horizontal
+    capsule a few.
     """
     conditions, last, sweep = piece.conditions, len(piece.w) - 1, curve.sweep
     cut = {row: at for row in (0, -1) if (at := conditions.get(row % (last + 1))) and at.event is Event.SWEEP_END}
@@ -304,11 +304,11 @@ def solve_one_to_one(
     grouped : callable
         As for `polish.solve_motion`.
     motion : Motion
-        As far as it is known.
+        A guess, good to a few digits.
     condition : Condition
         The impacts in `rests` are 0 for the bottom and 1 for the top; not needed for grazing.
     symmetric : bool
-        Whether the motion is its own mirror image.
+        Whether the motion is symmetric.
 
     Returns
     -------
@@ -453,9 +453,9 @@ def _solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach
     sweep : Sweep
     value : float
     orbit : Orbits
-        The motion as far as it is known.
+        A guess at the motion.
     symmetric : bool
-        Whether the motion is its own mirror image.
+        Whether the motion is symmetric.
     reach : float
         How far from it the motion may be.
 
@@ -480,7 +480,7 @@ def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool) -> tupl
 
 
 def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
-    """The motion of a sweep at an event, from the motion as it was found in doubles.
+    """The motion of a sweep at an event to the last digit, from the motion in doubles.
 
     Parameters
     ----------
@@ -492,7 +492,7 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
     Returns
     -------
     Point
-        The motion as it was found, with an infinite error bound, where the conditions do not settle.
+        The motion in doubles, with an infinite error bound, where the conditions do not settle.
     """
     model = model_of(sweep, FLOATS)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
@@ -507,7 +507,7 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
             solved = solve_motion(partial(model_of, sweep), motion, equation, event is Event.PITCHFORK)
         except (NumericalError, ArithmeticError):
             d, gbar, *_ = model.groups(motion.coordinate)
-            # An infinite bound is told to the reader; a point that is left out would not be, and its families would
+            # An infinite bound stands in the results; a point that is left out would not, and its families would
             # lose their vertex.
             return Point(event, motion, float(d), float(gbar), float(sweep.value(motion.coordinate)), inf)
         return point_of(solved, event, sweep.value(solved.x[-1], DECIMALS), motion.rests)

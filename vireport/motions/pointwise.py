@@ -1,4 +1,4 @@
-"""All 1:1 motions at many design points at once, without a guess: found, evaluated and sorted out.
+"""All 1:1 motions at many design points at once, without a guess.
 
 Given q, the equations (3.9)-(3.11) are linear in the velocity, sin(phi) and cos(phi). Cramer's rule gives the latter
 two as (gbar a + d b)/Delta with functions a, b and Delta of q alone, and a motion is a zero of the scalar function
@@ -77,7 +77,7 @@ class PointwiseMotions(Struct, frozen=True, eq=False):
     cell : ndarray of int
         Which design point.
     orbit : Orbits
-        With velocity_bottom > 0 > velocity_top, and the design point's own gbar and d.
+        With velocity_bottom > 0 > velocity_top, and gbar and d of the design point.
     trace : ndarray
         Trace of DP, Eq. (4.3).
     wall_gap : ndarray
@@ -137,8 +137,8 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         kinds = [(every[alike], one[alike], one), (every[~alike], each(of_cells, itemgetter(~alike)), of_cells)]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
     for of_kind, restitution, of_all in kinds:
-        # A table pays where many points share it: with few points to a restitution r is an array, and each has its own
-        # forms.
+        # A table pays where many points share it: with few points to a restitution r is an array, with forms for each
+        # point.
         shared = _different(restitution)
         if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(of_kind):
             sharing: list[tuple[Ints, Any]] = [(of_kind, None)]
@@ -163,7 +163,7 @@ def _different(r: Any) -> list[Any]:
 
 
 def _is(r: Any, value: Any) -> Mask:
-    """Which design points have a given restitution, or pair of restitutions."""
+    """Which design points have one restitution, or pair of restitutions."""
     if not isinstance(r, Restitutions):
         return np.asarray(r == value)
     return np.asarray((r.bottom == value.bottom) & (r.top == value.top))
@@ -172,7 +172,7 @@ def _is(r: Any, value: Any) -> Mask:
 def _portions(cells: Ints, groups: Groups[Any], n: int, shared: Any) -> Iterator[tuple[Ints, Points]]:
     """Cut design points into portions that fit the cache, each on the grid that its gbar needs.
 
-    `shared` is the restitution that all of `cells` have, None where each has its own.
+    `shared` is the restitution that all of `cells` have, None where they differ.
     """
     d, gbar, r, *_ = groups
     if shared is not None:
@@ -201,7 +201,7 @@ def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tupl
     ratio = points.d / np.hypot(k.d_sine, k.d_cosine)
     symmetric = np.flatnonzero(ratio <= 1)
     middle, half = np.arctan2(k.d_sine, k.d_cosine)[symmetric], np.arccos(ratio[symmetric])
-    # A pitchfork is found on both families; its motion is taken from the symmetric one, of which u = 0 is exact.
+    # A pitchfork comes from both families; its motion is taken from the symmetric one, of which u = 0 is exact.
     asymmetric = np.abs(u) > AT_SYMMETRY
     return (
         np.concatenate([which[asymmetric], symmetric, symmetric]),
@@ -278,7 +278,7 @@ class Forms(Struct, frozen=True, eq=False):
 
 
 def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
-    """Solve (3.9)-(3.11) for the phase at given q = 1/2 + u, gbar and d.
+    """Solve (3.9)-(3.11) for the phase at q = 1/2 + u, gbar and d.
 
     Parameters
     ----------

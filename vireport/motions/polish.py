@@ -1,7 +1,7 @@
 """Motions singled out by an equation, to the last digit of a double: solved for in decimals, with error bounds.
 
 The unknowns are those of every motion, velocities and times of its impacts, and what varies of the device. A touch of
-a membrane is an impact of velocity zero, so that grazing needs no equations of its own.
+a membrane is an impact of velocity zero, so that grazing needs no further equations.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ DECIMALS = DecimalOps()
 """Numbers in which motions are solved for, with `DIGITS` digits within `in_decimals`."""
 
 SETTLED = 1e-32
-"""Correction still due up to which a motion is found: the difference of nearly equal flight times keeps its digits."""
+"""Correction still due that ends the search: the difference of nearly equal flight times keeps its digits."""
 
 FARTHEST = 1e-3
-"""Distance from the guess at which another motion, or none, has been found."""
+"""Distance from the guess beyond which a solution is another motion, or none."""
 
 SLOW = 0.05
 """Share of the last correction beyond which the Jacobian is taken anew."""
@@ -96,7 +96,8 @@ def newton(
             size = float(np.abs(step).max())
             if not max(abs(float(a - b)) for a, b in zip(x[watched], start[watched], strict=True)) < reach:
                 raise NumericalError(f"{_near(guess)} was lost (correction {size:.1g})")
-            # With one Jacobian each correction is about the same share of the last: so the next one is known.
+            # With one Jacobian each correction is about the same share of the last: so the next one can be told
+            # beforehand.
             if size < SETTLED or (last and size * size < SETTLED * last and size < last):
                 return x
             if last and size > SLOW * last:
@@ -147,7 +148,7 @@ class Solved(Struct, frozen=True, eq=False):
     groups : tuple of Decimal
         d, gbar and r there.
     symmetric : bool
-        Whether it is its own mirror image, by the unknowns that it was solved for.
+        Whether it is symmetric, by the unknowns that it was solved for.
     """
 
     word: Word
@@ -186,7 +187,7 @@ def solve_motion(
         Good to a few digits, with its touches as impacts of velocity zero.
     equation : callable
     symmetric : bool
-        Whether the motion is its own mirror image. The second half of its impacts is then that of the first half, and
+        Whether the motion is symmetric. The second half of its impacts is then that of the first half, and
         only this is solved for: with all unknowns the equations are singular at a pitchfork, and q = 1/2 is not exact.
     reach : float
         Farthest from the guess that the motion may be, in time: next to r = 1 velocities go far with it.
@@ -238,7 +239,7 @@ def solve_motion(
             by_velocity, by_time = np.split(rows[:, : 2 * count], 2, axis=1)
             moved = by_velocity[:, :half] - by_velocity[:, half:], by_time[:, :half] + by_time[:, half:]
             rows = np.hstack([*moved, rows[:, 2 * count :]])
-        # The equation has no derivatives of its own: each unknown is an array, moved in its own column only.
+        # The equation comes without derivatives: each unknown is an array, moved in its own column only.
         steps = whole(list(np.array(y)[:, None] + 1j * IMAGINARY_STEP * np.eye(len(y))))
         slope = np.imag(equation(steps, arrays.at(steps[2 * count :]), ARRAYS)) / IMAGINARY_STEP
         return np.vstack([rows, slope])

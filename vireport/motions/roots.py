@@ -1,6 +1,6 @@
 """Roots and extrema of functions of one variable, for arrays of brackets at once.
 
-Every root here has a bracket that is never left, so that none is lost and none is found twice.
+Every root here has a bracket that is never left, so that none is lost and none comes twice.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def bracketed_root(
     tolerance : float
         Width of the last bracket; 0 for the last bit.
     values : tuple of ndarray, optional
-        Of the function at both ends, where they are known.
+        Of the function at both ends, where the caller has them.
 
     Returns
     -------

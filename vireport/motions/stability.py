@@ -139,6 +139,7 @@ def return_trace(orbit: Orbits, r: Any) -> Any:
 def product_trace(flights: Sequence[Jacobian]) -> Any:
     """Trace of the product of the Jacobians of flights in their order, the last one on the left."""
     first = flights[0]
+    # Written out, not as matrices: the entries may be decimals, balls, or numbers that carry their error.
     for a, b, c, d in flights[1:-1]:
         e, f, g, h = first
         first = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
@@ -187,5 +188,6 @@ def multipliers(trace: Floats, determinant: float | Floats) -> NDArray[np.comple
 
 def classify(trace: Any, decay: Any) -> NDArray[np.int8]:
     """Table 1's type of each motion as the `code` of a `Stability`, from ``|tr|`` against both borders."""
+    # By the trace itself: next to Delta = 0 rounded eigenvalues are real or complex by chance.
     size, focus, edge = np.abs(trace), TRACE_LEVELS[Event.NODE_FOCUS](decay), TRACE_LEVELS[Event.FOLD](decay)
     return np.where(size < focus, FOCUS, np.where(size < edge, NODE, UNSTABLE)).astype(np.int8)

@@ -29,17 +29,17 @@ from vireport.physics.numbers import ARRAYS
 from vireport.scenario.parameters import Parameter
 
 NO_TOLERANCE = 0.0, 0.0
-"""The tolerance of an input of which none is told."""
+"""The tolerance of an input for which the scenario states none."""
 
 EDGE = 0.5
 """|u| at which one of the two flights has no duration left."""
 
 FINEST_SETTING = 1e-6
-"""Width of a range, over its value, below which no device can be set to be in it, where no tolerance is told."""
+"""Width of a range, over its value, below which no device can be set to be in it, where no tolerance is stated."""
 
 FINEST_SHARE = 0.1
-"""Least width of a range over the tolerance, where one is told: of devices that lie anywhere within it, one in 20 is in
-the range."""
+"""Least width of a range over the tolerance, where one is stated: of devices that lie anywhere within it, one in 20 is
+in the range."""
 
 
 def settable(start: float, end: float, off: tuple[float, float] = NO_TOLERANCE) -> bool:
@@ -50,7 +50,7 @@ def settable(start: float, end: float, off: tuple[float, float] = NO_TOLERANCE) 
     start, end : float
     off : tuple of float
         The tolerance of the input, in its unit and in per cent of its value, of which the larger holds; zeros where
-        none is told.
+        none is stated.
     """
     value, (fixed, percent) = max(abs(start), abs(end)), off
     finest = FINEST_SHARE * max(fixed, value * percent / 100) or FINEST_SETTING * value
@@ -104,7 +104,7 @@ class Level(Struct, frozen=True, eq=False):
         return self.held in (Held.D, Held.BOTH)
 
     def symmetric(self, r: Any, harmonics: Sequence[Harmonic]) -> bool:
-        """Whether the device is its own mirror image over the whole sweep.
+        """Whether the device and its mirror image are the same over the whole sweep.
 
         Parameters
         ----------
@@ -122,6 +122,7 @@ class Level(Struct, frozen=True, eq=False):
 
     def groups(self, orbit: Any) -> tuple[Any, Any]:
         """D and gbar of motions on the level, as arrays: what it holds has its exact value."""
+        # The closed form rounds the group that the sweep holds; its value is exact.
         d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
         if self.held is Held.D:
             d[:] = self.value
@@ -187,6 +188,7 @@ class SweptPlane(Struct, frozen=True, eq=False):
 
         As in `terms`, u is divided out where motions have mirror images.
         """
+        # The equations are linear in the force: each harmonic has the level of a sine with its order of periods.
         divided, parts, held, rubbed = self.mirrors, [], None, None
         if self.level.friction is not None:
             rubbed = _Rubbed.of(self, coefficients(u, self.r, self.n, ops), u, ops)
@@ -281,7 +283,7 @@ def level_slope(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
 
 
 def level_residual(level: Level, orbit: Orbits) -> Any:
-    """How far a motion is from the level of one group, in the level's own terms (zero on the curve)."""
+    """How far a motion is from the level of one group, in the terms of the level (zero on the curve)."""
     if level.held is Held.GBAR:
         return orbit.gbar - level.value
     if level.held is Held.RATIO:
@@ -298,9 +300,9 @@ class Sweep(Struct, frozen=True):
     parameter : Parameter
         The one that varies.
     start, end : float
-        Range asked for, in the parameter's unit, in either order.
+        Range that is swept, in the parameter's unit, in either order.
     off : tuple of float
-        The tolerance of the parameter, in its unit and in per cent; zeros where none is told.
+        The tolerance of the parameter, in its unit and in per cent; zeros where none is stated.
     """
 
     device: Device

@@ -82,13 +82,13 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
 def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[tuple[int, Iterator[Beginning]]]:
     """Where families may begin at a point: impacts of their words, the fewest first, and what does begin there.
 
-    Nothing is solved for before a beginning is asked for: at a grazing point the words that may begin double with each
-    period, 8,800 of one impact and one touch in up to sixteen.
+    Nothing is solved for before a beginning is drawn from the iterator: at a grazing point the words that may begin
+    double with each period, 8,800 of one impact and one touch in up to sixteen.
 
     Parameters
     ----------
     curve : Curve
-        Of the family on which the point was found.
+        Of the family that the point lies on.
     motion : Motion
         There; at a grazing point with its touches as impacts, see `touching`.
     event : Event
@@ -97,11 +97,11 @@ def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iter
         Of the motions.
     """
     if event in (Event.GRAZING, Event.ZERO_VELOCITY):
-        yield from _beside_grazing(curve, motion, limits)
+        yield from _at_grazing(curve, motion, limits)
     elif event is Event.PERIOD_DOUBLING:
         yield 2 * len(motion.word), _doubled(curve, motion)
     elif event is Event.PITCHFORK:
-        yield len(motion.word), _beside_pitchfork(curve, motion)
+        yield len(motion.word), _at_pitchfork(curve, motion)
 
 
 def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
@@ -116,14 +116,14 @@ def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
     yield from ((None, curve, *pair) for pair in off(curve, x, curve.tangent(x)))
 
 
-def _beside_pitchfork(curve: Curve, motion: Motion) -> Iterator[Beginning]:
+def _at_pitchfork(curve: Curve, motion: Motion) -> Iterator[Beginning]:
     x = curve.vector(motion)
     away = _across(curve, x, mirror=True)
     yield from ((Event.PITCHFORK, curve, *pair) for pair in off(curve, x, away))
     yield from ((None, curve, *pair) for pair in off(curve, x, _across(curve, x, mirror=True, kept=True)))
 
 
-def _beside_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[tuple[int, Iterator[Beginning]]]:
+def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[tuple[int, Iterator[Beginning]]]:
     """The families at a grazing point: in each period of some, each touch may be an impact or none."""
     rests, size = motion.rests, len(motion.word)
     removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
@@ -182,8 +182,8 @@ def _image(vector: Floats, mirror: bool) -> Floats:
 def _across(curve: Curve, x: Floats, mirror: bool, kept: bool = False) -> Floats:
     """Direction in which the symmetry of a motion is lost, or kept, where families cross."""
     # Where two families cross the derivatives have a kernel of two dimensions, which the symmetry maps onto itself. Its
-    # vectors as they come from the decomposition are any two: one of them taken as it is, the doubled word is not
-    # found.
+    # vectors as they come from the decomposition are any two: one of them taken as it is, the doubled word is
+    # missed.
     kernel, sign = np.linalg.svd(curve.linearised(x)[1])[2][-2:], 1 if kept else -1
     parts = (vector + sign * _image(vector, mirror) for vector in kernel)
     direction = max(parts, key=lambda part: float(np.linalg.norm(part)))

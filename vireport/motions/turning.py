@@ -1,9 +1,9 @@
 """Where the ball turns in its flights: whether a solution of the equations is a motion.
 
 The conditions of a motion only know the ends of each flight. The turning points between are the zeros of Z', and Z' is
-monotone between the zeros of Z'' = gbar + cos(phase), which are known. So every turning point is found for certain,
-without sampling: `turning_points` for arrays of flights, `turns` for one motion in Python's numbers, with which a
-motion is followed ten times as fast.
+monotone between the zeros of Z'' = gbar + cos(phase), which have a closed form. So every turning point is certain to be
+located, without sampling: `turning_points` for arrays of flights, `turns` for one motion in Python's numbers, with
+which a motion is followed ten times as fast.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 SMALLEST_STEP = 1e-10
-"""Newton step [t_c] at which a turning point is found: as Z' is zero there, it moves the position by its square."""
+"""Newton step [t_c] that ends the search for a turning point: with Z' zero there, the position moves by its square."""
 
 BISECTIONS = 60
 """Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
 
 SHORT = 1e-3
-"""Time since the impact [t_c], below which a touch is a ball that comes back before it has left. It is found from its
+"""Time since the impact [t_c], below which a touch is a ball that comes back before it has left. It comes from its
 expansion, for in doubles the distance covered is lost against the length of the capsule."""
 
 SETTLED = 1e-8
-"""Newton step [t_c] at which a turning point of one motion is found, which is followed and solved for afterwards."""
+"""Newton step [t_c] that ends the search for a turning point of one motion, which is solved for afterwards."""
 
 
 class Turns(Struct, frozen=True, eq=False):
@@ -50,7 +50,7 @@ class Turns(Struct, frozen=True, eq=False):
     Attributes
     ----------
     index : ndarray of int
-        Which motion of those given; one that turns several times is there as often.
+        Which of the motions; one that turns several times is there as often.
     time : ndarray
         Since the flight began [t_c].
     covered, room : ndarray
@@ -92,7 +92,7 @@ def turning_points(
     nearest : bool
         Of flights across, only what can be nearest to a membrane.
     settled : float
-        Newton step at which a turning point is found [t_c].
+        Newton step that ends the search for a turning point [t_c].
     harmonics : sequence of Harmonic
         Of the force.
     """
@@ -269,6 +269,7 @@ def wall_gap(orbit: Orbits, r: Any) -> Floats:
     if orbit.friction is not None:
         speed, _ = slowest(orbit, r)
         return np.where(speed > 0, orbit.d, speed)
+    # d, where the ball never turns back: no turning point can be farther from both membranes.
     gap = np.array(orbit.d, dtype=float)
     for _, part in flight_turns(orbit, orbit.flights(r), nearest=True):
         np.minimum.at(gap.reshape(-1), part.index, np.minimum(part.covered, part.room))
@@ -356,8 +357,8 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
     The distance is negative where the ball would have passed through the membrane.
     """
     d, gbar, _, harmonics, *_ = groups
-    # Z'' is zero at known times of each forcing period, of a sine at `lift` and 2 - `lift`, with the sine `swing` and
-    # its opposite.
+    # Z'' is zero at the same times of each forcing period, of a sine at `lift` and 2 - `lift`, with the sine `swing`
+    # and its opposite.
     if harmonics:
         still = [(x / pi, wave(sin(x), cos(x), harmonics).impulse) for x in unaccelerated(gbar, harmonics)]
     elif gbar < 1:
@@ -389,7 +390,7 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
 def _rest(
     low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], groups: Groups[float]
 ) -> float:
-    """Time at which a monotone Z' is zero, between two at which it is given with them.
+    """Time at which a monotone Z' is zero, between two times with its values there.
 
     `flown` are the time, Z' and the impulse of the force at the beginning of the flight.
     """
