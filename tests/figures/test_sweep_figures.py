@@ -314,9 +314,14 @@ def test_the_design_point_is_marked() -> None:
         marks = [line for line in panel.lines if line.get_marker() == "P"]
         at = np.concatenate([line.get_xdata() for line in marks])
         np.testing.assert_allclose(at, study.solution.design.motions.d[0], rtol=1e-12)
-        filled = [line for line in marks if line.get_markerfacecolor() != "white"]
-        assert len(filled) == 2
+        # Of its two motions the stable one alone, at the bottom and at the top.
+        assert [line.get_markerfacecolor() != "white" for line in marks] == [True, True]
+        assert [len(line.get_xdata()) for line in marks] == [1, 1]
     assert texts_of(figure_of("inclined", "figure-2")).count("design point") == 1
+    short = analyse(load(ROOT / "examples" / "inclined.yaml", ("device.length_m=0.6",)))
+    marks = [line for line in figure_2(short).axes[0].lines if line.get_marker() == "P"]
+    assert marks
+    assert {line.get_markerfacecolor() for line in marks} == {"white"}
     outside = analyse(load(ROOT / "examples" / "inclined.yaml", ("device.length_m=0.8",)))
     assert "design point" not in texts_of(figure_2(outside))
 

@@ -533,20 +533,21 @@ def _draw_outcomes(axes: Axes, drawing: Drawing) -> None:
 
 
 def _mark_design(axes: Axes, row: _Row, drawing: Drawing) -> None:
-    """Mark the design point and the values of its motions; open where they are unstable."""
+    """Mark the design point and the values of its stable motions; where it has none, of the unstable ones, open."""
     design, at = drawing.study.solution.design, drawing.design_at
     if design is None or at is None:
         return
     axes.axvline(at, **DESIGN_LINE)
     motions = design.motions
-    for stable, chosen in ((False, motions.admissible_mask & ~motions.stable_mask), (True, motions.stable_mask)):
-        curves_of = [y[chosen] for y in row.values(drawing, design)]
-        colored = list(zip(curves_of, row.colors, strict=True))
-        if row.sides is not None and _coincide(*(curves_of[side] for side in row.sides)):
-            colored = [(curves_of[row.sides[0]], ALIKE["color"])]
-        for y, color in colored:
-            look = DESIGN | {"markerfacecolor": color if stable else "white"}
-            _plot(axes, [(np.full(len(y), at), y)], look, row.limits)
+    stable = bool(motions.stable_mask.any())
+    chosen = motions.stable_mask if stable else motions.admissible_mask
+    curves_of = [y[chosen] for y in row.values(drawing, design)]
+    colored = list(zip(curves_of, row.colors, strict=True))
+    if row.sides is not None and _coincide(*(curves_of[side] for side in row.sides)):
+        colored = [(curves_of[row.sides[0]], ALIKE["color"])]
+    for y, color in colored:
+        look = DESIGN | {"markerfacecolor": color if stable else "white"}
+        _plot(axes, [(np.full(len(y), at), y)], look, row.limits)
 
 
 def _mark_critical_points(
