@@ -348,6 +348,13 @@ def test_speeds_of_starts_that_are_alike_in_all_scenarios_are_told_where_they_di
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", OPENED)
+def test_no_number_has_the_digits_that_rounding_leaves(name: str) -> None:
+    """Of 0.2 M, 24.900000000000002; the scenario as given and sums of files stand as they are."""
+    text = " ".join(cell for table in page_of(name).all_tables for row in table.rows for cell in row)
+    assert re.findall(r"\d*\.\d{10,}", text) == []
+
+
 def test_each_held_caption_is_of_a_figure() -> None:
     held = {figure for name in DRAWN for figure, _ in captions(results_of(name))}
     names = "3", "4", "6", "answer", "atlas", "cycle", "device", "diagram", "hysteresis", "ladder"

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from vireport.design.solution import Solution
 from vireport.gate.alerts import alerts, cause_of
 from vireport.gate.evidence import Evidence, Question
-from vireport.gate.opening import opening_of
+from vireport.gate.opening import margin_said, opening_of
 from vireport.gate.verdict import Status, Verdict, verdict_of
 from vireport.membranes.compliance import Grade
 from vireport.physics.contact import contacts
@@ -231,3 +231,23 @@ def test_no_result_of_a_range_too_narrow_to_be_set_is_on_the_first_page(over: di
     assert not {"margin", "own_stiffness", "shock", "from_rest", "jitter"} & set(verdict.answers)
     assert verdict.voltage.data is None
     assert said(toleranced(**NARROW | over | {"tolerances__length_percent": 1.0})).motion.status == "good"
+
+
+def test_a_sweep_without_a_design_point_says_where_it_runs() -> None:
+    opening = opening_of(said(solved("inclined", device__length_m=None)))
+    assert opening.worded().sentence == "It runs for 0.629 m < s ≤ 0.75 m."
+
+
+@pytest.mark.parametrize(
+    ("passed", "decided", "departs"), [(False, True, True), (False, False, False), (True, True, False)]
+)
+def test_a_simulation_is_said_to_depart_only_where_that_is_decided(passed: bool, decided: bool, departs: bool) -> None:
+    opening = opening_of(said(solved("inclined")), (), SimpleNamespace(passed=passed, decided=decided))
+    assert ("not_reproduced" in [fact.said.macro for fact in opening.facts]) is departs
+
+
+def test_the_margin_that_a_comparison_tells_is_a_share_where_the_design_value_is_not_0() -> None:
+    known = said(solved("inclined", inclination_deg=44.0))
+    room, _ = margin_said(known)
+    assert room.macro == "room"
+    assert room.words().replace("\u00a0", " ") == tile(solved("inclined", inclination_deg=44.0), "margin")[1]
