@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # as the command sets it before the imports
 
 import statistics
 import subprocess

@@ -64,7 +64,8 @@ def remove(folder: Path, name: str) -> None:
 
 def keys_of(name: str) -> list[str]:
     """The keys of a scenario that are known where an addition is."""
-    return [path for path, key in Scenario.keys.items() if key.addition == name]
+    extras = {key: field.json_schema_extra for key, field in Scenario.model_fields.items()}
+    return [key for key, extra in extras.items() if isinstance(extra, dict) and extra.get("addition") == name]
 
 
 def without_lines(file: Path, pattern: str) -> None:

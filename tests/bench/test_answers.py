@@ -125,7 +125,7 @@ def test_a_page_has_a_control_for_every_number_of_the_device() -> None:
     scenario = loaded_of(opened(EXAMPLES / "stiff-membrane.yaml"), {}).scenario
     paths = {control.path for control in controls_of(scenario)}
     assert {varied.path for varied in DesignInput} <= paths
-    assert {f"device.membrane.{key}" for key in scenario.device.membrane.keys} <= paths
+    assert {f"device.membrane.{key}" for key in scenario.device.membrane.model_dump()} <= paths
     assert {"device.ball_mass_kg", "device.friction", "requirements.margin_any_percent"} <= paths
 
 

@@ -176,7 +176,7 @@ def test_the_interval_holds_the_share_in_95_of_100_runs(example) -> None:
     over += ["simulation={samples: 5, starts: 8, impacts: 400}"]
     study = analyse(loads(example("horizontal").read_text(), overrides=over))
     asked = study.scenario.simulation
-    many = crosscheck(study.solution, asked.replaced({"starts": 2000}), seed=10**6)
+    many = crosscheck(study.solution, asked.model_copy(update={"starts": 2000}), seed=10**6)
     exact = many.share[0]
     assert 0.7 < exact < 0.8
     intervals = [crosscheck(study.solution, asked, seed=seed).share for seed in range(100)]

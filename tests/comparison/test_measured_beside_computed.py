@@ -13,7 +13,6 @@ from vireport.changes.table import NO_DIFFERENCE, axes_of, comparison_rows
 from vireport.design.solution import solution_of
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
-from vireport.scenario.declared import to_dict
 from vireport.study.measured import measured_data, measured_of
 from vireport.study.results import solution_data
 
@@ -27,7 +26,7 @@ def results(**over: object) -> dict:
     loaded = load(EXAMPLES / "measured.yaml", KNOWN | given)
     solution = solution_of(Device.of(loaded.scenario), Membrane.of(loaded.scenario), None, True, None)
     measured = measured_data(measured_of(loaded)) if loaded.scenario.measured else {}
-    settings = to_dict(loaded.scenario)
+    settings = loaded.scenario.model_dump(mode="json", by_alias=True)
     return {"scenario": settings, **solution_data(solution), "alerts": [], **measured}
 
 

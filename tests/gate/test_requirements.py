@@ -51,7 +51,7 @@ def only(name: str, required: dict[str, object], **overrides: object) -> Criteri
 
 def test_every_key_of_the_block_is_required_by_one_row() -> None:
     keys = [key for requirement in REQUIREMENTS for key in requirement.keys]
-    assert sorted(keys) == sorted(RequirementsBlock.keys)
+    assert sorted(keys) == sorted(RequirementsBlock.model_fields)
 
 
 def volts(solution) -> dict[str, float]:
@@ -440,7 +440,7 @@ def crosscheck(**given: object):
 def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     over = ["requirements={crosscheck_passed: true, u_ave_at_least_v: 1}", "simulation={samples: 2}"]
     loaded = load(ROOT / "examples/inclined.yaml", over)
-    plain = replace(loaded, scenario=loaded.scenario.replaced({"simulation": None}))
+    plain = replace(loaded, scenario=loaded.scenario.model_copy(update={"simulation": None}))
     study = analyse(plain)
     volt, check = assess(loaded, Evidence(study.solution, crosscheck()))
     assert volt.passed

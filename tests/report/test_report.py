@@ -425,6 +425,7 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
         "jinja2",
         "matplotlib",
         "numpy",
+        "pydantic_core",
         "typst",
         "yaml",
     }

@@ -6,7 +6,7 @@ import pytest
 from bad_scenarios import GOOD, MINIMAL
 
 from vireport.base.errors import ScenarioError
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import to_dict
 from vireport.scenario.loading import loads
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from strategies import solvable_trees
 
 from vireport.base.errors import ScenarioError
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import to_dict
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DRIVING
 

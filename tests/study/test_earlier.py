@@ -16,7 +16,7 @@ from vireport.base.errors import UsageError
 from vireport.cli.app import main
 from vireport.report.context import Report
 from vireport.report.rendering import render_html, render_pdf
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import to_dict
 from vireport.study.earlier import earlier_run, read_earlier
 from vireport.study.provenance import provenance_of
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vireport.scenario.declared import is_printable
+from vireport.scenario.blocks import is_printable
 from vireport.text.foreign import inert_cell, visible, without_joins
 from vireport.text.tables import markdown_text
 

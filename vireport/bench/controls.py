@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from enum import StrEnum
-from math import isfinite
+from math import inf
 from typing import Any
 
 from msgspec import Struct
+from pydantic.fields import FieldInfo
 
 from vireport.design.lines import HIGHEST_RESTITUTION
 from vireport.physics.device import RESTITUTIONS
@@ -18,8 +19,8 @@ from vireport.scenario.blocks import (
     Scenario,
     key_of,
     percent_key,
+    unit_of,
 )
-from vireport.scenario.declared import Key, to_dict
 from vireport.scenario.parameters import LARGEST, DesignInput, ScalarInput
 
 STIFFEST_FRICTION = 0.3
@@ -103,7 +104,7 @@ def controls_of(scenario: Scenario) -> tuple[Control, ...]:
 def values_of(scenario: Scenario) -> dict[str, Any]:
     """The values behind all controls and choices, by their paths, None where one is not given; and the harmonics."""
     own = {path: value_at(scenario, path) for path in (*(path for path, _ in _paths(scenario)), *CHOICES)}
-    return {**own, "excitation.harmonics": [to_dict(row) for row in scenario.excitation.harmonics]}
+    return {**own, "excitation.harmonics": [each.model_dump() for each in scenario.excitation.harmonics]}
 
 
 def ends_of(scenario: Scenario, varied: ScalarInput) -> tuple[float, float]:
@@ -124,35 +125,42 @@ def _paths(scenario: Scenario) -> Iterator[tuple[str, Group]]:
     yield from ((path, Group.DEVICE) for path in DEVICE)
     yield from ((path, Group.FORCE) for path in FORCE)
     if scenario.device.membrane is not None:
-        yield from ((f"device.membrane.{name}", Group.MEMBRANE) for name in MembraneBlock.keys)
-    for name, key in RequirementsBlock.keys.items():
-        if key.type.kind is float:
+        yield from ((f"device.membrane.{name}", Group.MEMBRANE) for name in MembraneBlock.model_fields)
+    for name, key in RequirementsBlock.model_fields.items():
+        if _is_number(key):
             yield f"requirements.{name}", Group.REQUIRED
     yield from ((f"tolerances.{percent_key(varied)}", Group.TOLERANCES) for varied in DesignInput)
+
+
+def _is_number(key: FieldInfo) -> bool:
+    return key.annotation in (float, float | None)
 
 
 def _control(scenario: Scenario, path: str, group: Group) -> Control:
     key, value, typed = key_of(path), value_at(scenario, path), group in (Group.REQUIRED, Group.TOLERANCES)
     start, end = _ends(path, key, value, scenario)
-    what = key.title, SYMBOLS.get(path, ""), key.unit, key.meaning
+    what = key.title or "", SYMBOLS.get(path, ""), unit_of(key), key.description or ""
     return Control(path, group, *what, start, end, not typed)
 
 
-def _ends(path: str, key: Key, value: float | None, scenario: Scenario) -> tuple[float, float]:
+def _ends(path: str, key: FieldInfo, value: float | None, scenario: Scenario) -> tuple[float, float]:
     """The ends of a slider: of what the key allows, where that is a range, else around the value that it begins with.
 
     A swept parameter has those of the sweep, widened to hold the design point.
     """
     if path == "device.friction":
         return 0.0, STIFFEST_FRICTION
-    low, high = max(key.ge, key.gt), key.le
+    bounds = {
+        name: getattr(rule, name) for rule in key.metadata for name in ("ge", "gt", "le", "lt") if hasattr(rule, name)
+    }
+    low, high = bounds.get("ge", bounds.get("gt", -inf)), bounds.get("le", bounds.get("lt", inf))
     if any(path == varied.path for varied in RESTITUTIONS):
         high = HIGHEST_RESTITUTION
     sweep = scenario.sweep
     if sweep is not None and sweep.parameter.path == path:
         held = [sweep.from_, sweep.to] if value is None else [sweep.from_, sweep.to, value]
         return min(held), max(held)
-    if isfinite(key.ge) and high < LARGEST:
+    if "ge" in bounds and high < LARGEST:
         return low, high
-    about = value if value is not None else float((key.examples or (LARGEST_SHARE,))[0])
+    about = value if value is not None else float((key.examples or [LARGEST_SHARE])[0])
     return max(low, about / SPAN), min(high, about * SPAN)

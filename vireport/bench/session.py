@@ -17,8 +17,7 @@ from vireport.base.version import __version__
 from vireport.bench.answers import first_answer
 from vireport.bench.controls import CHOICES, controls_of, ends_of
 from vireport.bench.jobs import Aside, Asked, Job
-from vireport.scenario.blocks import Scenario
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import Scenario, to_dict
 from vireport.scenario.loading import Loaded, LoadedMap, load_any, loads
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput

@@ -64,7 +64,7 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
 
 def _run_of(loaded: Loaded) -> Study | None:
     """What a run finds of the design point by itself; None where a run ends without results."""
-    alone = loaded.scenario.replaced(dict.fromkeys(NOT_RUN))
+    alone = loaded.scenario.model_copy(update=dict.fromkeys(NOT_RUN))
     try:
         return analyse(replace(loaded, scenario=alone), (Task.JSON,))
     except NumericalError:

@@ -47,7 +47,7 @@ def asked(loaded: Loaded) -> Loaded:
     """
     block = loaded.scenario.accuracy or AccuracyBlock()
     changes = {"accuracy": block, "simulation": None, "requirements": None}
-    return replace(loaded, scenario=loaded.scenario.replaced(changes))
+    return replace(loaded, scenario=loaded.scenario.model_copy(update=changes))
 
 
 def measured(loaded: Loaded, progress: Progress | None = None) -> Study:

@@ -23,8 +23,7 @@ from vireport.measurement.records import read_record, record_contents
 from vireport.measurement.shaker import ShakerMotion
 from vireport.measurement.signals import OF_SHAKER, Signals, read_signals, with_shaker
 from vireport.physics.device import RESTITUTIONS
-from vireport.scenario.blocks import Distribution, Scenario, percent_key
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import Distribution, Scenario, percent_key, to_dict
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput
 from vireport.scenario.writing import as_yaml

@@ -23,7 +23,7 @@ from vireport.changes.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, 
 from vireport.comparison.opening import comparison_opening
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, rank_studies, ranking_table, remarks
 from vireport.comparison.variants import Item, Variant, Vary, variants
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import to_dict
 from vireport.study.plan import Task, plan
 from vireport.study.results import SCHEMA_VERSION
 from vireport.study.study import Study, analyse

@@ -50,6 +50,7 @@ from vireport.scenario.blocks import (
     LimitKind,
     RequirementsBlock,
     Scenario,
+    unit_of,
 )
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -234,7 +235,7 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
             given = [self.demand.usual]
         if None in given:
             return None
-        unit = RequirementsBlock.keys[self.key].unit
+        unit = unit_of(RequirementsBlock.model_fields[self.key])
         unit = unit_of_swept(scenario.parameter) if unit == UNIT_OF_SWEPT else unit
         return Limit(kind, tuple(sorted(given)), unit, usual=usual)
 

@@ -15,7 +15,7 @@ from vireport.gate.opening import MOST_FACTS, Opening, Said, Statement, words_of
 from vireport.gate.verdict import Status
 from vireport.optimise.grid import OFF, SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
-from vireport.scenario.blocks import DesignPath, Objective, key_of, set_in_type
+from vireport.scenario.blocks import DesignPath, Objective, key_of, set_in_type, unit_of
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
@@ -271,7 +271,7 @@ def _extreme(result: SearchResult) -> Said:
 def _named(path: DesignPath) -> str:
     """What an input is called within a sentence."""
     known = next((own.quantity for own in DesignInput if own.path == path), None)
-    return known or key_of(path).title.lower()
+    return known or (key_of(path).title or path).lower()
 
 
 def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
@@ -283,7 +283,7 @@ def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
 
 def _with_unit(path: DesignPath, value: float) -> str:
     """An input that has no margins, with the unit of its key."""
-    unit = set_in_type(key_of(path).unit)
+    unit = set_in_type(unit_of(key_of(path)))
     return quantity(value, unit, OF_INPUTS) if unit in PREFIXED else f"{given(value)} {unit}".rstrip()
 
 

@@ -30,8 +30,8 @@ from vireport.scenario.blocks import (
     Need,
     Objective,
     RequirementsBlock,
+    to_dict,
 )
-from vireport.scenario.declared import to_dict
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.writing import as_yaml
@@ -303,8 +303,8 @@ def _with_usual(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:
         for key, (limit, others) in USUAL.items()
         if all(getattr(block, name) is None for name in (key, *others)) and all(evaluated[need] for need in _needs(key))
     }
-    limited = block.replaced(lacking) if lacking else scenario.requirements
-    return replace(loaded, scenario=scenario.replaced({"requirements": limited})), tuple(lacking)
+    limited = block.model_copy(update=lacking) if lacking else scenario.requirements
+    return replace(loaded, scenario=scenario.model_copy(update={"requirements": limited})), tuple(lacking)
 
 
 def _needs(key: str) -> tuple[Need, ...]:

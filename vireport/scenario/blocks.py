@@ -3,23 +3,36 @@
 This is the one place where a key is declared. Validation, the JSON Schema, the wording of mistakes and the report's
 table of inputs are derived from it. Nothing here reads a file, and nothing knows what is computed.
 """
-# Annotations are evaluated where they stand: the types of the keys are read from them.
+# Annotations are evaluated where they stand: as texts, pydantic compiled each of 200, a quarter of this import.
 
 from collections.abc import Iterator
 from enum import Enum, StrEnum
 from math import prod
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
 
 from msgspec import Struct
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
 
 from vireport.base.additions import ADDITIONS
-from vireport.scenario.declared import REQUIRED, Block, Key, Text
 from vireport.scenario.parameters import (
     LARGEST,
     SMALLEST,
     DesignInput,
     Parameter,
 )
+from vireport.text.foreign import without_joins
 
 LONGEST_TEXT = 200
 LARGEST_PERIOD_RATIO = 20
@@ -59,15 +72,90 @@ LONGEST_RAMP = 1000.0
 """Forcing periods over which a force is ramped up: minutes, at the frequencies of such devices."""
 
 
-TEXT = Annotated[str, Text(LONGEST_TEXT)]
+class Block(BaseModel):
+    """A block of keys: frozen, without keys that are not declared, and without conversion of types."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        strict=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        defer_build=True,
+        model_title_generator=lambda block: block.__name__.removesuffix("Block"),  # editors show the title
+    )
+
+    def __repr__(self) -> str:
+        """The block without the keys that are not given."""
+        values = ", ".join(
+            f"{key}={getattr(self, key)!r}" for key in type(self).model_fields if key in self.model_fields_set
+        )
+        return f"{type(self).__name__}({values})"
+
+
+class _WhenGiven:
+    """Has a block validated by its own validator, which pydantic builds when it is first used.
+
+    To build those of all blocks takes a hundredth of a run with --json, and most scenarios have few of them.
+    """
+
+    def __get_pydantic_core_schema__(self, block: type[Block], _: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(block.model_validate, metadata={"block": block})
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        # Within a schema of definitions the block becomes a reference; by itself it would be written out here.
+        return handler(core_schema.definitions_schema(TypeAdapter(schema["metadata"]["block"]).core_schema, []))
+
+
+_AnyBlock = TypeVar("_AnyBlock", bound=Block)
+
+WhenGiven = Annotated[_AnyBlock, _WhenGiven()]
+"""A block that most scenarios are without."""
+
+
+def is_printable(text: str) -> bool:
+    """Whether a text is one line that any output can show: not blank, and without control characters."""
+    return without_joins(text).isprintable() and bool(text.strip())
+
+
+def _printable(text: str) -> str:
+    if not is_printable(text):
+        raise ValueError("not printable")
+    return text
+
+
+TEXT = Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT), AfterValidator(_printable)]
 """Free text. It gets onto terminals, into logs and onto pages, so that a key of this type can do no harm there."""
 
 
-def _key(default: Any, title: str, unit: str, meaning: str, *, example: Any = None, **rules: Any) -> Any:
-    """Declare a key, see `Key`; the example is that of its default unless it is given."""
+REQUIRED: Any = ...
+"""Stands for the default of a key that has none."""
+
+
+def _key(
+    default: Any,
+    title: str,
+    unit: str,
+    meaning: str,
+    *,
+    example: Any = None,
+    beyond: str = "",
+    addition: str = "",
+    **rules: Any,
+) -> Any:
+    """Declare a key; the unit is "" where there is none and "1" for a pure number, the example that of its default.
+
+    What is beyond its range is refused with the reason `beyond`. Without its `addition` the key is an unknown one.
+    """
     example = default if example is None and default is not REQUIRED else example
-    examples = () if example is None else (example,)
-    return Key(default=default, title=title, unit=unit, meaning=meaning, examples=examples, **rules)
+    extra = {"unit": unit, "beyond": beyond, "addition": addition}
+    return Field(
+        default,
+        title=title,
+        description=meaning,
+        examples=None if example is None else [example],
+        json_schema_extra={name: text for name, text in extra.items() if text} or None,
+        **rules,
+    )
 
 
 def _positive(default: Any, title: str, unit: str, meaning: str, *, example: float | None = None) -> Any:
@@ -139,6 +227,7 @@ class DeviceBlock(Block):
         "",
         "Whether the shaker imposes the capsule's motion (prescribed), or the force drives it and it recoils from the "
         "ball (free).",
+        strict=False,
     )
     friction: float = _key(
         0.0,
@@ -194,10 +283,11 @@ class DeviceBlock(Block):
         """Whether both membranes have one restitution."""
         return self.restitution_bottom == self.restitution_top
 
+    @model_validator(mode="before")
     @classmethod
-    def completed(cls, tree: dict[str, Any]) -> dict[str, Any]:
+    def _with_membrane(cls, tree: Any) -> Any:
         """Fill in the default membrane where energy is evaluated: where the ball's mass is given."""
-        if tree.get("ball_mass_kg") is not None and tree.get("membrane") is None:
+        if isinstance(tree, dict) and tree.get("ball_mass_kg") is not None and tree.get("membrane") is None:
             return tree | {"membrane": {}}
         return tree
 
@@ -234,13 +324,14 @@ class ExcitationBlock(Block):
     frequency_hz: float | None = _swept(
         Parameter.FREQUENCY, "Frequency", "Hz", "Frequency omega/(2 pi) of the force.", 2.0
     )
-    harmonics: tuple[HarmonicBlock, ...] = _key(
+    harmonics: tuple[WhenGiven[HarmonicBlock], ...] = _key(
         (),
         "Harmonics",
         "",
         "Harmonics of the force, each order once. Left out, it is a sine.",
         example=[{"order": 2, "percent": 5.0, "phase_deg": 225.0}],
         max_length=HIGHEST_ORDER - 1,
+        strict=False,
     )
     record: TEXT | None = _key(
         None,
@@ -267,6 +358,7 @@ class SweepBlock(Block):
         "The parameter that is varied. Of restitution, that of both membranes, their difference is kept; that of one "
         "alone leaves the other's as the device has it.",
         example="length_m",
+        strict=False,
     )
     from_: float = _key(
         REQUIRED, "From", UNIT_OF_SWEPT, "First value; it may be the larger.", example=0.59, alias="from"
@@ -310,6 +402,7 @@ class SimulationBlock(Block):
         "",
         "Direction in which the sweep is gone through slowly, each value from the state that the last one ended in: "
         "up, down, or both, one after the other.",
+        strict=False,
     )
     # Lists become tuples as they are read, which strictly no list is.
     portraits: tuple[float, ...] = _key(
@@ -319,6 +412,7 @@ class SimulationBlock(Block):
         "Values of the swept parameter for phase portraits and time series (figure-3).",
         example=[0.59, 0.69],
         max_length=8,
+        strict=False,
     )
     displacement: tuple[float, ...] = _key(
         (),
@@ -327,6 +421,7 @@ class SimulationBlock(Block):
         "Values of the swept parameter for the displacement of capsule and ball (figure-6).",
         example=[0.69],
         max_length=8,
+        strict=False,
     )
 
 
@@ -427,7 +522,7 @@ MOST_EFFICIENT = 100.0
 """Most of the energy that impacts lose which can become electrical [%]: what is gained is part of what is lost."""
 
 LONGEST_WORD = 16
-WORD = Annotated[str, Text(LONGEST_WORD, "^[BT]+$")]
+WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=True)]
 """Impacts of one period in their order, B on the bottom and T on the top."""
 
 
@@ -462,6 +557,7 @@ class RequirementsBlock(Block):
         example=["BT", "BBT"],
         min_length=1,
         max_length=8,
+        strict=False,
     )
     reached_from_rest: Annotated[bool | None, _FROM_REST] = _key(
         None,
@@ -619,8 +715,8 @@ class RequirementsBlock(Block):
 def _demands() -> dict[Demand, tuple[str, ...]]:
     """The requirements that there are, with their keys, in the order of these."""
     keys: dict[Demand, tuple[str, ...]] = {}
-    for name, key in RequirementsBlock.keys.items():
-        (demand,) = (mark for mark in key.type.marks if isinstance(mark, Demand))
+    for name, key in RequirementsBlock.model_fields.items():
+        (demand,) = (part for part in key.metadata if isinstance(part, Demand))
         keys[demand] = (*keys.get(demand, ()), name)
     return keys
 
@@ -630,7 +726,7 @@ DEMANDS = _demands()
 
 
 MotionName = Annotated[
-    str, Text(pattern="^([BT]{1,16}|[BCG][1-9][0-9]{0,3})$", meaning="a word such as BBT, or a label such as B1")
+    str, Field(pattern=r"^([BT]{1,16}|[BCG][1-9][0-9]{0,3})$", description="a word such as BBT, or a label such as B1")
 ]
 
 
@@ -659,6 +755,7 @@ class MotionsBlock(Block):
         "Motions that are drawn in full: a word, or the label of a point where families meet.",
         example=["BBT", "B1"],
         max_length=8,
+        strict=False,
     )
     starts: tuple[StartBlock, ...] = _key(
         (),
@@ -667,6 +764,7 @@ class MotionsBlock(Block):
         "Words that are looked for at a value of the sweep, beyond those that are looked for along all of it.",
         example=[{"word": "BBT", "value": 0.65, "periods": 1}],
         max_length=8,
+        strict=False,
     )
 
 
@@ -713,6 +811,7 @@ class TolerancesBlock(Block):
         "",
         "How the inputs of the devices that are made lie within their tolerances, for the yield: uniform, or normal "
         "with the tolerance as three standard deviations and nothing beyond.",
+        strict=False,
     )
     samples: int = _key(
         4096, "Samples", "1", "Random devices from which the yield is estimated; a power of 2.", ge=64, le=2**20
@@ -817,6 +916,7 @@ class RecordBlock(Block):
         "Direction",
         "",
         "In which the swept parameter came to the value, without stopping the device. Of a column it is known.",
+        strict=False,
     )
     force_maximum_s: float | None = _key(
         None,
@@ -847,6 +947,7 @@ class AccuracyBlock(Block):
         example=[1.0, 1e4],
         min_length=2,
         max_length=8,
+        strict=False,
     )
 
 
@@ -986,6 +1087,7 @@ class EffectBlock(Block):
         "has a second harmonic, at its worst phase, the restitution falls with the speed of the impact, or the ball "
         "has friction.",
         example="restitution_bottom",
+        strict=False,
     )
     percent: float | None = _key(
         None,
@@ -1021,7 +1123,7 @@ class EffectBlock(Block):
 class VariedBlock(Block):
     """An input of the design that may vary, and between what."""
 
-    path: DesignPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m")
+    path: DesignPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
     from_: float = _key(REQUIRED, "From", UNIT_OF_VARIED, "One end of its range.", example=0.6, alias="from")
     to: float = _key(REQUIRED, "To", UNIT_OF_VARIED, "The other end of its range.", example=0.9)
 
@@ -1035,6 +1137,7 @@ class DesignBlock(Block):
         "",
         "The inputs that may vary.",
         example=[{"path": "device.length_m", "from": 0.6, "to": 0.9}],
+        strict=False,
         min_length=1,
         max_length=MOST_VARIED,
     )
@@ -1045,6 +1148,7 @@ class DesignBlock(Block):
         "What shall be as large as possible: an input that varies, or a result, the least of the stable motions. "
         "Either this or minimise.",
         example="u_ave_v",
+        strict=False,
     )
     minimise: Objective | None = _key(
         None,
@@ -1052,14 +1156,10 @@ class DesignBlock(Block):
         "",
         "What shall be as small as possible: an input that varies, or a result, the largest of the stable motions.",
         example="length_m",
+        strict=False,
     )
     cells: int = _key(
-        40_000,
-        "Cells",
-        "1",
-        "Designs of the grid that is searched before the best are refined.",
-        ge=16,
-        le=10_000_000,
+        40_000, "Cells", "1", "Designs of the grid that is searched before the best are refined.", ge=16, le=10_000_000
     )
 
     @property
@@ -1094,44 +1194,45 @@ class Scenario(Block):
     sweep: SweepBlock | None = _key(
         None, "Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."
     )
-    simulation: SimulationBlock | None = _key(
+    simulation: WhenGiven[SimulationBlock] | None = _key(
         None,
         "Simulation",
         "",
         "The simulation beside the solution. Left out, only the report's own motion is simulated.",
     )
-    motions: MotionsBlock | None = _key(
+    motions: WhenGiven[MotionsBlock] | None = _key(
         None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
     )
-    accuracy: AccuracyBlock | None = _key(
+    accuracy: WhenGiven[AccuracyBlock] | None = _key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
     )
-    disturbances: DisturbancesBlock | None = _key(
+    disturbances: WhenGiven[DisturbancesBlock] | None = _key(
         None,
         "Disturbances",
         "",
         "What the device does when it is switched on. Left out, only the outcome from rest at once, and how fast small "
         "disturbances die out.",
     )
-    tolerances: TolerancesBlock | None = _key(
+    tolerances: WhenGiven[TolerancesBlock] | None = _key(
         None,
         "Tolerances",
         "",
         "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
     )
-    measured: tuple[RecordBlock, ...] | None = _key(
+    measured: tuple[WhenGiven[RecordBlock], ...] | None = _key(
         None,
         "Measured",
         "",
         "Records of impacts that are shown beside what is computed. Left out, there are none.",
         example=[{"impacts": "measured-impacts.csv"}],
+        strict=False,
         min_length=1,
         max_length=MOST_RECORDS,
     )
-    requirements: RequirementsBlock | None = _key(
+    requirements: WhenGiven[RequirementsBlock] | None = _key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
     )
-    effects: tuple[EffectBlock, ...] | None = _key(
+    effects: tuple[WhenGiven[EffectBlock], ...] | None = _key(
         None,
         "Effects",
         "",
@@ -1139,10 +1240,11 @@ class Scenario(Block):
         "Left out, the usual ones: either restitution 5 % less, the other motion of the capsule, a second harmonic of "
         "2 %, a restitution that falls with the speed to the power -0.1, and a coefficient of friction of 0.05.",
         example=[{"effect": "restitution_bottom", "percent": -5.0}],
+        strict=False,
         min_length=1,
         max_length=MOST_EFFECTS,
     )
-    design: DesignBlock | None = _key(
+    design: WhenGiven[DesignBlock] | None = _key(
         None,
         "Design",
         "",
@@ -1187,7 +1289,12 @@ class Scenario(Block):
 
 def keys_left_out(model: type[Scenario]) -> list[str]:
     """The keys of a file that belong to an addition which is taken out: they are unknown ones."""
-    return [name for name, key in model.keys.items() if key.addition not in ("", *ADDITIONS)]
+    extras = {name: field.json_schema_extra for name, field in model.model_fields.items()}
+    return [
+        name
+        for name, extra in extras.items()
+        if isinstance(extra, dict) and extra.get("addition", "") not in ("", *ADDITIONS)
+    ]
 
 
 class Sampling(StrEnum):
@@ -1202,7 +1309,7 @@ class Sampling(StrEnum):
 class AxisBlock(Block):
     """One parameter that is varied: from one value to another in even steps, or at the values of a list."""
 
-    path: AxisPath = _key(REQUIRED, "Path", "", "The parameter.", example="inclination_deg")
+    path: AxisPath = _key(REQUIRED, "Path", "", "The parameter.", example="inclination_deg", strict=False)
     from_: float | None = _key(None, "From", "", "First value, in the parameter's unit.", example=0.0, alias="from")
     to: float | None = _key(None, "To", "", "Last value, in the parameter's unit.", example=90.0)
     count: int | None = _key(None, "Count", "1", "Number of values, on a grid.", example=80, ge=2, le=100_000_000)
@@ -1214,6 +1321,7 @@ class AxisBlock(Block):
         example=[0.0, 45.0],
         min_length=1,
         max_length=MOST_VALUES,
+        strict=False,
     )
 
     @property
@@ -1237,6 +1345,7 @@ class MapBlock(Block):
         "Axes",
         "",
         "The parameters that are varied.",
+        strict=False,
         min_length=FEWEST_AXES,
         max_length=MOST_AXES,
     )
@@ -1245,6 +1354,7 @@ class MapBlock(Block):
         "Sampling",
         "",
         "Every combination of the values (grid), the values side by side (list), or points between from and to.",
+        strict=False,
     )
     samples: int | None = _key(
         None, "Samples", "1", "Number of points, where they are not a grid.", example=4096, ge=1, le=2**30
@@ -1307,13 +1417,22 @@ class Input(NamedTuple):
     value: object
 
 
-def key_of(path: str) -> Key:
+def key_of(path: str) -> FieldInfo:
     """The declaration of a key, by its path in a scenario."""
-    block: type[Block] = Scenario
+    block: Any = Scenario
     *blocks, name = path.split(".")
     for part in blocks:
-        block = block.keys[part].type.kind
-    return block.keys[name]
+        kinds = _kinds(block.model_fields[part].annotation)
+        block = next(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Block))
+    key: FieldInfo = block.model_fields[name]
+    return key
+
+
+def _kinds(annotation: Any) -> Iterator[Any]:
+    """The types that an annotation allows."""
+    yield annotation
+    for kind in get_args(annotation):
+        yield from _kinds(kind)
 
 
 def set_in_type(unit: str) -> str:
@@ -1321,16 +1440,30 @@ def set_in_type(unit: str) -> str:
     return UNITS.get(unit, unit)
 
 
+def unit_of(key: FieldInfo) -> str:
+    """The unit that a key is declared with, "" where it has none."""
+    extra = key.json_schema_extra
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
 def inputs(block: Block, path: str = "") -> Iterator[Input]:
     """Every value of a block and of those within it, in the order of the format; what is absent is left out.
 
     A list of blocks is left out too, where it says what a device might be and not what it is.
     """
-    for name, key in block.keys.items():
+    for name, key in type(block).model_fields.items():
         value, here = getattr(block, name), f"{path}{key.alias or name}"
         if isinstance(value, Block):
             yield from inputs(value, f"{here}.")
         elif isinstance(value, tuple) and any(isinstance(row, HarmonicBlock) for row in value):
-            yield Input(here, key.title, key.unit, tuple(map(str, value)))
+            yield Input(here, key.title or "", unit_of(key), tuple(map(str, value)))
         elif value is not None and not (isinstance(value, tuple) and any(isinstance(row, Block) for row in value)):
-            yield Input(here, key.title, key.unit, value)
+            yield Input(here, key.title or "", unit_of(key), value)
+
+
+def to_dict(block: Block) -> dict[str, Any]:
+    """Return a block as plain data, defaults filled in, by the names and in the order of the file.
+
+    What is optional and absent is None. Loading the result gives an equal block.
+    """
+    return block.model_dump(mode="json", by_alias=True)

@@ -6,17 +6,12 @@ The wording of mistakes reads its ranges and units from the JSON Schema, so that
 from __future__ import annotations
 
 from collections.abc import Iterator
-from enum import Enum
 from functools import cache
-from inspect import cleandoc
-from math import isfinite
 from pathlib import Path
-from types import NoneType
 from typing import Any
 
 from vireport.base.additions import ADDITIONS
 from vireport.scenario.blocks import Scenario
-from vireport.scenario.declared import REQUIRED, Block, Key
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -24,9 +19,6 @@ IDENTIFIER = "urn:uuid:4049c3a5-c16d-53b3-9cf7-2e6fde98309b"
 """Names the schema of schema_version 1, wherever it lies; another version has another one. It is no address, as nobody
 could promise that one goes on answering.
 """
-
-TYPES = {float: "number", int: "integer", bool: "boolean", NoneType: "null"}
-"""Names of the types of values in JSON Schema."""
 
 # What a reader looks for first.
 _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
@@ -57,77 +49,39 @@ def init_text() -> str:
 
 
 def _declared(model: type[Scenario]) -> dict[str, Any]:
-    """Schema of a file by the declarations of its keys, with those of all blocks in it."""
-    blocks = dict[str, type[Block]]()
-    _gather(model, blocks)
-    return _sorted({**_block(model), "$defs": {name: _block(blocks[name]) for name in sorted(blocks)}})
+    """Schema of the keys as they are declared, without what holds between several of them."""
+    whole = model.model_json_schema()
+    words = {name: node for name, node in whole["$defs"].items() if "enum" in node}
+    whole["$defs"] = {name: node for name, node in whole["$defs"].items() if name not in words}
+    return _plain(whole, words)
 
 
-def _known(block: type[Block]) -> dict[str, Key]:
-    """The keys of a block by their names in a file, without those of additions that are taken out."""
-    keys = block.keys.items()
-    return {key.alias or name: key for name, key in keys if key.addition in ("", *ADDITIONS)}
-
-
-def _gather(block: type[Block], blocks: dict[str, type[Block]]) -> None:
-    """Add the blocks within a block, by their names."""
-    for key in _known(block).values():
-        if issubclass(inner := key.type.kind, Block) and inner.__name__ not in blocks:
-            blocks[inner.__name__] = inner
-            _gather(inner, blocks)
-
-
-def _block(block: type[Block]) -> dict[str, Any]:
-    """Schema of a block; its title is what editors show."""
-    keys = _known(block)
-    node: dict[str, Any] = {
-        "title": block.__name__.removesuffix("Block"),
-        "description": cleandoc(block.__doc__ or ""),
-        "type": "object",
-        "required": [name for name, key in keys.items() if key.default is REQUIRED],
-        "additionalProperties": False,
-        "properties": {name: _key(key) for name, key in keys.items()},
-    }
-    return _sorted({name: part for name, part in node.items() if part != []})
-
-
-def _key(key: Key) -> dict[str, Any]:
-    """Schema of a key, null being one more type or choice where it may be left out."""
-    kind, values = key.type, _values(key)
-    node: dict[str, Any] = {"items": _sorted(values), "type": "array"} if kind.many else values
-    if kind.optional and "$ref" in node:
-        node = {"anyOf": [node, {"type": "null"}]}
-    elif kind.optional:
-        node["type"] = [node["type"], "null"]
-        if "enum" in node:
-            node["enum"] = [*node["enum"], None]
-    told = {"title": key.title, "description": key.meaning, "unit": key.unit, "beyond": key.beyond}
-    limits = {"minItems": key.min_length, "maxItems": key.max_length}
-    node |= {name: part for name, part in (told | limits).items() if part not in ("", None)}
-    if key.default is not REQUIRED and key.default is not None:
-        node["default"] = list(key.default) if kind.many else key.default
-    if key.examples:
-        node["examples"] = [list(example) if kind.many else example for example in key.examples]
-    return _sorted(node)
-
-
-def _values(key: Key) -> dict[str, Any]:
-    """Schema of a value of a key, or of the elements of a list."""
-    kind, text = key.type.kind, key.type.text
-    if issubclass(kind, Block):
-        return {"$ref": f"#/$defs/{kind.__name__}"}
-    if issubclass(kind, Enum):
-        return {"type": "string", "enum": [member.value for member in kind]}
-    if kind is str:
-        held = {"maxLength": text.longest, "pattern": text.pattern, "description": text.meaning}
-        return {"type": "string"} | ({} if text.pattern else {"minLength": 1}) | {k: v for k, v in held.items() if v}
-    limits = {"minimum": key.ge, "exclusiveMinimum": key.gt, "maximum": key.le}
-    return {"type": TYPES[kind]} | {name: limit for name, limit in limits.items() if isfinite(limit)}
-
-
-def _sorted(node: dict[str, Any]) -> dict[str, Any]:
-    """A schema in the order that a reader looks for its parts."""
+def _plain(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
+    """A schema as a person would write it: a choice of words where it belongs, and null as one more type."""
+    node = {name: value for name, value in node.items() if name != "default" or value is not None}
+    node.pop("addition", None)
+    for name in {"properties", "$defs"} & set(node):
+        known = {key: value for key, value in node[name].items() if value.get("addition") in (None, *ADDITIONS)}
+        node[name] = {key: _plain(value, words) for key, value in known.items()}
+    node = _spelled(node, words)
+    kinds = [_spelled(kind, words) for kind in node.get("anyOf", [])]
+    if kinds and "type" in kinds[0]:
+        if "enum" in kinds[0]:
+            kinds[0] = kinds[0] | {"enum": [*kinds[0]["enum"], None]}
+        node = {**kinds[0], **node, "type": [kind["type"] for kind in kinds]}
+        del node["anyOf"]
     return {name: node[name] for name in sorted(node, key=_rank)}
+
+
+def _spelled(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
+    """A schema with the words of a choice in place of a reference to them."""
+    choice = words.get(node.get("$ref", "").rpartition("/")[2])
+    if choice is None:
+        return node
+    return {name: value for name, value in node.items() if name != "$ref"} | {
+        "type": choice["type"],
+        "enum": choice["enum"],
+    }
 
 
 def _rank(name: str) -> tuple[int, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from functools import reduce
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import Any, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
+from pydantic import ValidationError
 
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import Mistake, ScenarioError, UsageError
@@ -27,7 +29,6 @@ from vireport.scenario.blocks import (
     Scenario,
     keys_left_out,
 )
-from vireport.scenario.declared import Finding, Kind, read_block
 from vireport.scenario.document import (
     LARGEST_FILE,
     Document,
@@ -39,6 +40,8 @@ from vireport.scenario.overrides import apply, as_texts, yaml_of
 from vireport.scenario.rules import (
     ADDED_IF_FULL,
     AXES,
+    Finding,
+    Kind,
     barred_blocks,
     inconsistencies,
     is_number,
@@ -288,16 +291,24 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
         With every mistake in it.
     """
     keys: Any = document.data
-    left_out = keys_left_out(model)
+    file, left_out = None, keys_left_out(model)
     findings = [Finding(key, Kind.UNKNOWN, keys[key]) for key in left_out if key in keys]
-    file = read_block(model, {key: value for key, value in keys.items() if key not in left_out}, findings)
+    try:
+        file = model.model_validate({key: value for key, value in keys.items() if key not in left_out})
+    except ValidationError as error:
+        kinds = {"missing": Kind.MISSING, "extra_forbidden": Kind.UNKNOWN}
+        for mistake in error.errors(include_url=False):
+            if mistake["type"] == "too_short" and len(mistake["input"]) > mistake["ctx"]["actual_length"]:
+                continue  # a list is only short of the elements that are wrong in themselves
+            path = reduce(join, mistake["loc"], "")
+            findings.append(Finding(path, kinds.get(mistake["type"], Kind.VALUE), mistake["input"]))
     wrong = {finding.path for finding in findings} | document.unread
     if findings:
         from vireport.scenario.messages import misspelt
 
         wrong |= misspelt(findings, document, model)
     findings += inconsistencies(document, wrong, model)
-    if not findings and not document.mistakes:
+    if file is not None and not findings and not document.mistakes:
         return file
     from vireport.scenario.messages import worded
 

@@ -11,14 +11,15 @@ from typing import Any
 
 from vireport.base.errors import MOST_MISTAKES, Mistake
 from vireport.scenario import hints
-from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario
-from vireport.scenario.declared import Finding, Kind, is_printable
+from vireport.scenario.blocks import UNIT_OF_SWEPT, DesignPath, Scenario, is_printable
 from vireport.scenario.document import Document, is_within_any
 from vireport.scenario.json_schema import keys
 from vireport.scenario.parameters import DRIVING
 from vireport.scenario.rules import (
     AXES,
     VARIED,
+    Finding,
+    Kind,
     path_of,
     rows_of,
     swept,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from collections.abc import Set as AbstractSet
+from enum import Enum, auto
 from typing import Any, NamedTuple, TypeVar
 
 from vireport.scenario.blocks import (
@@ -31,7 +32,6 @@ from vireport.scenario.blocks import (
     Scenario,
     percent_key,
 )
-from vireport.scenario.declared import Finding, Kind
 from vireport.scenario.document import Document, is_within_any
 from vireport.scenario.parameters import DRIVING, LARGEST_RESTITUTION, DesignInput, Parameter
 
@@ -165,6 +165,25 @@ def judged_at_design(swept: Parameter) -> list[str]:
     """The keys of requirements that need the design value of a parameter that is swept."""
     demands = (demand for demand in DEMANDS if demand.at_design and demand.over is not swept)
     return [key for demand in demands for key in DEMANDS[demand]]
+
+
+class Kind(Enum):
+    """What may be wrong with a key."""
+
+    MISSING = auto()
+    UNKNOWN = auto()
+    VALUE = auto()
+    """A value of the wrong type or out of the range of its key, or of the parameter that it is a value of."""
+    RULE = auto()
+    """Does not fit what is elsewhere: the value of the finding is the message."""
+
+
+class Finding(NamedTuple):
+    """Something wrong at a path."""
+
+    path: str
+    kind: Kind
+    value: object = None
 
 
 def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Scenario]) -> list[Finding]:

@@ -7,8 +7,7 @@ from typing import Any
 
 import yaml
 
-from vireport.scenario.blocks import Scenario
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import Scenario, to_dict
 
 OF_DEVICE = "schema_version", "title", "device", "excitation", "inclination_deg", "gravity_m_s2", "period_ratio"
 """Keys of a scenario that say what the device is; the others ask for something."""

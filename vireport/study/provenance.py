@@ -23,7 +23,7 @@ from vireport.base.version import __version__
 if TYPE_CHECKING:
     from vireport.scenario.loading import Loaded, LoadedMap
 
-NUMBERS = ("numpy", "yaml")
+NUMBERS = ("numpy", "pydantic_core", "yaml")
 """Libraries that the numbers pass through."""
 
 COMPILER = "numba"

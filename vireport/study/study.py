@@ -26,8 +26,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
-from vireport.scenario.blocks import AccuracyBlock, LeftOut, MotionsBlock, Scenario, TolerancesBlock
-from vireport.scenario.declared import to_dict
+from vireport.scenario.blocks import AccuracyBlock, LeftOut, MotionsBlock, Scenario, TolerancesBlock, to_dict
 from vireport.scenario.loading import Loaded, Source, load
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.families import families_data, motions_data
