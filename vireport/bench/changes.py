@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import floor, inf, log10
 
 import numpy as np
@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError, ScenarioError, UsageError
 from vireport.base.progress import Progress
 from vireport.design.lines import HIGHEST_RESTITUTION
+from vireport.design.solution import solution_of
 from vireport.gate.designs import Designs, keeps_motion
 from vireport.gate.evidence import Limit
-from vireport.gate.requirements import OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
+from vireport.gate.requirements import SPARED, OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
 from vireport.gate.verdict import Conclusion
-from vireport.physics.device import RESTITUTIONS
+from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
@@ -33,6 +34,9 @@ FARTHEST = 2.0
 
 TRIES = 5
 """Runs on either side of the design along an input: of the values that may work the 1st, 2nd, 4th, 8th and 16th."""
+
+FIRST_STEPS = 4
+"""Where a motion is looked for value by value, that many of the doubled steps are taken at once."""
 
 DIGITS = 4
 """Significant digits of a value to change to, rounded away from the design."""
@@ -118,9 +122,13 @@ def _sides(varied: DesignInput, here: float) -> tuple[Floats, Floats]:
 
 def _tried(values: Floats) -> Iterator[float]:
     """The first of some values, the second, the fourth, ...: what arrays cannot tell may hold for a while."""
-    for k in range(TRIES):
-        if 2**k <= len(values):
-            yield float(values[2**k - 1])
+    for k in _doubled(len(values))[:TRIES]:
+        yield float(values[k])
+
+
+def _doubled(count: int) -> list[int]:
+    """Rows 0, 1, 3, 7, ... of so many."""
+    return [2**k - 1 for k in range(count.bit_length())]
 
 
 def may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
@@ -135,9 +143,41 @@ def may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
         kept = designs.has_motion() if not allowed else np.ones(len(values), dtype=bool)
         for requirement, limit in asked:
             kept &= _may_meet(designs, requirement, limit)
-    except (NumericalError, UsageError):  # of a restitution that falls with speed: a run tells of each
-        return np.ones(len(values), dtype=bool)
+    except (NumericalError, UsageError):  # of a restitution that falls with speed there are no arrays
+        return _one_by_one(device, varied, values, not allowed)
     return kept
+
+
+def _one_by_one(device: Device, varied: DesignInput, values: Floats, required_1_1: bool) -> Mask:
+    """Which values may work, where no arrays tell: the nearest at which a stable 1:1 motion begins, and some beyond.
+
+    A value takes some 20 ms, so that it is looked for in ever longer steps, and then between two of these.
+    """
+    kept = np.zeros(len(values), dtype=bool)
+    looked_at = _doubled(len(values))[FIRST_STEPS:]
+    if not required_1_1:
+        kept[looked_at] = True
+        return kept
+    below = -1
+    for k in looked_at:
+        if _has_motion(device, varied, values[k]):
+            above = k
+            while above - below > 1:
+                middle = (below + above) // 2
+                below, above = (below, middle) if _has_motion(device, varied, values[middle]) else (middle, above)
+            kept[[above, *(row for row in looked_at if row > above)]] = True
+            break
+        below = k
+    return kept
+
+
+def _has_motion(device: Device, varied: DesignInput, value: float) -> bool:
+    changed = device.with_values({varied: float(value)})
+    try:
+        design = solution_of(changed, None, None, design=True, margins=False).design
+    except (NumericalError, UsageError):  # of which nothing can be said
+        return False
+    return design is not None and bool(design.motions.stable_mask.any())
 
 
 def _may_meet(designs: Designs, requirement: Requirement, limit: Limit) -> Mask:
@@ -168,10 +208,22 @@ def rounded_away(value: float, here: float) -> float:
 
 
 def works(study: Study, varied: DesignInput, value: float) -> bool:
-    """Whether a run of the design with another value does not fall short."""
+    """Whether a run of the design with another value does not fall short.
+
+    A run without disturbances, where they are not required, comes first: to look for a ramp that helps takes seconds,
+    and most values fall short at once.
+    """
+    needless = spared(required(study.scenario), (*SPARED, "disturbances"))
+    return _works_without(study, needless, varied, value) and (
+        study.scenario.disturbances is None
+        or "disturbances" not in needless
+        or _works_without(study, needless - {"disturbances"}, varied, value)
+    )
+
+
+def _works_without(study: Study, blocks: Iterable[str], varied: DesignInput, value: float) -> bool:
     loaded = study.loaded
-    lean = (f"{block}=" for block in spared(required(study.scenario)))
-    overrides = (*loaded.overrides, *lean, f"{varied.path}={value!r}")
+    overrides = (*loaded.overrides, *(f"{block}=" for block in blocks), f"{varied.path}={value!r}")
     try:
         other = analyse(loads(loaded.document.text, loaded.document.name, overrides), ())
     except (NumericalError, ScenarioError, UsageError):  # a value of which nothing can be said

@@ -264,12 +264,12 @@ SPARED = "sweep", "simulation", "motions", "accuracy"
 """Blocks that many designs of one scenario are judged without, where no requirement needs them."""
 
 
-def spared(asked: Iterable[tuple[Requirement, Limit]]) -> set[str]:
-    """The blocks of a scenario without which what is required can be judged."""
+def spared(asked: Iterable[tuple[Requirement, Limit]], among: Iterable[str] = SPARED) -> set[str]:
+    """The blocks of a scenario, of some, without which what is required can be judged."""
     demands = [requirement.demand for requirement, _ in asked]
     needed = {need.partition(".")[0] for demand in demands for need in demand.needs}
     followed = {"motions"} if any(demand.kind is LimitKind.WORDS for demand in demands) else set()
-    return set(SPARED) - needed - followed
+    return set(among) - needed - followed
 
 
 def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:
