@@ -99,6 +99,7 @@ class Region(Struct, frozen=True, eq=False):
     @property
     def corners(self) -> Floats:
         """Shares of the devices at whose inputs all factors are at an end, shape (factors, k)."""
+        # Corners that differ in a factor of no width would be the same devices twice.
         held = [] if self.parts_membranes else [FACTOR_OF[varied] for varied in RESTITUTIONS[1:]]
         ends = [[0.0] if factor in held else [0.0, 1.0] for factor in range(self.factors)]
         return np.stack(np.meshgrid(*ends, indexing="ij")).reshape(self.factors, -1)
@@ -108,6 +109,7 @@ class Region(Struct, frozen=True, eq=False):
         values = {}
         for varied, factor in factor_of(self.design).items():
             first, last, share = self.start[varied], self.end[varied], shares[factor]
+            # The last end itself at a share of 1, which a sum of doubles may miss.
             values[varied] = np.where(share == 1, last, first + share * (last - first))
         restitution = self._restitution(*(values.pop(varied) for varied in RESTITUTIONS))
         return replace(self.design.with_values(values), restitution=restitution)
@@ -121,6 +123,7 @@ class Region(Struct, frozen=True, eq=False):
 
     def groups(self, low: Floats, high: Floats) -> tuple[Affine, Affine, Any]:
         """(d, gbar, r) of all devices in boxes of shares, ends of shape (factors, k), Eqs. (2.5), (2.6)."""
+        # Inputs of one factor share a symbol, so that what they do to d and to gbar is bounded together.
         x: dict[DesignInput, Affine] = {}
         symbols = self.factors + OTHER_SYMBOLS
         for varied, factor in factor_of(self.design).items():
@@ -206,6 +209,7 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
             changed[varied] = changed[varied] + width * step
         else:
             restitution = _moved(restitution, varied, width * step)
+    # Below 0 and beyond 90 degrees the capsule is the mirror image of one between, see `region_of`.
     inclination = magnitude(changed[DesignInput.INCLINATION])
     changed[DesignInput.INCLINATION] = np.minimum(inclination, 180 - inclination)
     return replace(device.with_values(changed), restitution=restitution)

@@ -18,8 +18,8 @@ from vireport.design.speed_law import constant, motions_under_law
 from vireport.motions.branches import Branch
 from vireport.motions.diagram import BifurcationDiagram
 from vireport.motions.events import Event
+from vireport.motions.level_curve import plane_of
 from vireport.motions.one_to_one import Motions, motions_of
-from vireport.motions.orbits import Friction, orbits
 from vireport.motions.points import Point, place_at, place_of
 from vireport.motions.pointwise import find_motions
 from vireport.motions.polish import in_decimals
@@ -201,8 +201,10 @@ class DesignPoint(Struct, frozen=True, eq=False):
     @property
     def nearest_ends(self) -> dict[DesignInput, Margin]:
         """The nearest of the `limits` in each input that has one."""
-        farthest_first = sorted(self.limits(), key=lambda end: -abs(end.distance))
-        return {end.parameter: end for end in farthest_first}
+        nearest: dict[DesignInput, Margin] = {}
+        for end in sorted(self.limits(), key=lambda end: abs(end.distance)):
+            nearest.setdefault(end.parameter, end)
+        return nearest
 
 
 def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bool = True) -> DesignPoint:
@@ -225,6 +227,8 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
         return DesignPoint(*solved, (), (), (), lost=lost)
     ends = margins_of(device, motions)
     distances = list(ends.margins) if diagram is not None else _labelled(ends.margins)
+    # A critical point of the sweep at which a stable motion ends is one point with that end, and has one label; all
+    # others get margins too, as where the type of stability changes.
     for point in diagram.critical_points if diagram is not None else ():
         same = [k for k, margin in enumerate(distances) if _same_motion(margin, point, chosen)]
         for k in same:
@@ -323,14 +327,12 @@ def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
     else:
         places = _in_closed_form(device)
     sweep = around_length(device)
-    n = device.period_ratio
-    d, _, _, harmonics, rubbed = device.groups(Parameter.LENGTH, device.length_m)
-    friction = None if rubbed is None else Friction(rubbed)
     at_u, at_phi, error_u, error_phi = (np.array([row[k] for row in places], dtype=float) for k in range(1, 5))
-    orbit = orbits(at_u, at_phi, restitution, n, harmonics=harmonics, friction=friction)
+    orbit = replace(plane_of(sweep), r=restitution).orbits(at_u, at_phi)
     motions = motions_of(sweep, orbit, restitution)
     motions.sweep_value[:] = device.value_of(parameter)
-    motions.d[:] = d
+    # All are at one d, which the closed form gives each but for its rounding.
+    motions.d[:] = device.groups(Parameter.LENGTH, device.length_m).d
     np.minimum(motions.wall_gap, motions.d, out=motions.wall_gap)
     order = np.lexsort((-motions.velocity_bottom, ~motions.stable_mask))
     families = tuple(Symmetry.SYMMETRIC if places[i].symmetric else Symmetry.ASYMMETRIC for i in order)
@@ -355,11 +357,8 @@ class _Place(NamedTuple):
 def _in_closed_form(device: Device) -> list[_Place]:
     """Every motion of a device with constant restitutions."""
     sweep = around_length(device)
-    n = device.period_ratio
-    groups = device.groups(Parameter.LENGTH, device.length_m)
-    d, gbar, r, harmonics, rubbed = groups
-    friction = None if rubbed is None else Friction(rubbed)
-    guesses = find_motions(groups._replace(d=np.array([d]), gbar=np.array([gbar])), n)
+    plane, groups = plane_of(sweep), device.groups(Parameter.LENGTH, device.length_m)
+    guesses = find_motions(groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar])), device.period_ratio)
     rows = []
     for k, gap in enumerate(guesses.wall_gap):
         orbit = guesses.orbit.select([k])
@@ -371,7 +370,8 @@ def _in_closed_form(device: Device) -> list[_Place]:
                 place = float(orbit.u[0]), float(np.mod(orbit.phi[0], 2 * np.pi))
                 rows.append(_Place(symmetric, *place, DOUBLE_ROOT, DOUBLE_ROOT))
             continue  # else a solution that passes through a membrane, where the equations degenerate
-        exact = orbits(u, phi, r, n, harmonics=harmonics, friction=friction)
+        # What hardly strikes a membrane in doubles may, to its last digit, strike it from behind.
+        exact = plane.orbits(u, phi)
         if exact.velocity_bottom > 0 > exact.velocity_top:
             rows.append(_Place.rounded(symmetric, u, phi))
     return rows
@@ -440,6 +440,7 @@ def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
     """Ranges of the swept parameter in which there is stable admissible 1:1 motion, ascending and disjoint."""
     parts = ((branch, part) for branch in diagram.branches for part in branch.family.segments)
     stretches = [_ends(branch, part.first, part.last) for branch, part in parts if part.stable]
+    # Branches overlap, and one takes over where another ends: over what they cover together some motion is stable.
     merged: list[tuple[BranchEnd, BranchEnd]] = []
     for start, end in sorted(stretches, key=lambda ends: (_place(ends[0]), _place(ends[1]))):
         if merged and start[0] <= merged[-1][1][0] * (1 + ADJOINING):

@@ -146,6 +146,7 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
     """
     most, flat = -float(device.restitution.exponent), mirrored(device)
     word = Word.of("BT", device.period_ratio)
+    # At exponent 0 the law is the constant restitutions: their solutions are where the curves begin.
     curve = Solutions(word, Falling(model_on_line(Line.LENGTHS, device, FLOATS).origin), -BEHIND, most, 1.0, ())
     starts = []
     for row in range(len(constant_ones)):
@@ -153,6 +154,7 @@ def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
         x[-1] = 0.0
         starts.append((_towards(curve, x, 1.0), flat and bool(constant_ones.u[row] == 0)))
     ends, lost = _followed(device, curve, starts)
+    # Curves of the law alone do not reach exponent 0. One of them matters most: that to which the device comes.
     for x in _from_rest(curve, flat):
         motion = curve.motion(x)
         if _new(motion, ends) and not _at_limit(device, curve, x):
@@ -187,6 +189,7 @@ def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bo
     """The solutions with the law that curves from some starts come to, and how many are lost on the way."""
     ends: list[_End] = []
     lost = 0
+    # The list grows on the way by the asymmetric motions that begin at pitchforks.
     while starts:
         start, symmetric = starts.pop(0)
         trail = follow(curve, start)
@@ -196,6 +199,7 @@ def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bo
         x, event = trail.points[-1].x, trail.events[-1][1]
         if event is Event.SWEEP_END and x[-1] < curve.high / 2:
             continue  # it has merged with another at a fold
+        # At its limit the law bends, and its derivatives jump: what is solved for there may be no motion of the device.
         limited = _at_limit(device, curve, x)
         lost += event is Event.LOST or (limited and curve.is_motion(x))
         if event is Event.SWEEP_END and not limited and _new(curve.motion(x), ends):
