@@ -13,9 +13,8 @@ from vireport.base.errors import NumericalError, ScenarioError, UsageError
 from vireport.base.progress import Progress
 from vireport.design.lines import HIGHEST_RESTITUTION
 from vireport.design.solution import solution_of
-from vireport.gate.designs import Designs, keeps_motion
-from vireport.gate.evidence import Limit
-from vireport.gate.requirements import SPARED, OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
+from vireport.gate.designs import Designs
+from vireport.gate.requirements import SPARED, required, spared
 from vireport.gate.verdict import Conclusion
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Membrane
@@ -142,7 +141,7 @@ def may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
     try:
         kept = designs.has_motion() if not allowed else np.ones(len(values), dtype=bool)
         for requirement, limit in asked:
-            kept &= _may_meet(designs, requirement, limit)
+            kept &= requirement.quantity.may_meet(designs, limit)
     except (NumericalError, UsageError):  # of a restitution that falls with speed there are no arrays
         return _one_by_one(device, varied, values, not allowed)
     return kept
@@ -178,17 +177,6 @@ def _has_motion(device: Device, varied: DesignInput, value: float) -> bool:
     except (NumericalError, UsageError):  # of which nothing can be said
         return False
     return design is not None and bool(design.motions.stable_mask.any())
-
-
-def _may_meet(designs: Designs, requirement: Requirement, limit: Limit) -> Mask:
-    judged_by = requirement.quantity
-    if isinstance(judged_by, OfMotions | OfShaker):
-        return np.asarray(np.nan_to_num(judged_by.slack(designs, limit), nan=-1.0) >= 0)
-    if isinstance(judged_by, OfMargin):
-        return keeps_motion(designs, limit.value / 100)
-    if isinstance(judged_by, OfRun) and judged_by.may_meet is not None:
-        return judged_by.may_meet(designs, limit)
-    return np.ones(designs.count, dtype=bool)
 
 
 def rounded_away(value: float, here: float) -> float:

@@ -116,6 +116,10 @@ class OfMotions(Struct, frozen=True, eq=False):
         """How far designs are on the right side of a limit, over it; negative on the wrong one, NaN without motion."""
         return np.asarray(_slack(designs.worst(self.of(designs.impacts, ARRAYS), limit.is_least), limit))
 
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs meet a limit; without stable motion none does."""
+        return np.asarray(self.slack(designs, limit) >= 0)  # false of NaN
+
 
 class OfShaker(Struct, frozen=True, eq=False):
     """What the shaker must do: a number that grows with the force and falls with mass and frequency, if it changes.
@@ -141,6 +145,10 @@ class OfShaker(Struct, frozen=True, eq=False):
         """How far designs are on the right side of a limit, over it; negative on the wrong one."""
         value = self.of(designs.device.shaker(Parameter.LENGTH, designs.device.length_m))
         return np.broadcast_to(_slack(value, limit), designs.count)
+
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs meet a limit."""
+        return np.asarray(self.slack(designs, limit) >= 0)
 
 
 def _worst(values: list[float], limit: Limit) -> float:
@@ -174,6 +182,10 @@ class OfMargin(Struct, frozen=True, eq=False):
         bound = nearest.error_bound / float(device.value_of(nearest.parameter))
         return held_against(100 * nearest.size, limit, remark, 100 * bound)
 
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs may have the margin; all others surely have not."""
+        return keeps_motion(designs, limit.value / 100)
+
 
 class OfRun(Struct, frozen=True, eq=False):
     """What is known of one design only, by a run.
@@ -182,12 +194,16 @@ class OfRun(Struct, frozen=True, eq=False):
     ----------
     judgement : callable
         Holds the results against the limit. May raise NumericalError, which then is the remark.
-    may_meet : callable or None
+    before_run : callable or None
         Of many designs, which may meet the limit; all others surely do not. None where only a run tells.
     """
 
     judgement: Callable[[Evidence, Limit], Judgement]
-    may_meet: Callable[[Designs, Limit], Mask] | None = None
+    before_run: Callable[[Designs, Limit], Mask] | None = None
+
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs may meet a limit, before they are run."""
+        return np.ones(designs.count, dtype=bool) if self.before_run is None else self.before_run(designs, limit)
 
 
 class Requirement(Struct, frozen=True, eq=False, dict=True):

@@ -143,7 +143,7 @@ class Problem(Struct, frozen=True):
         """What is left of designs after those are sorted out that surely fail what only a run judges."""
         for requirement, limit in self.required:
             judged_by = requirement.quantity
-            if not isinstance(judged_by, OfRun) or judged_by.may_meet is None:
+            if not isinstance(judged_by, OfRun) or judged_by.before_run is None:
                 continue
             if of_yield == (Need.TOLERANCES in requirement.demand.needs):
                 rows = np.flatnonzero(kept)
