@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -133,7 +134,7 @@ class Level(Struct, frozen=True, eq=False):
         return d, gbar
 
 
-class SweptPlane(Struct, frozen=True, eq=False):
+class SweptPlane(Struct, frozen=True, eq=False, dict=True):
     """The plane of q and phase, above each place of which there is one 1:1 motion, and the level that a sweep holds.
 
     Attributes
@@ -152,7 +153,7 @@ class SweptPlane(Struct, frozen=True, eq=False):
     n: int
     harmonics: tuple[Harmonic, ...] = ()
 
-    @property
+    @cached_property
     def mirrors(self) -> bool:
         """Whether motions have mirror images: horizontal capsule, membranes that are alike, odd n, odd harmonics."""
         return self.n % 2 == 1 and self.level.symmetric(self.r, self.harmonics)
