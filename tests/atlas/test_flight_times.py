@@ -140,7 +140,7 @@ sweep: {{parameter: {swept}}}
 @pytest.mark.parametrize("periods", [1, 2, 4])
 def test_motions_with_four_impacts_on_the_bottom_solve_the_conditions(periods: int, r: float):
     word, flights = Word((1, 1, 1, 1), periods), random_flights(5, periods, 400, 4)
-    moved, settled = onto_sweep(word, flights, r, Level(Held.D, 1.0), 0.2 * periods)
+    moved, settled = onto_sweep(word, flights, Model(Level(Held.D, 1.0), r), 0.2 * periods)
     assert moved.excess.shape == (2, settled.shape[1])
     rows = np.flatnonzero((moved.gbar < 2) & (np.diff(moved.velocity, axis=0) != 0).any(axis=0))
     assert len(rows) > 10

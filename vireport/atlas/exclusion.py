@@ -177,12 +177,12 @@ class Exclusion(Struct, frozen=True):
 
     def motions(self, cells: FlightTimeCells) -> tuple[Candidates, Floats]:
         """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
-        word, level, r, farthest = cells.word, self.model.level, self.model.r, REACH * cells.side
-        motions, flights = onto_sweep(word, cells.centre, r, level, farthest)
+        word, model, farthest = cells.word, self.model, REACH * cells.side
+        motions, flights = onto_sweep(word, cells.centre, model, farthest)
         if not word.one_sided:
-            flights = into_range(motions, flights, level, farthest, (self.low, self.high))
-            motions = candidates_above(word, flights, r)
-        motions, rows = within(self._placed(motions), level, self.low, self._end(motions.word))
+            flights = into_range(motions, flights, model, farthest, (self.low, self.high))
+            motions = candidates_above(word, flights, model.r)
+        motions, rows = within(self._placed(motions), model.level, self.low, self._end(motions.word))
         return motions, flights[:, rows]
 
     def _end(self, word: Word) -> float:

@@ -90,8 +90,8 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
             flights = np.diff(time, axis=0, prepend=0.0, append=2.0 * word.periods)
             starts.append(np.roll(flights, -first, axis=0)[:-1])
     flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
-    motions, flights = onto_sweep(word, flights, model.r, model.level, 2 * side)
-    flights = into_range(motions, flights, model.level, 2 * side, (low, high))
+    motions, flights = onto_sweep(word, flights, model, 2 * side)
+    flights = into_range(motions, flights, model, 2 * side, (low, high))
     motions, rows = within(candidates_above(word, flights, model.r), model.level, low, high)
     return motions, flights[:, rows]
 

@@ -352,7 +352,7 @@ def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[
 
 
 def onto_sweep(
-    word: Word, flights: Floats, r: Any, level: Level, farthest: float, coordinate: Floats | None = None
+    word: Word, flights: Floats, model: Model, farthest: float, coordinate: Floats | None = None
 ) -> tuple[Candidates, Floats]:
     """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
 
@@ -361,10 +361,8 @@ def onto_sweep(
     word : Word
     flights : ndarray (N - 1, n)
         All flight times but the last, from which it starts [t_c].
-    r : float or Restitutions
-        Restitution coefficient.
-    level : Level
-        What the sweep holds.
+    model : Model
+        Of the sweep.
     farthest : float
         Most that a flight time may change [t_c].
     coordinate : ndarray (n,), optional
@@ -377,7 +375,7 @@ def onto_sweep(
             break
         at = None if coordinate is None else coordinate[rows]
         with np.errstate(all="ignore"):
-            values = _conditions(word, flights[:, None, rows] + steps, r, level, at)
+            values = _conditions(word, flights[:, None, rows] + steps, model, at)
             value, slope = values[:, 0, :, None], (values[:, 1:] - values[:, :1]) / STEP
             square = slope.transpose(0, 2, 1) @ slope
             size = np.linalg.det(square)
@@ -394,26 +392,26 @@ def onto_sweep(
         settled[rows[near & ends]] = True
         rows = rows[near & ~ends]
     flights = flights[:, settled]
-    return candidates_above(word, flights, r), flights
+    return candidates_above(word, flights, model.r), flights
 
 
 def into_range(
-    motions: Candidates, flights: Floats, level: Level, farthest: float, limits: tuple[float, float]
+    motions: Candidates, flights: Floats, model: Model, farthest: float, limits: tuple[float, float]
 ) -> Floats:
     """Flight times of motions of a sweep, and next to those beyond its range of others of their families inside.
 
     A family may be in the range for less than a cell, and its motion nearest to a start outside.
     """
-    value, inward = motions.coordinate(level), INWARD * (limits[1] - limits[0])
+    value, inward = motions.coordinate(model.level), INWARD * (limits[1] - limits[0])
     inside = np.clip(value, limits[0] + inward, limits[1] - inward)
     rows = np.flatnonzero((value <= limits[0]) | (value >= limits[1]))
-    _, moved = onto_sweep(motions.word, flights[:, rows], motions.r, level, farthest, inside[rows])
+    _, moved = onto_sweep(motions.word, flights[:, rows], model, farthest, inside[rows])
     return np.concatenate([flights, moved], axis=1)
 
 
-def _conditions(word: Word, flights: Floats, r: float, level: Level, coordinate: Floats | None) -> Floats:
+def _conditions(word: Word, flights: Floats, model: Model, coordinate: Floats | None) -> Floats:
     """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
-    x = solution(word, list(flights), r)
+    level, x = model.level, solution(word, list(flights), model.r)
     # Divided by the factor, whose size changes with the flight times: otherwise Newton's steps would follow it too.
     scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
     if level.held is Held.GBAR or not word.one_sided:
