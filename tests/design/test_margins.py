@@ -446,3 +446,14 @@ def test_ends_by_grazing_are_polished() -> None:
                 touching.add(end.parameter)
                 assert end.point.error_bound < 1e-12 * abs(end.sweep_value), (device, end)
     assert touching > {DesignInput.LENGTH, DesignInput.RESTITUTION}
+
+
+def test_the_nearest_end_of_all_and_in_each_input(example) -> None:
+    design = analyse(example("design-point")).solution.design
+    ends = design.limits()
+    assert design.nearest is ends[0]
+    assert {end.parameter for end in ends} == design.nearest_ends.keys()
+    assert len(ends) > len(design.nearest_ends)
+    for end in ends:
+        assert abs(design.nearest_ends[end.parameter].distance) <= abs(end.distance)
+        assert end.size == (np.inf if end.relative is None else abs(end.relative))
