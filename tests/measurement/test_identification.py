@@ -367,6 +367,11 @@ def test_of_a_motion_that_has_settled_it_is_said_how_far_an_input_may_be_off_uns
     for unknown, by in length.moves:
         truth_of = {BOTTOM: 0.52, TOP: 0.47}[unknown]
         assert found.adjusted.model.value_of(unknown) - truth_of == pytest.approx(by * 0.03 / length.off, rel=0.1)
+    # In thirty impacts after the first twenty any inclination would do, of which there are none beyond 90 degrees.
+    late = settling(0.75, 20)
+    late = late[0], late[1].first(30)
+    most = {own.unknown: own.off for own in judged(fit(*late), *late).hidden}
+    assert most[Unknown.INCLINATION] == pytest.approx(90)
     # Where the motion still settles, all three are known to less than what is said.
     settled = settling(0.72)
     assert judged(fit(*settled), *settled).hidden == ()

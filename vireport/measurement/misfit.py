@@ -229,6 +229,8 @@ def _tests(
             continue
         off = _accepted_up_to(own.freedom) * own.timing_error_s / length
         if x in MAY_HIDE and off > HARDLY:
+            # Beyond its whole value, or 90 degrees, an input cannot be off.
+            off = min(off, 90.0 / scale if x is Unknown.INCLINATION else 1.0)
             hidden.append(Hidden(x, float(off * scale), _made_up_for(own, off * change)))
         less = float(column @ own.innovations / length) ** 2
         freedom = own.freedom - 1
