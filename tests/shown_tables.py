@@ -604,11 +604,6 @@ def table_1(x: Results) -> list[Row]:
     return rows
 
 
-def _ended_in_sweep(x: Results, why: str) -> str:
-    kinds = {point["label"]: WORDS_OF[point["kind"]] for point in x.points}
-    return "the sweep" if why == "end of the sweep" else f"{why}, {kinds[why]}" if why in kinds else why
-
-
 ACCELERATION = {
     False: ("Acceleration amplitude of the capsule", "F/M"),
     True: ("Largest acceleration of the capsule between impacts", "(F + m g sin β)/M"),
@@ -746,10 +741,6 @@ def random_devices(x: Results) -> list[Row]:
 
 
 # Motions of other sequences.
-
-
-def _span(x: Results, low: float, high: float, unit: bool = False) -> Said:
-    return Said("{} to {}", number(low), swept(x, high) if unit else number(high))
 
 
 def families(x: Results) -> list[Row]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
 from types import SimpleNamespace
 
@@ -16,7 +15,7 @@ from vireport import analyse, loads
 from vireport.base.errors import UsageError
 from vireport.design.sensitivity import contact_share, mass_elasticity, restitution_effect
 from vireport.design.solution import solution_of
-from vireport.gate.alerts import CAUSES, Alert, cause_of
+from vireport.gate.alerts import CAUSES, Alert
 from vireport.gate.evidence import Evidence
 from vireport.gate.verdict import Status
 from vireport.measurement.shaker import ShakerDoubt, ShakerFinding
@@ -31,7 +30,7 @@ from vireport.physics.motion import Symmetry
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.study import Study, sweep_of
-from vireport.text.alerts import CATALOGUE, AlertCode, explanation
+from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, explanation
 from vireport.text.formatting import OF_A_MODEL, ROUGHLY, shown
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
@@ -271,6 +270,11 @@ def test_contacts_of_slow_impacts_are_the_longest(study_of) -> None:
     single, both = (contact_share(np.array(v), membrane, 0.5, np.full(len(v), 2.0)) for v in ([1.0], [4.0, 1.0]))
     assert single == both
     assert contact_share(np.array([1.0]), membrane, 0.0, np.array([2.0])) is None
+
+
+def cause_of(known: Explanation, evidence: Evidence) -> str:
+    """What raises an alert, with its numbers; "" where nothing does."""
+    return known.worded(CAUSES[known.code](evidence))
 
 
 def implausible(loaded: Loaded) -> str:
@@ -612,7 +616,7 @@ BY_RESULTS = {"VR008", "VR009", "VR011", "VR012", "VR014", "VR017"}
 
 def test_a_velocity_that_moves_more_than_the_restitution_is_told_by_how_much(monkeypatch) -> None:
     effect = SimpleNamespace(lost_at=None, elasticity=2.46)
-    monkeypatch.setattr(sys.modules[cause_of.__module__], "restitution_effect", lambda *_: effect)
+    monkeypatch.setattr("vireport.gate.alerts.restitution_effect", lambda *_: effect)
     row = next(row for row in CATALOGUE if row.code is AlertCode.SENSITIVE_TO_RESTITUTION)
     said = cause_of(row, evidence_of({"solution": known(design=design(1, 1))}))
     assert said == "1 % of restitution changes the impact velocity by 2.5 %."

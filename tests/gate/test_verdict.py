@@ -12,7 +12,7 @@ from conftest import solved, toleranced
 from msgspec.structs import replace
 
 from vireport.design.solution import Solution
-from vireport.gate.alerts import alerts, cause_of
+from vireport.gate.alerts import CAUSES, alerts
 from vireport.gate.evidence import Evidence, Question
 from vireport.gate.opening import margin_said, opening_of
 from vireport.gate.verdict import Status, Verdict, verdict_of
@@ -45,7 +45,8 @@ def fact(verdict: Verdict, question: Question):
 
 
 def cause(code: str, evidence: Evidence) -> str:
-    return cause_of(next(known for known in CATALOGUE if known.code == code), evidence)
+    known = next(known for known in CATALOGUE if known.code == code)
+    return known.worded(CAUSES[known.code](evidence))
 
 
 def check(**given: object) -> SimpleNamespace:

@@ -493,11 +493,6 @@ CAUSES: dict[AlertCode, Cause] = {
 }
 
 
-def cause_of(known: Explanation, evidence: Evidence) -> str:
-    """What raises an alert, with its numbers; "" where nothing does."""
-    return known.worded(CAUSES[known.code](evidence))
-
-
 def alerts(evidence: Evidence) -> tuple[Alert, ...]:
     """Collect the alerts that results raise, the gravest first."""
     causes = ((known, tuple(CAUSES[known.code](evidence))) for known in CATALOGUE)
