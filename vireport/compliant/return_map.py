@@ -59,7 +59,7 @@ State = tuple[float, float, complex, complex]
 Rates = Callable[[float, float, float, complex, complex], State]
 """Derivatives of a state by the variable of a leg, as a function of that variable and of the state."""
 
-PushedRates = Callable[[float, float, float, complex, complex, bool], State]
+PushedRates = Callable[[bool, float, float, float, complex, complex], State]
 """The same of a leg on which the ball moves out, with and without the force of the membrane."""
 
 
@@ -243,7 +243,7 @@ def _for_a_time(
     """The leg that begins at rest at the phase `stopped` and takes `span` units of time: its unknowns are y and v."""
     turned, speed = span * (pi * units.time), units.speed
 
-    def rates(w: float, y: float, v: float, d_y: complex, d_v: complex, pushed: bool) -> State:
+    def rates(pushed: bool, w: float, y: float, v: float, d_y: complex, d_v: complex) -> State:
         a, by_phase, by_depth, by_velocity = pulled(stopped + turned * w, y, v, pushed)
         d_a = by_phase * d_stopped + by_depth * d_y + by_velocity * (d_v - v / speed)
         return span * v, span * a, span * d_v, span * d_a
@@ -255,7 +255,7 @@ def _to_surface(pulled: Acceleration, units: ContactUnits, end: float, d_end: co
     """The leg from the depth `end` to the surface, which is `end` (1 - w)^2: its unknowns are phase and v."""
     turning, speed = pi * units.time, units.speed
 
-    def rates(w: float, phase: float, v: float, d_phase: complex, d_v: complex, pushed: bool) -> State:
+    def rates(pushed: bool, w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
         if not v < 0:
             raise NumericalError(STAYS)
         left = 1 - w
@@ -280,19 +280,15 @@ def _integrated_outwards(
     for part in range(parts):
         start, end = part / parts, (part + 1) / parts
         for _ in range(MOST_SWITCHES):
-            after = _extrapolated(partial(_pushed, rates, pushed), start, end - start, state, columns)
+            after = _extrapolated(partial(rates, pushed), start, end - start, state, columns)
             if (1 + damping * after[1] > 0) == pushed:
                 break
-            start, state = _switch(partial(_pushed, rates, pushed), damping, pushed, start, end, state, after, columns)
+            start, state = _switch(partial(rates, pushed), damping, pushed, start, end, state, after, columns)
             pushed = not pushed
         else:
             raise NumericalError("the ball leaves the membrane and meets it again before the contact ends")
         state = after
     return state, pushed
-
-
-def _pushed(rates: PushedRates, pushed: bool, w: float, a: float, b: float, d_a: complex, d_b: complex) -> State:
-    return rates(w, a, b, d_a, d_b, pushed)
 
 
 def _switch(
