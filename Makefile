@@ -52,8 +52,8 @@ pictures: setup ## draw all pictures of the documentation anew, and measure what
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python tools/make_docs.py
 
-schema: setup ## write the JSON Schema that the examples name
-	$(BIN)/vireport init --schema > examples/scenario.schema.json
+schema: setup ## write what follows from keys: the JSON Schema that the examples name, and tables of docs/scenario.md
+	$(BIN)/python tools/write_keys.py
 
 ci: ## all that a change must pass, from a clean environment
 	.ci/run

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from browser import Browser
 from hypothesis import settings
 
 from vireport.base.additions import ADDITIONS
+from vireport.base.errors import ScenarioError
 
 if TYPE_CHECKING:
     from vireport.design.solution import Solution
@@ -33,10 +35,18 @@ OF_ADDITIONS = {
     "cli": {"compare", "map", "optimise", "explore"},
     "figures/test_figures_for_papers.py": {"compare", "map", "optimise"},
     "figures/test_readable_figures.py": {"compare", "map"},
-    "study/test_in_python.py": {"compare"},
-    "study/test_runs_with_friction.py": {"map"},
-    "study/test_runs_with_harmonics.py": {"map"},
-    "test_shown.py": {"compare", "map", "optimise"},
+    "bench/test_server.py": {"driven"},
+    "bench/test_session.py": {"driven"},
+    "gate/test_alerts.py": {"driven"},
+    "measurement/test_signals.py": {"tolerances"},
+    "scenario/test_bad_scenarios.py": {"tolerances"},
+    "scenario/test_schema.py": {"tolerances"},
+    "study/test_in_python.py": {"compare", "driven", "tolerances"},
+    "study/test_runs_with_falling_restitution.py": {"tolerances"},
+    "study/test_runs_with_friction.py": {"map", "tolerances"},
+    "study/test_runs_with_harmonics.py": {"map", "tolerances"},
+    "test_shown.py": {"compare", "map", "optimise", "proofs", "tolerances"},
+    "test_shown_digits.py": {"tolerances"},
     "wording/test_words.py": {"compare", "map"},
 }
 """Tests of several rooms at once, with the additions that they need."""
@@ -117,7 +127,7 @@ KNOWN = (
     ("vireport.disturbances.behaviour", "disturbances_of"),
     ("vireport.compliant.own_stiffness", "own_stiffness"),
     ("vireport.shocks.withstood", "withstood_by"),
-    ("vireport.design.tolerances", "assess_tolerances"),
+    ("vireport.findings.tolerances.tolerances", "assess_tolerances"),
 )
 """Pure functions that hundreds of tests have called with the same few devices, where they are called."""
 
@@ -145,6 +155,8 @@ def known() -> Iterator[None]:
     """What is found out about a device is found out once: hundreds of tests analyse the same few."""
     with pytest.MonkeyPatch.context() as patch:
         for module, name in KNOWN:
+            if find_spec(module.rpartition(".")[0]) is None:
+                continue  # of an addition that is taken out
             patch.setattr(f"{module}.{name}", Known(getattr(import_module(module), name)))
         yield
 
@@ -168,6 +180,14 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     Known.asked = "monkeypatch" not in getattr(item, "fixturenames", ())
 
 
+def skip_without_addition(error: ScenarioError) -> None:
+    """Skip a test whose scenario has a key of an addition that is taken out, see `tools/take_out.py`."""
+    from vireport.scenario.blocks import Scenario, keys_left_out
+
+    if any(f"{path}: unknown key" in str(error) for path in keys_left_out(Scenario)):
+        pytest.skip("an addition is taken out")
+
+
 def processor_seconds() -> float:
     """Processor time of this process and of those that it has waited for [s]."""
     return sum(sum(getrusage(who)[:2]) for who in (RUSAGE_SELF, RUSAGE_CHILDREN))
@@ -177,7 +197,11 @@ def processor_seconds() -> float:
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     """Note the processor time of a test, without its fixtures, in its report."""
     begun = processor_seconds()
-    yield
+    try:
+        yield
+    except ScenarioError as error:
+        skip_without_addition(error)
+        raise
     item.user_properties.append(("processor_seconds", processor_seconds() - begun))
 
 

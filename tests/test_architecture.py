@@ -15,11 +15,15 @@ import yaml
 from conftest import first
 
 import vireport
-from vireport.base.additions import ADDITIONS
+from vireport.base.additions import ADDITIONS, adding
 from vireport.base.errors import EXTRAS, install_command
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = sorted(path.parent.name for path in (ROOT / "vireport").glob("*/__init__.py"))
+PACKAGES = sorted(
+    str(path.parent.relative_to(ROOT / "vireport"))
+    for depth in ("*", "*/*")
+    for path in (ROOT / "vireport").glob(f"{depth}/__init__.py")
+)
 
 IMPORT = re.compile(r"^[ \t]*(?:from (vireport[\w.]*) import (\([^)]*\)|[^\n]*)|import (vireport[\w.]*))", re.MULTILINE)
 """Of imports alone; to parse all files of the project for them takes seconds."""
@@ -70,6 +74,16 @@ def test_a_package_imports_nothing_by_itself(package: str) -> None:
     assert ast.get_docstring(tree)
 
 
+def test_additions_are_reached_by_name_in_four_places_at_most() -> None:
+    """The contract of imports does not see them there; all else that an addition brings, these places pass on."""
+    by_name = re.compile(r"\bdeclared\(\"|\bdeclaration\(|\.packages\b|import_module\(f")
+    home = ROOT / "vireport" / "base" / "additions.py"
+    files = [file for file in files_in("vireport") if file != home]
+    places = [str(file.relative_to(ROOT)) for file in files for _ in by_name.findall(text_of(file))]
+    assert "vireport/gate/findings.py" in places
+    assert len(places) <= 4, places
+
+
 def test_the_package_lists_its_public_names() -> None:
     assert dir(vireport) == vireport.__all__
     assert all(getattr(vireport, name) for name in vireport.__all__)
@@ -97,7 +111,6 @@ def imported_by(*arguments: str) -> set[str]:
 DRAWING = {"matplotlib", "typst", "scipy", "numba", "mpmath", "flint", "rich"}
 HEAVY = DRAWING | {"jinja2"}
 DEFERRED = {
-    "vireport.design.tolerances",
     "vireport.disturbances.windows",
     "vireport.gate.requirements",
     "vireport.gate.verdict",
@@ -106,6 +119,7 @@ DEFERRED = {
     "vireport.scenario.messages",
     "vireport.simulation.following",
     "vireport.text.tables",
+    "vireport.findings.tolerances.tolerances",
 }
 """Modules of our own that a scenario without blocks for them does without."""
 
@@ -128,7 +142,7 @@ def test_help_imports_no_physics(arguments: list[str]) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["explain"], ["map", "--help"], ["sweep", "--help"]])
 def test_of_the_commands_of_additions_only_the_one_asked_for_is_imported(arguments: list[str]) -> None:
-    own = {f"vireport.{package}.command" for package, *_ in ADDITIONS.values()}
+    own = {f"vireport.{ADDITIONS[name].packages[0]}.command" for name in adding("command")}
     assert imported_by(*arguments) & own == ({"vireport.maps.command"} if "--help" in arguments else set())
 
 

@@ -20,7 +20,7 @@ TELL_NO_RESULT = {
     "text/formatting.py": "print numbers",
     "scenario/": OF_INPUTS,
     "measurement/": f"refuse records: {OF_INPUTS}",
-    "driven/driven.py": f"refuse records: {OF_INPUTS}",
+    "findings/driven/driven.py": f"refuse records: {OF_INPUTS}",
     "chart/over.py": OF_INPUTS,
     "maps/": f"{OF_INPUTS}, memory and times",
     "figures/style.py": OF_INPUTS,
@@ -94,8 +94,9 @@ def test_no_module_prints_a_result_with_digits_of_its_own() -> None:
 def test_no_template_prints_a_number_with_digits_of_its_own(pattern: str) -> None:
     """A number that is rounded and stays one goes on to a filter of `formatting`."""
     found = [
-        f"{path.relative_to(TEMPLATES)}: {match[0]}"
-        for path in sorted(TEMPLATES.rglob("*.j2"))
+        f"{path.relative_to(ROOT)}: {match[0]}"
+        for folder in (TEMPLATES, PACKAGE)
+        for path in sorted(folder.rglob("*.j2"))
         for match in re.finditer(f"{pattern}[^}}]*", path.read_text(encoding="utf-8"))
         if not match[0].endswith("| float -%") and "| float" not in match[0]
     ]

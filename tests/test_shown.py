@@ -206,8 +206,8 @@ OPENINGS: dict[str, tuple[str, dict[str, object]]] = {
 def study_of(name: str) -> Study:
     example, overrides = (SCENARIOS | OPENINGS).get(name, DISTORTED)
     with pytest.MonkeyPatch.context() as patch:  # a proof that ends early has as many numbers to show
-        patch.setattr("vireport.attraction.section.MOST_FLIGHTS", 6000)
-        patch.setattr("vireport.attraction.section.HALVINGS", 1)
+        patch.setattr("vireport.findings.proofs.section.MOST_FLIGHTS", 6000)
+        patch.setattr("vireport.findings.proofs.section.HALVINGS", 1)
         return analyse(load(EXAMPLES / f"{example}.yaml", overrides))
 
 

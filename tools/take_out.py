@@ -5,7 +5,8 @@
 Its packages go, with their tests, templates and pages of the documentation, its row of `base/additions.py`, its layer
 in the import contract and its names in `vireport/__init__.py`. Then the import contract is checked and the quick tests
 are run, but for those of several rooms at once that need the addition (`OF_ADDITIONS` of `tests/conftest.py`). The
-example gives the same results as with the addition, and a scenario with each of its keys ends with exit code 2.
+example gives the same results as with the addition, but for the addition's own, and a scenario with each of its keys
+ends with exit code 2 and the key's line.
 """
 
 from __future__ import annotations
@@ -16,12 +17,14 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from vireport.base.additions import ADDITIONS
-from vireport.scenario.blocks import Scenario
+from vireport.gate.findings import findings
+from vireport.scenario.blocks import Scenario, keys_of_additions
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = "examples/inclined.yaml"
@@ -38,21 +41,27 @@ def copy_of_project(folder: Path) -> None:
 
 def remove(folder: Path, name: str) -> None:
     """Take an addition out of a copy of the project."""
-    packages = ADDITIONS[name]
-    for package in packages:
-        shutil.rmtree(folder / "vireport" / package)
-        shutil.rmtree(folder / "tests" / package, ignore_errors=True)
+    packages = ADDITIONS[name].packages
+    for place in (package.replace(".", "/") for package in packages):
+        shutil.rmtree(folder / "vireport" / place)
+        shutil.rmtree(folder / "tests" / place, ignore_errors=True)
     for word in {name, *packages}:
         for file in (f"docs/{word}.md", f"templates/{word}.typ.j2", f"templates/words/{word}.j2"):
             (folder / file).unlink(missing_ok=True)
         shutil.rmtree(folder / "templates" / word, ignore_errors=True)
     for example in (folder / "examples").glob("*.yaml"):
-        if any(re.search(rf"^{key}:", example.read_text(encoding="utf-8"), re.MULTILINE) for key in keys_of(name)):
+        text = example.read_text(encoding="utf-8")
+        if any(re.search(rf"^ *{key.rpartition('.')[2]}:", text, re.MULTILINE) for key in keys_of(name)):
             example.unlink()
-    either = "|".join(packages)
+    either = "|".join(map(re.escape, packages))
     without_lines(folder / "vireport/base/additions.py", rf'^    "{name}": ')
     without_lines(folder / "vireport/__init__.py", rf"^    from vireport\.({either})\.|^    \"vireport\.({either})\.")
-    names = [word for place, words in public_names().items() if place.split(".")[1] in packages for word in words]
+    names = [
+        word
+        for place, words in public_names().items()
+        if place.startswith(tuple(f"vireport.{package}." for package in packages))
+        for word in words
+    ]
     if names:
         without_lines(folder / "vireport/__init__.py", rf'^    "({"|".join(names)})",$')
     contract = folder / "pyproject.toml"
@@ -60,12 +69,33 @@ def remove(folder: Path, name: str) -> None:
     contract.write_text(re.sub(rf'^  "({either})",\n', "", layers, flags=re.MULTILINE), encoding="utf-8")
     contributing = folder / "CONTRIBUTING.md"
     without_lines(contributing, rf"^\| `({either})` \|")
+    run(folder, "tools/write_keys.py")
 
 
 def keys_of(name: str) -> list[str]:
-    """The keys of a scenario that are known where an addition is."""
-    extras = {key: field.json_schema_extra for key, field in Scenario.model_fields.items()}
-    return [key for key, extra in extras.items() if isinstance(extra, dict) and extra.get("addition") == name]
+    """The paths of the keys of a scenario that are known where an addition is."""
+    return [*blocks_of(name), *(path for path, addition in keys_of_additions(Scenario) if addition == name)]
+
+
+def blocks_of(name: str) -> list[str]:
+    """The blocks of a scenario that an addition brings."""
+    packages, declares = ADDITIONS[name]
+    return list(import_module(f"vireport.{packages[0]}.keys").KEYS) if "keys" in declares else []
+
+
+def same_results(name: str, without: Any) -> bool:
+    """Whether the example gives the same with and without an addition, but for the addition's keys and steps."""
+    data, finding = results(ROOT), findings().get(name)
+    if finding is not None:
+        for key in finding.results(None, None):
+            del data[key]
+        for block in blocks_of(name):
+            del data["scenario"][block]
+        steps = {row.task for row in finding.steps()}
+        data["left_out"] = [row for row in data["left_out"] if row["step"] not in steps]
+        if finding.within and without[finding.within] is not None:
+            without[finding.within] = finding.results_within(without[finding.within], None)
+    return bool(data == without)
 
 
 def without_lines(file: Path, pattern: str) -> None:
@@ -97,19 +127,34 @@ def results(folder: Path) -> Any:
     return data
 
 
+def with_key(lines: list[str], path: str) -> tuple[list[str], int]:
+    """The lines of a scenario with one more key, which is of no block or of one at the top, and the key's line."""
+    block, _, key = path.rpartition(".")
+    if not block:
+        return [*lines, f"{key}: 1"], len(lines) + 1
+    if f"{block}:" not in lines:
+        return [*lines, f"{block}:", f"  {key}: 1"], len(lines) + 2
+    begins = lines.index(f"{block}:") + 1
+    return [*lines[:begins], f"  {key}: 1", *lines[begins:]], begins + 1
+
+
 def mistakes(folder: Path, name: str) -> list[str]:
     """What is wrong in a copy without an addition; an empty list where all is as it should be."""
     wrong = []
-    if run(folder, "-c", f"import vireport.{ADDITIONS[name][0]}").returncode == 0:
+    packages, declares = ADDITIONS[name]
+    if run(folder, "-c", f"import vireport.{packages[0]}").returncode == 0:
         wrong.append("its package can still be imported")
-    if results(folder) != results(ROOT):
+    if not same_results(name, results(folder)):
         wrong.append(f"the results of {EXAMPLE} differ")
-    if run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
+    if "command" in declares and run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
         wrong.append(f"vireport {name} is still a command")
-    for key in keys_of(name):
-        refused = run(folder, "-m", "vireport", "run", EXAMPLE, "--json", "--set", f"{key}={{}}")
-        if refused.returncode != 2 or f"{key}: unknown key" not in refused.stderr:
-            wrong.append(f"the key {key} is not refused: {refused.stderr.strip()}")
+    text = (folder / EXAMPLE).read_text(encoding="utf-8")
+    for path in keys_of(name):
+        given, line = with_key(text.splitlines(), path)
+        (folder / "with.yaml").write_text("\n".join(given), encoding="utf-8")
+        refused = run(folder, "-m", "vireport", "run", "with.yaml", "--json")
+        if refused.returncode != 2 or f"with.yaml:{line}: {path}: unknown key" not in refused.stderr:
+            wrong.append(f"the key {path} is not refused: {refused.stderr.strip()}")
     return wrong
 
 

@@ -23,15 +23,19 @@ if TYPE_CHECKING:
     from vireport.comparison.figures import compare_figure
     from vireport.figures.pictures import pictures
     from vireport.figures.sweeps import figure_2, figure_4, figure_7
+    from vireport.findings.proofs.results import recheck_disturbances
+    from vireport.findings.tolerances.results import recheck
     from vireport.scenario.loading import load, loads
-    from vireport.study.study import Study, analyse, recheck, recheck_disturbances, results
+    from vireport.study.study import Study, analyse, results
 
 _PLACES = {
     "vireport.base.errors": ("NumericalError", "ScenarioError", "UsageError", "VireportError"),
     "vireport.base.version": ("__version__",),
     "vireport.bench.notebook": ("explore",),
     "vireport.scenario.loading": ("load", "loads"),
-    "vireport.study.study": ("Study", "analyse", "recheck", "recheck_disturbances", "results"),
+    "vireport.study.study": ("Study", "analyse", "results"),
+    "vireport.findings.proofs.results": ("recheck_disturbances",),
+    "vireport.findings.tolerances.results": ("recheck",),
     "vireport.figures.sweeps": ("figure_2", "figure_4", "figure_7"),
     "vireport.figures.pictures": ("pictures",),
     "vireport.comparison.comparison": ("Comparison", "compare"),

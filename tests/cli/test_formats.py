@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vireport.base.additions import ADDITIONS
+from vireport.base.additions import adding
 from vireport.base.errors import UsageError
 from vireport.cli.app import main
 from vireport.cli.commands import CHECK
@@ -32,7 +32,7 @@ LINES = {
     "optimise": ["best-design.yaml"],
 }
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-DECLARED = {formats.command: formats for name in ADDITIONS for formats in declared_command(name).formats}
+DECLARED = {formats.command: formats for name in adding("command") for formats in declared_command(name).formats}
 FORMATS = {"run": RUN, "check": CHECK, **DECLARED}
 
 

@@ -13,7 +13,7 @@ from design_texts import DEVICE, UNLIMITED, unlimited
 
 from vireport import analyse, loads
 from vireport.cli.app import main
-from vireport.gate.requirements import REQUIREMENTS, OfMotions, OfShaker, Requirement
+from vireport.gate.requirements import OfMotions, OfShaker, Requirement, requirements
 from vireport.gate.verdict import Conclusion, Status
 from vireport.optimise import outputs
 from vireport.optimise.cells import evaluate
@@ -56,7 +56,7 @@ def runs_of(requirement: Requirement) -> int:
     return APART.get(demand.kind, max((COSTLY.get(need, 0) for need in demand.needs), default=0))
 
 
-GROUPS = [tuple(rows) for _, rows in groupby(sorted(REQUIREMENTS, key=runs_of), runs_of)]
+GROUPS = [tuple(rows) for _, rows in groupby(sorted(requirements(), key=runs_of), runs_of)]
 
 
 def scenario(requirements: Iterable[Requirement], given: dict[str, object]) -> str:

@@ -10,7 +10,8 @@ import pytest
 
 from vireport import ScenarioError, UsageError, analyse, load, loads
 from vireport.cli.app import main
-from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Addition, Task, plan
+from vireport.gate.findings import findings
+from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
 
 DESIGN = """\
 schema_version: 1
@@ -31,7 +32,10 @@ EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 
 INSTEAD = {Task.SAMPLED_FROM_REST, Task.CIRCLES}
 """What is done where there is no design point, or no simulation block."""
 
-RECORDED = {Task.DRIVEN, Task.FIGURE_DRIVEN}
+ADDED = {row.task for finding in findings().values() for row in finding.steps()}
+"""What additions to a study do."""
+
+RECORDED = {"driven", "figure-driven"}
 """What is done where the shaker's acceleration was recorded, of one device."""
 
 
@@ -48,7 +52,7 @@ def why(planned, task: Task) -> str:
 
 def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
     planned = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0, device__membrane=ELECTRICAL)
-    assert sorted(step.task for step in planned.steps) == sorted(set(Task) - INSTEAD - RECORDED)
+    assert sorted(step.task for step in planned.steps) == sorted(({*Task} | ADDED) - INSTEAD - RECORDED)
     assert [step.task for step in planned.left_out] == [Task.OPTIMISE]
     assert "vireport optimise" in why(planned, Task.OPTIMISE)
 
@@ -224,17 +228,18 @@ def test_three_lines_say_what_to_add():
     ],
 )
 def test_no_block_is_proposed_that_would_be_refused(path: str, value: object):
+    blocks = {own for own in plan(loads(DESIGN + SWEEP).scenario).additions if own.is_block}
     refused = set()
-    for block in (own for own in Addition if own.is_block):
+    for block in blocks:
         text = DESIGN + SWEEP
         try:
-            loads(text, overrides={path: value, block.value: {"length_percent": 1} if block == "tolerances" else {}})
+            loads(text, overrides={path: value, str(block): {"length_percent": 1} if block == "tolerances" else {}})
         except ScenarioError:
             refused.add(block)
     planned = plan(loads(DESIGN + SWEEP, overrides={path: value}).scenario)
     proposed = {own for own in planned.additions if own.is_block}
     assert refused
-    assert proposed == {own for own in Addition if own.is_block} - refused
+    assert proposed == blocks - refused
 
 
 COMPUTED = {
@@ -250,7 +255,7 @@ COMPUTED = {
     Task.SIMULATION: ("vireport.checks.crosscheck", "crosscheck"),
     Task.MOTIONS: ("vireport.atlas.families", "atlas"),
     Task.OWN_STIFFNESS: ("vireport.compliant.own_stiffness", "own_stiffness"),
-    Task.TOLERANCES: ("vireport.design.tolerances", "assess_tolerances"),
+    "tolerances": ("vireport.findings.tolerances.tolerances", "assess_tolerances"),
 }
 """The function that does each step, beyond the solution itself."""
 

@@ -11,8 +11,8 @@ from conftest import EXAMPLES
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.checks.workprecision import measure
 from vireport.compliant.own_stiffness import own_stiffness
-from vireport.design.devices import region_of
 from vireport.disturbances.behaviour import disturbances_of
+from vireport.findings.tolerances.region import region_of
 from vireport.membranes.compliance import compliance
 from vireport.physics import flight
 from vireport.report.context import Report

@@ -15,8 +15,9 @@ from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
 from vireport.checks.workprecision import measure
-from vireport.design.devices import region_of
-from vireport.design.proof import prove_region
+from vireport.findings.tolerances.proof import prove_region
+from vireport.findings.tolerances.region import region_of
+from vireport.findings.tolerances.results import recheck
 from vireport.membranes.compliance import compliance
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
@@ -26,7 +27,7 @@ from vireport.scenario.loading import load
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.plan import Task, plan
 from vireport.study.provenance import provenance_of
-from vireport.study.study import analyse, recheck
+from vireport.study.study import analyse
 
 SECOND = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
 NOTHING = {"excitation.harmonics": [{"order": 2, "percent": 0.0, "phase_deg": 225.0}]}

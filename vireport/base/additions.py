@@ -3,13 +3,54 @@
 `python tools/take_out.py NAME` shows in a copy of the project that the rest stands without one.
 """
 
-from collections.abc import Mapping
+from __future__ import annotations
 
-ADDITIONS: Mapping[str, tuple[str, ...]] = {
-    "compare": ("comparison",),
-    "map": ("maps", "chart"),
-    "optimise": ("optimise",),
-    "explore": ("bench",),
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from typing import Any, Literal, NamedTuple
+
+Declares = Literal["command", "finding", "keys"]
+
+
+class AdditionRow(NamedTuple):
+    """What an addition consists of.
+
+    Attributes
+    ----------
+    packages : tuple of str
+        The first is the one that declares what it brings.
+    declares : tuple of str
+        The modules of that package in which it does so: `command` has a command as `COMMAND`, `finding` has what it
+        adds to a study as `FINDING`, and `keys` has blocks of a scenario of its own as `KEYS`.
+    """
+
+    packages: tuple[str, ...]
+    declares: tuple[Declares, ...]
+
+
+ADDITIONS: Mapping[str, AdditionRow] = {
+    "driven": AdditionRow(("findings.driven",), ("finding",)),
+    "proofs": AdditionRow(("findings.proofs",), ("finding",)),
+    "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
+    "compare": AdditionRow(("comparison",), ("command",)),
+    "map": AdditionRow(("maps", "chart"), ("command",)),
+    "optimise": AdditionRow(("optimise",), ("command",)),
+    "explore": AdditionRow(("bench",), ("command",)),
 }
-"""Each addition by its command, in the order of the help, with its packages: the module `command` of the first declares
-it as `COMMAND`. A key of a scenario that names an addition is known where the addition is."""
+"""Each addition by the name of its command, in the order of the help, or of its block in results.json, in the order in
+which a report has them. A key of a scenario that names an addition is known where the addition is."""
+
+
+def adding(what: Declares) -> tuple[str, ...]:
+    """The names of the additions that declare something of a kind, in the order of their rows."""
+    return tuple(name for name, row in ADDITIONS.items() if what in row.declares)
+
+
+def declaration(name: str, what: Declares) -> Any:
+    """What an addition declares of a kind; its module is imported for it."""
+    return getattr(import_module(f"vireport.{ADDITIONS[name].packages[0]}.{what}"), what.upper())
+
+
+def declared(what: Declares) -> Iterator[Any]:
+    """What all additions declare of a kind, in the order of their rows."""
+    return (declaration(name, what) for name in adding(what))

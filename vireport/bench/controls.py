@@ -18,6 +18,7 @@ from vireport.scenario.blocks import (
     RequirementsBlock,
     Scenario,
     key_of,
+    keys_left_out,
     percent_key,
     unit_of,
 )
@@ -126,10 +127,12 @@ def _paths(scenario: Scenario) -> Iterator[tuple[str, Group]]:
     yield from ((path, Group.FORCE) for path in FORCE)
     if scenario.device.membrane is not None:
         yield from ((f"device.membrane.{name}", Group.MEMBRANE) for name in MembraneBlock.model_fields)
+    unknown = keys_left_out(Scenario)
     for name, key in RequirementsBlock.model_fields.items():
-        if _is_number(key):
-            yield f"requirements.{name}", Group.REQUIRED
-    yield from ((f"tolerances.{percent_key(varied)}", Group.TOLERANCES) for varied in DesignInput)
+        if _is_number(key) and (path := f"requirements.{name}") not in unknown:
+            yield path, Group.REQUIRED
+    if "tolerances" not in unknown:
+        yield from ((f"tolerances.{percent_key(varied)}", Group.TOLERANCES) for varied in DesignInput)
 
 
 def _is_number(key: FieldInfo) -> bool:

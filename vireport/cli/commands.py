@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 
-from vireport.base.additions import ADDITIONS
+from vireport.base.additions import adding
 from vireport.base.encoding import json_text
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.base.files import require_writable, writable, write_new
@@ -343,4 +343,4 @@ def _json(data: dict[str, Any]) -> str:
     return json_text(data, indent=2) + "\n"
 
 
-BUILDERS |= {_name: partial(_added, _name) for _name in ADDITIONS}
+BUILDERS |= {_name: partial(_added, _name) for _name in adding("command")}

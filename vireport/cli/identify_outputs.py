@@ -23,7 +23,7 @@ from vireport.measurement.records import read_record, record_contents
 from vireport.measurement.shaker import ShakerMotion
 from vireport.measurement.signals import OF_SHAKER, Signals, read_signals, with_shaker
 from vireport.physics.device import RESTITUTIONS
-from vireport.scenario.blocks import Distribution, Scenario, percent_key, to_dict
+from vireport.scenario.blocks import Distribution, Scenario, keys_left_out, percent_key, to_dict
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput
 from vireport.scenario.writing import as_yaml
@@ -356,7 +356,7 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
             for own in shaker.harmonics
             if own.significant
         ]
-    data["tolerances"] = tolerances
+    data["tolerances"] = tolerances if "tolerances" not in keys_left_out(Scenario) else None
     data["measured"] = data["excitation"]["record"] = None  # what was there is of another record, in another folder
     text = as_yaml(data)
     loads(text, "identified.yaml")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import StrEnum
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 from typer.core import TyperCommand
 
-from vireport.base.additions import ADDITIONS
+from vireport.base.additions import adding, declaration
 from vireport.base.errors import UsageError
 from vireport.command.formats import RUN, CommandFormats
 from vireport.command.options import OptionPanel
@@ -61,7 +60,7 @@ class DeclaredCommand(Struct, frozen=True):
 
 def declared_command(name: str) -> DeclaredCommand:
     """The command of a row of `base.additions`, whose module is imported."""
-    command: DeclaredCommand = import_module(f"vireport.{ADDITIONS[name][0]}.command").COMMAND
+    command: DeclaredCommand = declaration(name, "command")
     return command
 
 
@@ -82,7 +81,7 @@ def formats_of(formats: CommandFormats, requested: list[str] | None) -> tuple[Ta
     if not words:
         raise UsageError(f"--format: no format is named ({allowed})")
     if others := [word for word in words if word not in formats.allowed]:
-        known = [RUN, *(row for name in ADDITIONS for row in declared_command(name).formats)]
+        known = [RUN, *(row for name in adding("command") for row in declared_command(name).formats)]
         unknown = [word for word in others if not any(word in row.allowed for row in known)]
         if unknown:
             raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} ({allowed})")

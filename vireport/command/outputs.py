@@ -14,10 +14,11 @@ from msgspec.structs import replace
 from vireport.base.progress import portion
 from vireport.command.outcome import CommandOutcome
 from vireport.gate.evidence import unmet
+from vireport.gate.findings import findings, found_by
 from vireport.scenario.loading import Loaded
-from vireport.study.plan import FIGURE_FORMATS, FIGURES, FIGURES_OF_PAGES, Task, page_and_figure_files
+from vireport.study.plan import FIGURE_FORMATS, FIGURES_OF_PAGES, Task, figures, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
-from vireport.study.results import branches_csv, worst_scenario
+from vireport.study.results import branches_csv
 from vireport.study.study import Study, analyse, results_json, with_certificates
 from vireport.text.alerts import AlertCode
 
@@ -34,8 +35,8 @@ ANALYSED_SHARE = 0.9
 """
 
 NAMES = {
-    **page_and_figure_files(FIGURES),
-    Task.JSON: ("results.json", "worst.yaml"),
+    **page_and_figure_files(figures()),
+    Task.JSON: ("results.json", *(file for finding in findings().values() for file in finding.files)),
     Task.CSV: ("branches.csv",),
     Task.JUNIT: ("junit.xml",),
     Task.MARKDOWN: ("summary.md",),
@@ -145,7 +146,7 @@ def run_files(
     """
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
     pictures = more
-    if plan.runs(*FIGURES):
+    if plan.runs(*figures()):
         say("drawing")
         from vireport.figures.curves import simulated_points
         from vireport.figures.pictures import pictures as pictures_of
@@ -183,8 +184,8 @@ def _data_files(study: Study, provenance: Provenance) -> dict[str, bytes]:
     files = dict[str, bytes]()
     if study.plan.runs(Task.JSON):
         files["results.json"] = results_json(study, provenance)
-        if study.tolerances is not None and study.tolerances.worst is not None:
-            files["worst.yaml"] = worst_scenario(study.scenario, study.tolerances.worst).encode()
+        for finding, found in found_by(study.findings):
+            files |= finding.written(found, study)
     if study.plan.runs(Task.CSV):
         files["branches.csv"] = branches_csv(study.solution, study.atlas)
     return files

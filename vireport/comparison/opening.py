@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from vireport.changes.messages import Message, listed
 from vireport.comparison.ranking import FIRST, RANKED_DIGITS, VOLTAGES, Merit, Ranked, held_against
 from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
-from vireport.gate.verdict import Conclusion, Status
+from vireport.gate.verdict import AnyConclusion, Status
 from vireport.text.formatting import ABSENT, percent
 
 _said = words_of("compare")
@@ -77,7 +77,7 @@ def _number(scenario: Ranked, merit: Merit) -> str:
 def _against(ranked: Sequence[Ranked]) -> Iterator[Statement]:
     """What holds against scenarios, all of it and not only what weighs most: two may be alike in the rest."""
     for status in GRAVE:
-        whose: dict[Conclusion, list[str]] = {}
+        whose: dict[AnyConclusion, list[str]] = {}
         for scenario in ranked:
             for conclusion in scenario.study.verdict.conclusions:
                 if conclusion.status is status:

@@ -17,7 +17,7 @@ from vireport.changes.messages import Message, listed
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint
 from vireport.gate.opening import Said, margin_said
-from vireport.gate.verdict import Conclusion
+from vireport.gate.verdict import AddedConclusion, AnyConclusion
 from vireport.scenario.parameters import DesignInput
 from vireport.shocks.withstood import Withstood
 from vireport.study.study import Study
@@ -266,9 +266,10 @@ def _rigid_room(study: Study) -> float | None:
     return _room(design)[1] if design is not None and design.motions.stable_mask.any() else None
 
 
-def held_against(conclusion: Conclusion) -> str:
+def held_against(conclusion: AnyConclusion) -> str:
     """A conclusion in a few words, as they stand in the column of verdicts and before names."""
-    return Said(f"lacks_{conclusion.name.lower()}", (), "compare").words()
+    file = conclusion.words if isinstance(conclusion, AddedConclusion) else "compare"
+    return Said(f"lacks_{conclusion.name.lower()}", (), file).words()
 
 
 def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:

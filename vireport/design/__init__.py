@@ -1,1 +1,1 @@
-"""The design point: its motions, their margins, tolerances and yield, and how strongly they hang on each input."""
+"""The design point: its motions and their margins, and how strongly they hang on each input."""

@@ -9,10 +9,9 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base.shares import share_interval
-from vireport.design.devices import Floats, devices_off, stable_motions
+from vireport.design.devices import DEVIATIONS, Floats, devices_off, sample_steps, stable_motions
 from vireport.design.margins import Margin
 from vireport.design.point import design_point
-from vireport.design.tolerances import DEVIATIONS, sample_steps
 from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import Identification
 from vireport.measurement.shaker import ShakerMotion

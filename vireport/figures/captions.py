@@ -26,7 +26,7 @@ from vireport.motions.stability import eigenvalues
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.scenario.blocks import Approach
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
-from vireport.study.plan import Task
+from vireport.study.plan import AnyTask, Task
 from vireport.study.study import Study
 from vireport.text.formatting import exact, given
 from vireport.wording.templates import Words
@@ -51,19 +51,19 @@ FILES = {
     Task.FIGURE_SHOCKS: "shocks",
     Task.FIGURE_BASIN: "basin",
     Task.FIGURE_CYCLE: "cycle",
-    Task.FIGURE_DRIVEN: "driven",
     Task.FIGURE_ACCURACY: "accuracy",
     Task.FIGURE_STIFFNESS: "stiffness",
 }
-"""Templates of the words of each figure; those of figures that are not drawn are not read."""
+"""Templates of the words of each figure of the core; those of figures that are not drawn are not read."""
 
 
-def pictured(name: Task, shown: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
+def pictured(name: AnyTask, shown: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
     """A figure with its words.
 
     Parameters
     ----------
-    name : Task
+    name : Task or AddedTask
+        Of an addition, the words are in the file that is named as the figure, without ``figure-``.
     shown : mapping
         What the macros of the figure know as ``x``.
     figure : Figure
@@ -74,12 +74,12 @@ def pictured(name: Task, shown: Mapping[str, Any], figure: Figure, templates: Pa
     return Picture(name, title_of(name, templates), caption, alt, figure)
 
 
-def alt_text(name: Task, shown: Mapping[str, Any], templates: Path | None = None) -> str:
+def alt_text(name: AnyTask, shown: Mapping[str, Any], templates: Path | None = None) -> str:
     """A description of what a figure shows for those who do not see it."""
     return _said(name, "alt", templates, shown)
 
 
-def title_of(name: Task, templates: Path | None = None) -> str:
+def title_of(name: AnyTask, templates: Path | None = None) -> str:
     """The title of a figure."""
     return _said(name, "title", templates)
 
@@ -89,8 +89,9 @@ def about(name: Task, templates: Path | None = None) -> str:
     return _said(name, "about", templates)
 
 
-def _said(name: Task, part: str, templates: Path | None, *shown: Mapping[str, Any]) -> str:
-    return Words(f"figures/{FILES[name]}", templates)(f"{name.replace('-', '_')}_{part}", *shown)
+def _said(name: AnyTask, part: str, templates: Path | None, *shown: Mapping[str, Any]) -> str:
+    file = FILES[name] if isinstance(name, Task) else name.removeprefix("figure-")
+    return Words(f"figures/{file}", templates)(f"{name.replace('-', '_')}_{part}", *shown)
 
 
 def conditions(study: Study, varied: Parameter | None = None) -> str:

@@ -16,6 +16,7 @@ from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.figures.style import style as styled
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
+from vireport.gate.findings import found_by
 from vireport.motions.families import Atlas
 from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
@@ -61,6 +62,8 @@ def pictures(
     with drawn_for(Sheet.of(width_mm, style)), styled():
         drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
         drawn += [*_design(study, templates), *measured_pictures(study, templates)]
+        for finding, found in found_by(study.findings):
+            drawn += finding.pictures(found, study, templates)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
@@ -143,10 +146,6 @@ def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
         from vireport.figures import basin
 
         yield basin.picture(study.basins, templates)
-    if study.plan.runs(Task.FIGURE_DRIVEN) and study.driven is not None:
-        from vireport.figures import driven
-
-        yield driven.picture(study.driven, templates)
     if study.plan.runs(Task.FIGURE_CYCLE) and (cycles := cycle.picture(study, templates)) is not None:
         yield cycles
 

@@ -16,6 +16,7 @@ from msgspec import Struct
 from vireport.base.records import plain
 from vireport.design.sensitivity import input_error, mass_elasticity, restitution_effect
 from vireport.gate.evidence import Evidence
+from vireport.gate.findings import found_by
 from vireport.gate.stretch import DEMONSTRATED, STATED_FIELD_V_M, contact_at_radius, severity_of, stretch_at_design
 from vireport.motions.error_bounds import undecided
 from vireport.physics.device import Device
@@ -438,11 +439,7 @@ def _doubt(path: str, value: float, capsule: float) -> Sentence | None:
     return None
 
 
-def _record_doubtful(results: Evidence) -> Iterator[Sentence]:
-    return map(_doubted, results.record_doubts)
-
-
-def _doubted(found: ShakerFinding) -> Sentence:
+def doubted(found: ShakerFinding) -> Sentence:
     """What is said of a finding of a recorded acceleration."""
     numbers = {"channel": found.channel, "recorded": found.recorded, "given": found.given}
     match found.doubt.name:
@@ -486,16 +483,23 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.IMPLAUSIBLE_INPUT: _implausible,
     AlertCode.BREAKDOWN: _breakdown,
     AlertCode.MORE_ENERGY_THAN_LOST: _more_energy_than_lost,
-    AlertCode.RECORD_DOUBTFUL: _record_doubtful,
     AlertCode.SIMULATION_DISAGREES: _simulation_disagrees,
     AlertCode.COEXISTING_MOTIONS: _coexisting,
     AlertCode.CHATTER: _chatter,
 }
 
 
+def causes_of(code: AlertCode, evidence: Evidence) -> Iterator[Sentence]:
+    """What raises an alert: of what the core found, and of what additions found."""
+    if code in CAUSES:
+        yield from CAUSES[code](evidence)
+    for finding, found in found_by(evidence.findings):
+        yield from finding.causes(found).get(code, ())
+
+
 def alerts(evidence: Evidence) -> tuple[Alert, ...]:
     """Collect the alerts that results raise, the gravest first."""
-    causes = ((known, tuple(CAUSES[known.code](evidence))) for known in CATALOGUE)
+    causes = ((known, tuple(causes_of(known.code, evidence))) for known in CATALOGUE)
     raised = [_raised(known, sentences) for known, sentences in causes if sentences]
     return tuple(sorted(raised, key=lambda alert: (alert.severity.rank, alert.code)))
 
@@ -514,7 +518,7 @@ def input_alerts(scenario: Scenario) -> tuple[Alert, ...]:
 
 def record_alerts(doubts: Iterable[ShakerFinding]) -> tuple[Alert, ...]:
     """The alerts that a recorded acceleration raises by itself: as those of results that rest on it."""
-    return _alone(AlertCode.RECORD_DOUBTFUL, map(_doubted, doubts))
+    return _alone(AlertCode.RECORD_DOUBTFUL, map(doubted, doubts))
 
 
 def _alone(code: AlertCode, sentences: Iterable[Sentence]) -> tuple[Alert, ...]:

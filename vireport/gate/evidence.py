@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -25,15 +25,12 @@ from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, shown
 
 if TYPE_CHECKING:
-    from vireport.attraction.proved import Proved
     from vireport.checks.crosscheck import CrossCheck
     from vireport.compliant.own_stiffness import OwnStiffness
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
-    from vireport.design.tolerances import Tolerances
     from vireport.disturbances.behaviour import Disturbances
     from vireport.disturbances.from_rest import FromRest
-    from vireport.measurement.shaker import ShakerFinding
     from vireport.membranes.compliance import Compliance
     from vireport.motions.families import Atlas, Family
     from vireport.physics.motion import Motion
@@ -55,7 +52,7 @@ FINEST = 5e-7
 
 
 class Question(StrEnum):
-    """The questions that the verdict answers, in their order."""
+    """The questions that the verdict answers, in their order; those of additions come after them."""
 
     ACCEPTED = "Are the requirements met?"
     MOTION = "Is there stable motion?"
@@ -63,7 +60,6 @@ class Question(StrEnum):
     MARGIN = "With what margin?"
     OWN_STIFFNESS = "And with compliant membranes?"
     SHOCK = "Which bumps does it withstand?"
-    TOLERANCES = "Do all devices within the tolerances work?"
     FROM_REST = "Is it reached from rest?"
     JITTER = "How much does it jitter?"
     REACHED = "Which starts reach it?"
@@ -142,7 +138,7 @@ class Criterion(Struct, frozen=True, eq=False):
 
     key: str
     title: str
-    question: Question
+    question: str
     limit: Limit
     outcome: Judgement
     line: int | None
@@ -160,6 +156,11 @@ class Criterion(Struct, frozen=True, eq=False):
     def names_motions(self) -> bool:
         """Whether it says which motions may be stable, so that one that is may be another than the 1:1 motion."""
         return self.limit.kind is LimitKind.WORDS
+
+    @property
+    def by_formulae(self) -> bool:
+        """Whether it limits voltages, energies or deflections, which are by the paper's formulae."""
+        return self.question == Question.VOLTAGE
 
     @property
     def margin_text(self) -> str:
@@ -203,16 +204,15 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
     `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable
-    motions at the design point stand, and how far random kicks spread them, `proved` what of it is proved, `effects`
-    how far what the model leaves out moves the nearest end.
-    `record_doubts` are what may be wrong with the recorded motion of the shaker.
+    motions at the design point stand, and how far random kicks spread them, `effects` how far what the model leaves
+    out moves the nearest end.
+    `findings` are what each addition to the study found, by its name.
     `criteria` are the requirements that were judged already, `required` those that are being judged, if any are.
     """
 
     solution: Solution
     crosscheck: CrossCheck | None = None
     compliance: Compliance | None = None
-    tolerances: Tolerances | None = None
     atlas: Atlas | None = None
     own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()
@@ -220,9 +220,8 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     disturbances: Disturbances | None = None
     withstood: Withstood | None = None
     attracting: AttractingMotions | None = None
-    proved: Proved | None = None
     effects: Shifts | None = None
-    record_doubts: tuple[ShakerFinding, ...] = ()
+    findings: Mapping[str, Any] = {}
 
     __repr__ = brief
 

@@ -15,8 +15,9 @@ from msgspec import Struct
 
 from vireport.base.records import brief
 from vireport.gate.alerts import NEAR_CRITICAL, Alert
+from vireport.gate.findings import findings
 from vireport.gate.least_margin import LimitedBy, MarginToUse
-from vireport.gate.verdict import Conclusion, StableVoltages, Status, Verdict
+from vireport.gate.verdict import AddedConclusion, Conclusion, StableVoltages, Status, Verdict
 from vireport.scenario.blocks import LeftOut
 from vireport.text.alerts import AlertCode, Severity
 
@@ -226,7 +227,8 @@ def _sentence(verdict: Verdict) -> Said:
         return Said("stable_in_sweep", (verdict, *solution.settable_ranges[:1]))
     if conclusion is Conclusion.STABLE and not verdict.motion.data.types:
         return Said("stable_as_required", (Said(_running(verdict)),))
-    return Said(conclusion.name.lower(), (Said(_running(verdict)),))
+    file = conclusion.words if isinstance(conclusion, AddedConclusion) else "opening"
+    return Said(conclusion.name.lower(), (Said(_running(verdict)),), file)
 
 
 def _running(verdict: Verdict) -> str:
@@ -244,7 +246,8 @@ def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None
     yield from _of_simulation(verdict, again)
     yield from _of_motion(verdict)
     yield from _of_margin(verdict)
-    yield from _of_tolerances(verdict)
+    for name, answer in verdict.added.items():
+        yield from findings()[name].facts(answer)
     yield from _of_voltage(verdict)
     for alert in alerts:
         if alert.severity is not Severity.NOTE and alert.code not in SAID_OTHERWISE:
@@ -398,16 +401,6 @@ def _left_out(use: MarginToUse, recoils: bool) -> str:
     assert use.shift is not None
     left_out = use.shift.effect.left_out
     return f"{left_out.name.lower()}{'_prescribed' if left_out is LeftOut.CAPSULE and recoils else ''}"
-
-
-def _of_tolerances(verdict: Verdict) -> Iterator[Statement]:
-    if verdict.tolerances is None:
-        return
-    found = verdict.tolerances.data
-    stable, count = found.sampled.stable, found.sampled.samples
-    tried = "every_device_tried" if stable == count else "some_devices_fail" if stable else "no_device_works"
-    name = "every_device_proved" if found.proved else tried
-    yield _fact(verdict.tolerances.status, name, found)
 
 
 def _of_voltage(verdict: Verdict) -> Iterator[Statement]:

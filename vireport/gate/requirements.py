@@ -12,7 +12,7 @@ which surely fail; what is open then is judged one by one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
+from functools import cache, cached_property
 from math import inf
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -23,12 +23,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.base.shares import share_interval
-from vireport.design.devices import devices_off
 from vireport.design.effects import Effect
-from vireport.design.tolerances import sample_steps
-from vireport.gate.designs import BORDER, Designs, keeps_motion
+from vireport.gate.designs import Designs, keeps_motion
 from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
+from vireport.gate.findings import findings
 from vireport.gate.impacts import Impacts, at_design, followed, largest, spread
 from vireport.gate.ranges import (
     may_be_stable_over_inclinations,
@@ -73,9 +71,6 @@ OF_RESTITUTION = {
     LeftOut.RESTITUTION_TOP: DesignInput.RESTITUTION_TOP,
 }
 """The effects that are another value of an input: with these many designs are judged at once."""
-
-FEW_SAMPLES = 64
-"""Devices by which designs are judged first that lack a yield by far."""
 
 NOT_STABLE = "there is no stable 1:1 motion at the design point"
 """Why what a stable motion does is not judged."""
@@ -214,14 +209,14 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
     key : str
         Of the scenario's block; the first, where several belong together.
     title : str
-    question : Question
+    question : str
         Which answer of the verdict it is about.
     quantity : OfMotions, OfShaker, OfMargin or OfRun
     """
 
     key: str
     title: str
-    question: Question
+    question: str
     quantity: OfMotions | OfShaker | OfMargin | OfRun
 
     @cached_property
@@ -270,7 +265,7 @@ def _gives(scenario: Scenario, path: str) -> bool:
 
 def required(scenario: Scenario) -> Iterator[tuple[Requirement, Limit]]:
     """What a scenario requires, in the order of the acceptance table."""
-    for requirement in REQUIREMENTS:
+    for requirement in requirements():
         limit = requirement.limit(scenario)
         if limit is not None:
             yield requirement, limit
@@ -353,39 +348,6 @@ def _share_of_starts(results: Evidence) -> str | None:
     ends = check.found[row]
     count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
     return f"{count} of {len(ends)} random starts at {design.parameter.place(float(check.values[row]))}"
-
-
-def _yield(results: Evidence, limit: Limit) -> Judgement:
-    """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
-    tolerances = results.tolerances
-    if tolerances is None:
-        raise NumericalError("there are no tolerances")
-    if tolerances.proved:
-        return held_against(100.0, limit, ("every device within the tolerances is proved to have stable motion",))
-    sampled = tolerances.sampled
-    share = 100 * sampled.stable / sampled.samples
-    counted = (f"{sampled.stable} of {sampled.samples} random devices have stable motion",)
-    return held_against(share, limit, counted, share - 100 * sampled.low)
-
-
-def _may_yield(designs: Designs, limit: Limit) -> Mask:
-    """Which designs may reach a yield: by the very devices that a run takes, as few of them as tell."""
-    asked, kept = designs.scenario.tolerances, np.ones(designs.count, dtype=bool)
-    if asked is None:
-        return kept
-    steps = sample_steps(len(designs.half_widths), asked.distribution, asked.samples)
-    enough = (k for k in range(asked.samples) if 100 * share_interval(k, asked.samples)[1] >= limit.value)
-    most = asked.samples - next(enough, asked.samples)  # all of them, where only the proof is enough
-    # Whole Sobol sequences are balanced, not their beginnings: only a count that no further device can mend refutes.
-    failed, first = np.zeros(designs.count, dtype=np.intp), 0
-    while first < asked.samples:
-        last = min(max(2 * first, FEW_SAMPLES), asked.samples)
-        for row in np.flatnonzero(kept):
-            design = designs.select(np.array([row]))
-            device = devices_off(design.device, design.half_widths, steps[:, first:last])
-            failed[row] += np.count_nonzero(~replace(design, device=device, count=last - first).has_motion(BORDER))
-        kept, first = failed <= most, last
-    return kept
 
 
 def _reached(results: Evidence, limit: Limit) -> Judgement:
@@ -493,7 +455,7 @@ def _agreement(results: Evidence, limit: Limit) -> Judgement:
     )
 
 
-_, MOTION, WHERE, MARGIN, _, SHOCK, TOLERANCES, FROM_REST, JITTER, _, VOLTAGE, SHAKER, _, SIMULATED = Question
+_, MOTION, WHERE, MARGIN, _, SHOCK, FROM_REST, JITTER, _, VOLTAGE, SHAKER, _, SIMULATED = Question
 
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
 
@@ -545,7 +507,6 @@ REQUIREMENTS = (
     Requirement("power_at_least_mw", "Mean electrical power", VOLTAGE, POWER),
     Requirement("efficiency_at_most_percent", "Electrical efficiency", VOLTAGE, EFFICIENCY),
     Requirement("field_at_most_percent", "Electric field over breakdown field", VOLTAGE, FIELD),
-    Requirement("yield_at_least_percent", "Yield within the tolerances", TOLERANCES, OfRun(_yield, _may_yield)),
     Requirement(
         "acceleration_at_most_g", "Acceleration of the shaker", SHAKER, OfShaker(lambda shaker: shaker.acceleration_g)
     ),
@@ -553,4 +514,12 @@ REQUIREMENTS = (
     Requirement("force_at_most_n", "Force of the shaker", SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)),
     Requirement("crosscheck_passed", "Simulation agrees", SIMULATED, OfRun(_agreement)),
 )
-"""All that can be required, in the order of the acceptance table."""
+"""All that can be required of the core, in the order of the acceptance table."""
+
+
+@cache
+def requirements() -> tuple[Requirement, ...]:
+    """All that can be required, in the order of the acceptance table, which is that of the keys."""
+    rows = (*REQUIREMENTS, *(row for finding in findings().values() for row in finding.requirements()))
+    order = list(RequirementsBlock.model_fields)
+    return tuple(sorted(rows, key=lambda row: order.index(row.key)))

@@ -6,9 +6,9 @@ after that must not have been misled.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from enum import Enum, StrEnum
-from typing import TYPE_CHECKING, Generic, TypeVar
+from collections.abc import Iterator, Mapping
+from enum import Enum, IntEnum, StrEnum
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from msgspec import Struct
@@ -19,6 +19,7 @@ from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval
 from vireport.design.solution import Solution
 from vireport.gate.evidence import Criterion, Evidence, Question
+from vireport.gate.findings import findings, found_by
 from vireport.gate.least_margin import MarginToUse, margin_to_use
 from vireport.gate.stretch import severity_of
 from vireport.motions.points import Point
@@ -31,7 +32,6 @@ from vireport.text.formatting import Exactness
 if TYPE_CHECKING:
     from vireport.checks.crosscheck import CrossCheck
     from vireport.compliant.own_stiffness import OwnStiffness, StabilityEnd
-    from vireport.design.tolerances import Tolerances
     from vireport.disturbances.behaviour import Disturbances
     from vireport.membranes.compliance import Grade
     from vireport.motions.families import Atlas
@@ -55,32 +55,59 @@ class Status(StrEnum):
     NEUTRAL = "neutral"
 
 
-class Conclusion(Enum):
-    """What weighs most, with its status, and in a few words; the first that holds is the conclusion."""
+class Weight(IntEnum):
+    """How much a conclusion weighs, what weighs most first.
 
-    NOT_VERIFIED = Status.CAUTION, "Not verified"
-    NOT_STABLE = Status.BAD, "Not stable"
-    NOT_SETTABLE = Status.BAD, "Stable only in a range too narrow to be set"
-    NOT_MET = Status.BAD, "Requirements not met"
-    MORE_ENERGY_THAN_LOST = Status.BAD, "Stable, but with more electrical energy than the impacts lose"
-    BREAKDOWN = Status.BAD, "Stable, but above the breakdown field"
-    OTHER_MOTION = Status.CAUTION, "Stable, but not 1:1"
-    NOT_COMPLIANT = Status.CAUTION, "Stable by rigid impacts, but not with the membranes' own stiffness"
-    NOT_FROM_REST = Status.CAUTION, "Stable, but not reached from rest"
-    FROM_REST_UNKNOWN = Status.CAUTION, "Stable, not known whether reached from rest"
-    NOT_EVERY_DEVICE = Status.CAUTION, "Stable, but not for every device within the tolerances"
-    TOLERANCES_OPEN = Status.CAUTION, "Stable, but tolerances not decided"
-    COMPLIANT_UNKNOWN = Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"
-    MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known"
-    MARGIN_SHORT = Status.CAUTION, "Stable, margin to use less than required"
-    MARGIN_SMALL = Status.CAUTION, "Stable, margin small"
-    WINDOW_NARROW = Status.CAUTION, "Stable, reached from rest within narrow limits only"
-    MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only"
-    NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough"
-    STRETCHED_FAR = Status.CAUTION, "Stable, but a membrane stretches farther than demonstrated"
-    END_UNKNOWN = Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"
-    RECORD_DOUBTFUL = Status.CAUTION, "Stable, but the record of the shaker is doubtful"
-    STABLE = Status.GOOD, "Stable"
+    Of two that weigh alike, that of the question asked first is the heavier one.
+    """
+
+    CONTRADICTED = 1
+    NO_MOTION = 2
+    NOT_MET = 3
+    IMPOSSIBLE = 4
+    ANOTHER_MOTION = 5
+    NOT_EVERY_DEVICE = 6
+    MARGIN = 7
+    MODEL = 8
+    DIGITS = 9
+    NOTHING = 10
+
+
+class Conclusion(Enum):
+    """What can hold against a device, with its status, in a few words, and with its weight; or that nothing does."""
+
+    NOT_VERIFIED = Status.CAUTION, "Not verified", Weight.CONTRADICTED
+    NOT_STABLE = Status.BAD, "Not stable", Weight.NO_MOTION
+    NOT_SETTABLE = Status.BAD, "Stable only in a range too narrow to be set", Weight.NO_MOTION
+    NOT_MET = Status.BAD, "Requirements not met", Weight.NOT_MET
+    MORE_ENERGY_THAN_LOST = (
+        *(Status.BAD, "Stable, but with more electrical energy than the impacts lose"),
+        Weight.IMPOSSIBLE,
+    )
+    BREAKDOWN = Status.BAD, "Stable, but above the breakdown field", Weight.IMPOSSIBLE
+    OTHER_MOTION = Status.CAUTION, "Stable, but not 1:1", Weight.ANOTHER_MOTION
+    NOT_COMPLIANT = (
+        *(Status.CAUTION, "Stable by rigid impacts, but not with the membranes' own stiffness"),
+        Weight.ANOTHER_MOTION,
+    )
+    NOT_FROM_REST = Status.CAUTION, "Stable, but not reached from rest", Weight.ANOTHER_MOTION
+    FROM_REST_UNKNOWN = Status.CAUTION, "Stable, not known whether reached from rest", Weight.ANOTHER_MOTION
+    COMPLIANT_UNKNOWN = (
+        *(Status.CAUTION, "Stable by rigid impacts, not known with the membranes' own stiffness"),
+        Weight.NOT_EVERY_DEVICE,
+    )
+    MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known", Weight.MARGIN
+    MARGIN_SHORT = Status.CAUTION, "Stable, margin to use less than required", Weight.MARGIN
+    MARGIN_SMALL = Status.CAUTION, "Stable, margin small", Weight.MARGIN
+    WINDOW_NARROW = Status.CAUTION, "Stable, reached from rest within narrow limits only", Weight.MARGIN
+    MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only", Weight.MARGIN
+    NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough", Weight.MARGIN
+    STRETCHED_FAR = Status.CAUTION, "Stable, but a membrane stretches farther than demonstrated", Weight.MODEL
+    END_UNKNOWN = (
+        *(Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"),
+        Weight.DIGITS,
+    )
+    STABLE = Status.GOOD, "Stable", Weight.NOTHING
 
     @property
     def status(self) -> Status:
@@ -92,15 +119,57 @@ class Conclusion(Enum):
         """The conclusion in a few words."""
         return self.value[1]
 
+    @property
+    def weight(self) -> Weight:
+        """How much it weighs."""
+        return self.value[2]
+
+
+class AddedConclusion(Struct, frozen=True):
+    """What an addition can hold against a device.
+
+    Attributes
+    ----------
+    name : str
+        In lower case that of the macro which says it, and with ``lacks_`` before it of that for a comparison.
+    status : Status
+    word : str
+        The conclusion in a few words.
+    weight : Weight
+    words : str
+        The file of words that has these macros.
+    """
+
+    name: str
+    status: Status
+    word: str
+    weight: Weight
+    words: str
+
+
+AnyConclusion = Conclusion | AddedConclusion
+
 
 class Fact(Struct, Generic[Numbers], frozen=True, eq=False):
     """The answer to a question as data; the status is neutral where there is nothing to judge."""
 
-    question: Question
+    question: str
     status: Status
     data: Numbers
 
     __repr__ = brief
+
+
+class AddedAnswer(Fact[Numbers], frozen=True, eq=False):
+    """The answer of an addition, and what it holds against the device.
+
+    Its conclusion counts where no requirement is held beside the same question: then the requirement stands for it.
+    """
+
+    concludes: AddedConclusion | None = None
+
+
+AnyFact = TypeVar("AnyFact", bound=Fact[Any])
 
 
 class StableMotions(Struct, frozen=True, eq=False):
@@ -236,7 +305,7 @@ class Verdict(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    conclusion : Conclusion
+    conclusion : Conclusion or AddedConclusion
     evidence : Evidence
         What it was judged by.
     accepted : Fact of tuple of Criterion, or None
@@ -246,7 +315,6 @@ class Verdict(Struct, frozen=True, eq=False):
     margin : Fact of NearestEnd, or None
     shock : Fact of Withstood, or None
         Where the least shock was looked for.
-    tolerances : Fact of Tolerances, or None
     from_rest : Fact of Disturbances, or None
         Where the 1:1 motion is stable at a design point.
     jitter : Fact of Withstood, or None
@@ -259,18 +327,19 @@ class Verdict(Struct, frozen=True, eq=False):
     own_stiffness : Fact of OwnStiffness, or None
     rigid : Fact of Grade, or None
     simulated : Fact of CrossCheck, or None
-    conclusions : tuple of Conclusion
+    added : mapping of str to AddedAnswer
+        Those of additions, by their names, in the order of their rows.
+    conclusions : tuple of Conclusion or AddedConclusion
         All that hold, what weighs most first: `conclusion`, and what would be one without it.
     """
 
-    conclusion: Conclusion
+    conclusion: AnyConclusion
     evidence: Evidence
     accepted: Fact[tuple[Criterion, ...]] | None
     motion: Fact[StableMotions]
     where: Fact[tuple[StableInterval, ...]] | None
     margin: Fact[NearestEnd] | None
     shock: Fact[Withstood] | None
-    tolerances: Fact[Tolerances] | None
     from_rest: Fact[Disturbances] | None
     jitter: Fact[Withstood] | None
     reached: Fact[CrossCheck | None] | None
@@ -279,10 +348,19 @@ class Verdict(Struct, frozen=True, eq=False):
     own_stiffness: Fact[OwnStiffness] | None
     rigid: Fact[Grade] | None
     simulated: Fact[CrossCheck] | None
-    conclusions: tuple[Conclusion, ...] = ()
+    added: Mapping[str, AddedAnswer[Any]] = {}
+    conclusions: tuple[AnyConclusion, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Verdict {self.word}>"
+
+    if not TYPE_CHECKING:  # so that a checker of types takes no name for any attribute
+
+        def __getattr__(self, name: str) -> Any:
+            """The answer of the addition of that name, None where its question does not arise."""
+            if name in findings():
+                return self.added.get(name)
+            raise AttributeError(f"a Verdict has no attribute {name!r}")
 
     @property
     def status(self) -> Status:
@@ -304,7 +382,6 @@ class Verdict(Struct, frozen=True, eq=False):
             "margin": self.margin,
             "own_stiffness": self.own_stiffness,
             "shock": self.shock,
-            "tolerances": self.tolerances,
             "from_rest": self.from_rest,
             "jitter": self.jitter,
             "reached": self.reached,
@@ -313,7 +390,7 @@ class Verdict(Struct, frozen=True, eq=False):
             "rigid": self.rigid,
             "simulated": self.simulated,
         }
-        return {name: fact for name, fact in named.items() if fact is not None}
+        return {name: fact for name, fact in named.items() if fact is not None} | dict(self.added)
 
     @property
     def design_point(self) -> Iterator[tuple[Parameter, float]]:
@@ -366,7 +443,6 @@ def verdict_of(evidence: Evidence) -> Verdict:
         where=_where(solution, design, motions),
         margin=_margin(design, evidence) if design is not None else None,
         shock=_shock(evidence.withstood, criteria) if not motions.narrow else None,
-        tolerances=_tolerances(evidence.tolerances),
         from_rest=from_rest,
         jitter=_jitter(evidence.withstood) if not motions.narrow else None,
         reached=_reached(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
@@ -375,68 +451,85 @@ def verdict_of(evidence: Evidence) -> Verdict:
         own_stiffness=_own_stiffness(evidence.own_stiffness) if not motions.narrow else None,
         rigid=_rigid(evidence),
         simulated=_simulated(evidence.crosscheck),
+        added=_added(evidence),
     )
-    held = {name: _held(fact, criteria) for name, fact in verdict.answers.items()}
-    conclusions = tuple(_conclusions(verdict)) or (Conclusion.STABLE,)
-    return replace(verdict, conclusion=conclusions[0], conclusions=conclusions, **held)
+    conclusions = _conclusions(verdict)
+    added = {name: _held(answer, criteria) for name, answer in verdict.added.items()}
+    held = {name: _held(fact, criteria) for name, fact in verdict.answers.items() if name not in added}
+    return replace(verdict, conclusion=conclusions[0], conclusions=conclusions, added=added, **held)
 
 
-def _judged(question: Question, criteria: tuple[Criterion, ...]) -> list[Criterion]:
+def _added(evidence: Evidence) -> dict[str, AddedAnswer[Any]]:
+    """The answers of additions, by their names."""
+    answers = ((finding.name, finding.answer(found, evidence)) for finding, found in found_by(evidence.findings))
+    return {name: answer for name, answer in answers if answer is not None}
+
+
+def _judged(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]:
     """The criteria that an answer is held against."""
     return [criterion for criterion in criteria if criterion.question == question]
 
 
-def _held(fact: Fact[Numbers], criteria: tuple[Criterion, ...]) -> Fact[Numbers]:
+def _held(fact: AnyFact, criteria: tuple[Criterion, ...]) -> AnyFact:
     """An answer beside which a requirement is not met is not a good one."""
     missed = any(not criterion.passed for criterion in _judged(fact.question, criteria))
     return replace(fact, status=Status.BAD) if missed else fact
 
 
-def _conclusions(verdict: Verdict) -> Iterator[Conclusion]:
-    """What holds against a design, what weighs most first: no motion, a requirement, physics, the margin, models.
+def _conclusions(verdict: Verdict) -> tuple[AnyConclusion, ...]:
+    """What holds against a design, what weighs most first; `STABLE` where nothing does."""
+    criteria = verdict.evidence.criteria
+    of_additions = (
+        answer.concludes
+        for answer in verdict.added.values()
+        if answer.concludes is not None and not _judged(answer.question, criteria)
+    )
+    known: list[AnyConclusion] = [*_of_the_core(verdict), *of_additions]
+    return tuple(sorted(known, key=lambda conclusion: conclusion.weight)) or (Conclusion.STABLE,)
 
-    A required yield stands for the tolerances.
-    """
-    tolerances, margin, generated = verdict.tolerances, verdict.margin, verdict.voltage.data
-    own, evidence = verdict.own_stiffness, verdict.evidence
-    if _has(verdict.simulated, Status.BAD):
-        yield Conclusion.NOT_VERIFIED
-    if _has(verdict.motion, Status.BAD):
-        yield Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
+
+def _of_the_core(verdict: Verdict) -> Iterator[Conclusion]:
+    """What answers of the core hold against a design, in the order of their questions."""
+    own, margin, evidence = verdict.own_stiffness, verdict.margin, verdict.evidence
     if _has(verdict.accepted, Status.BAD):
         yield Conclusion.NOT_MET
-    if generated is not None and generated.status is Status.BAD:
-        yield Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
-    elif (contradiction := _of_other_motions(evidence)) is not None:
-        yield contradiction
+    if _has(verdict.motion, Status.BAD):
+        yield Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
     if _has(verdict.motion, Status.CAUTION):
         yield Conclusion.OTHER_MOTION
-    if own is not None and own.data.margin_gone:
-        yield Conclusion.NOT_COMPLIANT
-    if _has(verdict.from_rest, Status.CAUTION) and not evidence.narrow:
-        end = evidence.from_rest
-        yield Conclusion.NOT_FROM_REST if end is not None and end.decided else Conclusion.FROM_REST_UNKNOWN
-    if own is not None and own.data.motion is None:
-        yield Conclusion.COMPLIANT_UNKNOWN
-    if _has(tolerances, Status.CAUTION) and not _judged(Question.TOLERANCES, evidence.criteria):
-        refuted = tolerances is not None and tolerances.data.worst is not None
-        yield Conclusion.NOT_EVERY_DEVICE if refuted else Conclusion.TOLERANCES_OPEN
     if margin is not None and margin.status is Status.CAUTION:
         if margin.data.not_known:
             yield Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
         else:
             yield Conclusion.MARGIN_SHORT if margin.data.short else Conclusion.MARGIN_SMALL
-    if _has(verdict.from_rest, Status.CAUTION) and evidence.narrow:
-        yield Conclusion.WINDOW_NARROW
+    if own is not None and own.data.margin_gone:
+        yield Conclusion.NOT_COMPLIANT
+    unsaid = margin is None or not margin.data.not_known
+    if own is not None and own.data.motion is None:
+        yield Conclusion.COMPLIANT_UNKNOWN
+    elif _has(own, Status.CAUTION) and unsaid:
+        yield Conclusion.END_UNKNOWN
+    if _has(verdict.from_rest, Status.CAUTION):
+        end = evidence.from_rest
+        decided = end is not None and end.decided
+        not_reached = Conclusion.NOT_FROM_REST if decided else Conclusion.FROM_REST_UNKNOWN
+        yield Conclusion.WINDOW_NARROW if evidence.narrow else not_reached
+    yield from _of_voltage(verdict)
     if _has(verdict.rigid, Status.BAD):
         yield Conclusion.NOT_RIGID
+    if _has(verdict.simulated, Status.BAD):
+        yield Conclusion.NOT_VERIFIED
+
+
+def _of_voltage(verdict: Verdict) -> Iterator[Conclusion]:
+    """What voltages hold against a design: those of the 1:1 motion, or else of another motion."""
+    generated = verdict.voltage.data
+    if generated is not None and generated.status is Status.BAD:
+        yield Conclusion.MORE_ENERGY_THAN_LOST if generated.impossible else Conclusion.BREAKDOWN
+    elif (contradiction := _of_other_motions(verdict.evidence)) is not None:
+        yield contradiction
     if generated is not None and generated.severity is Severity.WARNING:
         yield Conclusion.STRETCHED_FAR
-    unsaid = verdict.margin is None or not verdict.margin.data.not_known
-    if own is not None and _has(own, Status.CAUTION) and own.data.motion is not None and unsaid:
-        yield Conclusion.END_UNKNOWN
-    if evidence.record_doubts:
-        yield Conclusion.RECORD_DOUBTFUL
 
 
 def _of_other_motions(evidence: Evidence) -> Conclusion | None:
@@ -558,12 +651,6 @@ def _own_stiffness(own: OwnStiffness | None) -> Fact[OwnStiffness] | None:
         return None
     kept = own.motion is not None and own.motion.stable and all(end.compliant is not None for end in own.ends)
     return Fact(Question.OWN_STIFFNESS, Status.NEUTRAL if kept else Status.CAUTION, own)
-
-
-def _tolerances(tolerances: Tolerances | None) -> Fact[Tolerances] | None:
-    if tolerances is None:
-        return None
-    return Fact(Question.TOLERANCES, Status.GOOD if tolerances.proved else Status.CAUTION, tolerances)
 
 
 def _from_rest(evidence: Evidence) -> Fact[Disturbances] | None:

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError, ScenarioError
 from vireport.design.point import DesignPoint
 from vireport.gate.designs import keeps_motion
-from vireport.gate.evidence import Question
 from vireport.optimise.cells import CellValues, corner_slack, evaluate
 from vireport.optimise.problem import Problem, smallest_margin
-from vireport.scenario.blocks import WIDEST_MARGIN, Objective
+from vireport.scenario.blocks import WIDEST_MARGIN, Need, Objective
+from vireport.scenario.rules import needing
 from vireport.study.study import Study
 
 Floats = NDArray[np.float64]
@@ -58,8 +58,8 @@ class JudgedDesign(Struct, frozen=True, eq=False):
     @property
     def tolerated(self) -> bool:
         """Whether every device within the tolerances is proved to work, or as many do as are required."""
-        tolerances = self.study.tolerances
-        enough = any(line.question is Question.TOLERANCES and line.passed for line in self.study.criteria)
+        tolerances = self.study.findings.get(Need.TOLERANCES)
+        enough = any(line.key in needing(Need.TOLERANCES) and line.passed for line in self.study.criteria)
         return tolerances is None or tolerances.proved or enough
 
     def met(self, but: frozenset[str] = frozenset()) -> bool:

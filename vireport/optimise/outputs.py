@@ -9,13 +9,12 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
-from vireport.design.tolerances import Tolerances
 from vireport.gate.alerts import named_alerts
 from vireport.gate.opening import MOST_FACTS, Opening, Said, Statement, words_of
 from vireport.gate.verdict import Status
 from vireport.optimise.grid import OFF, SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
-from vireport.scenario.blocks import DesignPath, Objective, key_of, set_in_type, unit_of
+from vireport.scenario.blocks import DesignPath, Need, Objective, key_of, set_in_type, unit_of
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
@@ -204,7 +203,7 @@ def _shortcoming(result: SearchResult) -> Said:
     missed = (line for line in nearest.study.criteria if not line.passed)
     failed = [_said("missed_by" if line.margin_text else "missed", line) for line in missed]
     if not nearest.tolerated:
-        failed.append(_beyond_tolerances(cast(Tolerances, nearest.study.tolerances)))
+        failed.append(_beyond_tolerances(nearest.study.findings[Need.TOLERANCES]))
     if not nearest.repeats:
         failed.append(_said("does_not_repeat", OFF))
     if evidence.complete:
@@ -212,7 +211,7 @@ def _shortcoming(result: SearchResult) -> Said:
     return _said("none_of_judged", evidence.candidates_judged, evidence.candidates, failed)
 
 
-def _beyond_tolerances(tolerances: Tolerances) -> Said:
+def _beyond_tolerances(tolerances: Any) -> Said:
     """How far the tolerances of a design may not go."""
     worst = tolerances.worst
     if worst is None:

@@ -22,6 +22,7 @@ from vireport.design.point import DesignPoint
 from vireport.design.solution import Solution
 from vireport.gate.alerts import Alert
 from vireport.gate.evidence import Criterion
+from vireport.gate.findings import found_by
 from vireport.gate.opening import Opening, WordedOpening
 from vireport.motions.generation import ladder
 from vireport.motions.points import Point
@@ -232,6 +233,17 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         from vireport.wording.templates import Words
 
         return Words(words, self.templates)(macro, *given)
+
+    def added_sections(self, within: str = "") -> list[str]:
+        """Templates of the sections of additions to the study, in the order of their rows.
+
+        Parameters
+        ----------
+        within : str
+            Name of the section that they belong to; "" for those that are sections of their own.
+        """
+        added = (finding for finding, _ in found_by(self.study.findings))
+        return [finding.section for finding in added if finding.section and finding.within == within]
 
     @property
     def coexisting(self) -> list[str]:

@@ -7,25 +7,20 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 
 from collections.abc import Iterator
 from enum import Enum, StrEnum
+from functools import cache
 from math import prod
-from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
+from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
 from msgspec import Struct
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
     Field,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
-    TypeAdapter,
     model_validator,
 )
 from pydantic.fields import FieldInfo
-from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
 
 from vireport.base.additions import ADDITIONS
+from vireport.scenario.keys import REQUIRED, Block, WhenGiven, key, with_added_keys, without_added_keys
 from vireport.scenario.parameters import (
     LARGEST,
     SMALLEST,
@@ -72,46 +67,6 @@ LONGEST_RAMP = 1000.0
 """Forcing periods over which a force is ramped up: minutes, at the frequencies of such devices."""
 
 
-class Block(BaseModel):
-    """A block of keys: frozen, without keys that are not declared, and without conversion of types."""
-
-    model_config = ConfigDict(
-        frozen=True,
-        strict=True,
-        extra="forbid",
-        allow_inf_nan=False,
-        defer_build=True,
-        model_title_generator=lambda block: block.__name__.removesuffix("Block"),  # editors show the title
-    )
-
-    def __repr__(self) -> str:
-        """The block without the keys that are not given."""
-        values = ", ".join(
-            f"{key}={getattr(self, key)!r}" for key in type(self).model_fields if key in self.model_fields_set
-        )
-        return f"{type(self).__name__}({values})"
-
-
-class _WhenGiven:
-    """Has a block validated by its own validator, which pydantic builds when it is first used.
-
-    To build those of all blocks takes a hundredth of a run with --json, and most scenarios have few of them.
-    """
-
-    def __get_pydantic_core_schema__(self, block: type[Block], _: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(block.model_validate, metadata={"block": block})
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        # Within a schema of definitions the block becomes a reference; by itself it would be written out here.
-        return handler(core_schema.definitions_schema(TypeAdapter(schema["metadata"]["block"]).core_schema, []))
-
-
-_AnyBlock = TypeVar("_AnyBlock", bound=Block)
-
-WhenGiven = Annotated[_AnyBlock, _WhenGiven()]
-"""A block that most scenarios are without."""
-
-
 def is_printable(text: str) -> bool:
     """Whether a text is one line that any output can show: not blank, and without control characters."""
     return without_joins(text).isprintable() and bool(text.strip())
@@ -127,39 +82,8 @@ TEXT = Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT), AfterValidat
 """Free text. It gets onto terminals, into logs and onto pages, so that a key of this type can do no harm there."""
 
 
-REQUIRED: Any = ...
-"""Stands for the default of a key that has none."""
-
-
-def _key(
-    default: Any,
-    title: str,
-    unit: str,
-    meaning: str,
-    *,
-    example: Any = None,
-    beyond: str = "",
-    addition: str = "",
-    **rules: Any,
-) -> Any:
-    """Declare a key; the unit is "" where there is none and "1" for a pure number, the example that of its default.
-
-    What is beyond its range is refused with the reason `beyond`. Without its `addition` the key is an unknown one.
-    """
-    example = default if example is None and default is not REQUIRED else example
-    extra = {"unit": unit, "beyond": beyond, "addition": addition}
-    return Field(
-        default,
-        title=title,
-        description=meaning,
-        examples=None if example is None else [example],
-        json_schema_extra={name: text for name, text in extra.items() if text} or None,
-        **rules,
-    )
-
-
 def _positive(default: Any, title: str, unit: str, meaning: str, *, example: float | None = None) -> Any:
-    return _key(default, title, unit, meaning, example=example, ge=SMALLEST, le=LARGEST)
+    return key(default, title, unit, meaning, example=example, ge=SMALLEST, le=LARGEST)
 
 
 def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
@@ -168,13 +92,13 @@ def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
 
 
 def _restitution(title: str, meaning: str, example: float) -> Any:
-    return _key(None, title, "1", meaning, example=example, ge=0.0, le=1.0)
+    return key(None, title, "1", meaning, example=example, ge=0.0, le=1.0)
 
 
 def _swept(parameter: Parameter, title: str, unit: str, meaning: str, example: float) -> Any:
     low, high = parameter.limits
     unless = "Required unless it is swept; with a sweep over it, it is the design point."
-    return _key(None, title, unit, f"{meaning} {unless}", example=example, ge=low, le=high)
+    return key(None, title, unit, f"{meaning} {unless}", example=example, ge=low, le=high)
 
 
 class MembraneBlock(Block):
@@ -183,7 +107,7 @@ class MembraneBlock(Block):
     stiffness: float = _positive(
         4.0847e5, "Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h."
     )
-    exponent: float = _key(
+    exponent: float = key(
         2.6, "Exponent", "1", "Exponent h of the restoring force K delta^h.", gt=0.0, le=LARGEST_EXPONENT
     )
     active_radius_m: float = _positive(6.3e-3, "Active radius", "m", "Radius Rc of the membrane's active area.")
@@ -221,7 +145,7 @@ class DeviceBlock(Block):
         "left out where it is not. Needed where the capsule is free.",
         example=0.0041,
     )
-    capsule: CapsuleMotion = _key(
+    capsule: CapsuleMotion = key(
         CapsuleMotion.PRESCRIBED,
         "Capsule",
         "",
@@ -229,7 +153,7 @@ class DeviceBlock(Block):
         "ball (free).",
         strict=False,
     )
-    friction: float = _key(
+    friction: float = key(
         0.0,
         "Friction",
         "1",
@@ -251,7 +175,7 @@ class DeviceBlock(Block):
     restitution_top: float | None = _restitution(
         "Restitution at the top", "That of the top membrane, with restitution_bottom instead of restitution.", 0.525
     )
-    restitution_exponent: float = _key(
+    restitution_exponent: float = key(
         0.0,
         "Restitution exponent",
         "1",
@@ -261,7 +185,7 @@ class DeviceBlock(Block):
         ge=STEEPEST_RESTITUTION,
         le=0.0,
     )
-    restitution_speed_m_s: float | None = _key(
+    restitution_speed_m_s: float | None = key(
         None,
         "Restitution speed",
         "m/s",
@@ -271,7 +195,7 @@ class DeviceBlock(Block):
         le=FASTEST_STATED,
     )
     length_m: float | None = _swept(Parameter.LENGTH, "Length", "m", "Distance s between the membranes.", 0.7)
-    membrane: MembraneBlock | None = _key(
+    membrane: MembraneBlock | None = key(
         None,
         "Membrane",
         "",
@@ -302,11 +226,11 @@ HIGHEST_ORDER = 8
 class HarmonicBlock(Block):
     """A harmonic of the force, F percent/100 cos(order x + phase) where the sine is F cos x."""
 
-    order: int = _key(REQUIRED, "Order", "1", "Order of the harmonic.", example=2, ge=2, le=HIGHEST_ORDER)
-    percent: float = _key(
+    order: int = key(REQUIRED, "Order", "1", "Order of the harmonic.", example=2, ge=2, le=HIGHEST_ORDER)
+    percent: float = key(
         REQUIRED, "Size", "%", "Amplitude over that of the force.", example=5.0, ge=0.0, le=LARGEST_HARMONIC
     )
-    phase_deg: float = _key(
+    phase_deg: float = key(
         REQUIRED, "Phase", "deg", "Phase where that of the sine is 0.", example=225.0, ge=-360.0, le=360.0
     )
 
@@ -324,7 +248,7 @@ class ExcitationBlock(Block):
     frequency_hz: float | None = _swept(
         Parameter.FREQUENCY, "Frequency", "Hz", "Frequency omega/(2 pi) of the force.", 2.0
     )
-    harmonics: tuple[WhenGiven[HarmonicBlock], ...] = _key(
+    harmonics: tuple[WhenGiven[HarmonicBlock], ...] = key(
         (),
         "Harmonics",
         "",
@@ -333,12 +257,13 @@ class ExcitationBlock(Block):
         max_length=HIGHEST_ORDER - 1,
         strict=False,
     )
-    record: TEXT | None = _key(
+    record: TEXT | None = key(
         None,
         "Record",
         "",
         "File with the capsule's acceleration as it was measured, which is driven through the device: its path from "
         "the folder of the scenario.",
+        addition="driven",
         example="shaker.csv",
     )
 
@@ -351,7 +276,7 @@ class ExcitationBlock(Block):
 class SweepBlock(Block):
     """One parameter taken from one value to another; everything else is held."""
 
-    parameter: Parameter = _key(
+    parameter: Parameter = key(
         REQUIRED,
         "Swept parameter",
         "",
@@ -360,10 +285,10 @@ class SweepBlock(Block):
         example="length_m",
         strict=False,
     )
-    from_: float = _key(
+    from_: float = key(
         REQUIRED, "From", UNIT_OF_SWEPT, "First value; it may be the larger.", example=0.59, alias="from"
     )
-    to: float = _key(REQUIRED, "To", UNIT_OF_SWEPT, "Last value; not equal to the first.", example=0.75)
+    to: float = key(REQUIRED, "To", UNIT_OF_SWEPT, "Last value; not equal to the first.", example=0.75)
 
 
 class Direction(StrEnum):
@@ -378,14 +303,14 @@ class Direction(StrEnum):
 class SimulationBlock(Block):
     """The simulation beside the solution: where it is asked for, and from how many starts."""
 
-    samples: int = _key(41, "Samples", "1", "Values of the swept parameter that are simulated.", ge=2, le=2001)
-    starts: int = _key(
+    samples: int = key(41, "Samples", "1", "Values of the swept parameter that are simulated.", ge=2, le=2001)
+    starts: int = key(
         4, "Starts", "1", "Random starts at each value, of its own and the same in every run.", ge=1, le=64
     )
-    impacts: int = _key(
+    impacts: int = key(
         1000, "Impacts", "1", "Impacts from each start; slow transients go on longer.", ge=100, le=100_000
     )
-    tolerance: float = _key(
+    tolerance: float = key(
         1e-9,
         "Tolerance",
         "1",
@@ -393,10 +318,10 @@ class SimulationBlock(Block):
         gt=0.0,
         le=1e-3,
     )
-    diagram: bool = _key(
+    diagram: bool = key(
         False, "Diagram", "", "Whether to draw a bifurcation diagram from simulation alone.", example=True
     )
-    follow: Direction = _key(
+    follow: Direction = key(
         Direction.NONE,
         "Follow",
         "",
@@ -405,7 +330,7 @@ class SimulationBlock(Block):
         strict=False,
     )
     # Lists become tuples as they are read, which strictly no list is.
-    portraits: tuple[float, ...] = _key(
+    portraits: tuple[float, ...] = key(
         (),
         "Portraits",
         UNIT_OF_SWEPT,
@@ -414,7 +339,7 @@ class SimulationBlock(Block):
         max_length=8,
         strict=False,
     )
-    displacement: tuple[float, ...] = _key(
+    displacement: tuple[float, ...] = key(
         (),
         "Displacement",
         UNIT_OF_SWEPT,
@@ -500,13 +425,13 @@ _MOTIONS = Demand(WORDS, (Need.SWEEP,))
 
 def _stable(title: str, example: float) -> Any:
     meaning = "End of the range of the swept parameter over which there must be stable 1:1 motion."
-    return _key(None, title, UNIT_OF_SWEPT, meaning, example=example)
+    return key(None, title, UNIT_OF_SWEPT, meaning, example=example)
 
 
 def _angle(title: str, example: float) -> Any:
     meaning = "End of the range of inclination over which the design must have stable 1:1 motion."
     low, high = Parameter.INCLINATION.limits
-    return _key(None, title, "deg", meaning, example=example, ge=low, le=high)
+    return key(None, title, "deg", meaning, example=example, ge=low, le=high)
 
 
 def _percent(title: str, kind: str) -> Any:
@@ -515,7 +440,7 @@ def _percent(title: str, kind: str) -> Any:
         "of length, force, capsule mass, frequency, inclination and restitution, of both membranes together and of "
         "either alone, it is nearest, over the design value."
     )
-    return _key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
+    return key(None, title, "%", meaning, example=5.0, gt=0.0, le=WIDEST_MARGIN)
 
 
 MOST_EFFICIENT = 100.0
@@ -541,7 +466,7 @@ class RequirementsBlock(Block):
     )
     margin_grazing_percent: Annotated[float | None, Demand(AT_LEAST)] = _percent("Margin to grazing", "grazing point")
     margin_any_percent: Annotated[float | None, Demand(AT_LEAST)] = _percent("Margin", "critical point of any kind")
-    word: Annotated[WORD | None, _MOTIONS] = _key(
+    word: Annotated[WORD | None, _MOTIONS] = key(
         None,
         "Word",
         "",
@@ -549,7 +474,7 @@ class RequirementsBlock(Block):
         "point; one must be.",
         example="BT",
     )
-    words: Annotated[tuple[WORD, ...] | None, _MOTIONS] = _key(
+    words: Annotated[tuple[WORD, ...] | None, _MOTIONS] = key(
         None,
         "Words",
         "",
@@ -559,7 +484,7 @@ class RequirementsBlock(Block):
         max_length=8,
         strict=False,
     )
-    reached_from_rest: Annotated[bool | None, _FROM_REST] = _key(
+    reached_from_rest: Annotated[bool | None, _FROM_REST] = key(
         None,
         "Reached from rest",
         "",
@@ -575,7 +500,7 @@ class RequirementsBlock(Block):
         "point.",
         example=40.0,
     )
-    margin_with_effects_percent: Annotated[float | None, Demand(AT_LEAST)] = _key(
+    margin_with_effects_percent: Annotated[float | None, Demand(AT_LEAST)] = key(
         None,
         "Margin with effects",
         "%",
@@ -585,7 +510,7 @@ class RequirementsBlock(Block):
         gt=0.0,
         le=WIDEST_MARGIN,
     )
-    withstands_distortion_percent: Annotated[float | None, Demand(AT_LEAST)] = _key(
+    withstands_distortion_percent: Annotated[float | None, Demand(AT_LEAST)] = key(
         None,
         "Withstands a distortion of",
         "%",
@@ -669,6 +594,17 @@ class RequirementsBlock(Block):
         "design takes 100 unless it is given.",
         example=50.0,
     )
+    yield_at_least_percent: Annotated[float | None, Demand(AT_LEAST, (Need.TOLERANCES,))] = key(
+        None,
+        "Yield at least",
+        "%",
+        "Least share of the devices within the tolerances that have a stable 1:1 motion. The 95 % interval of the "
+        "yield must be above it; 100 needs the proof that all have one.",
+        addition="tolerances",
+        example=99.0,
+        gt=0.0,
+        le=100.0,
+    )
     acceleration_at_most_g: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(
         None,
         "Acceleration at most",
@@ -692,17 +628,7 @@ class RequirementsBlock(Block):
         "Largest amplitude of the force on the capsule, F, at the design point or, without one, over the sweep.",
         example=5.0,
     )
-    yield_at_least_percent: Annotated[float | None, Demand(AT_LEAST, (Need.TOLERANCES,))] = _key(
-        None,
-        "Yield at least",
-        "%",
-        "Least share of the devices within the tolerances that have a stable 1:1 motion. The 95 % interval of the "
-        "yield must be above it; 100 needs the proof that all have one.",
-        example=99.0,
-        gt=0.0,
-        le=100.0,
-    )
-    crosscheck_passed: Annotated[bool | None, Demand(AGREEMENT, (Need.SIMULATION,), at_design=False)] = _key(
+    crosscheck_passed: Annotated[bool | None, Demand(AGREEMENT, (Need.SIMULATION,), at_design=False)] = key(
         None, "Cross-check", "", "Whether the simulation must agree with the solution.", example=True
     )
 
@@ -715,8 +641,8 @@ class RequirementsBlock(Block):
 def _demands() -> dict[Demand, tuple[str, ...]]:
     """The requirements that there are, with their keys, in the order of these."""
     keys: dict[Demand, tuple[str, ...]] = {}
-    for name, key in RequirementsBlock.model_fields.items():
-        (demand,) = (part for part in key.metadata if isinstance(part, Demand))
+    for name, field in RequirementsBlock.model_fields.items():
+        (demand,) = (part for part in field.metadata if isinstance(part, Demand))
         keys[demand] = (*keys.get(demand, ()), name)
     return keys
 
@@ -736,19 +662,19 @@ _TOO_MANY = "sequences double with each impact, to 4116 of sixteen"
 class StartBlock(Block):
     """Motions of a word at a value of the sweep, from which families are followed."""
 
-    word: WORD = _key(
+    word: WORD = key(
         REQUIRED, "Word", "", "The impacts of one period, B on the bottom and T on the top.", example="BBT"
     )
-    value: float = _key(REQUIRED, "Value", UNIT_OF_SWEPT, "Where along the sweep it is looked for.", example=0.65)
-    periods: int = _key(1, "Periods", "1", "Forcing periods that the motion takes.", ge=1, le=16)
+    value: float = key(REQUIRED, "Value", UNIT_OF_SWEPT, "Where along the sweep it is looked for.", example=0.65)
+    periods: int = key(1, "Periods", "1", "Forcing periods that the motion takes.", ge=1, le=16)
 
 
 class MotionsBlock(Block):
     """The families of motions with other sequences of impacts than one on each membrane."""
 
-    impacts: int = _key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16, beyond=_TOO_MANY)
-    periods: int = _key(4, "Periods", "1", "Most forcing periods that a motion takes.", ge=1, le=16, beyond=_TOO_MANY)
-    portraits: tuple[MotionName, ...] = _key(
+    impacts: int = key(6, "Impacts", "1", "Most impacts in one period of a motion.", ge=1, le=16, beyond=_TOO_MANY)
+    periods: int = key(4, "Periods", "1", "Most forcing periods that a motion takes.", ge=1, le=16, beyond=_TOO_MANY)
+    portraits: tuple[MotionName, ...] = key(
         (),
         "Portraits of motions",
         "",
@@ -757,7 +683,7 @@ class MotionsBlock(Block):
         max_length=8,
         strict=False,
     )
-    starts: tuple[StartBlock, ...] = _key(
+    starts: tuple[StartBlock, ...] = key(
         (),
         "Starts of families",
         "",
@@ -771,12 +697,12 @@ class MotionsBlock(Block):
 def _off(varied: DesignInput, most: float = LARGEST) -> Any:
     unit = {"\u00b0": "deg", "": "1"}.get(varied.unit, varied.unit)
     title = f"{varied.quantity.capitalize()} \u00b1"
-    return _key(None, title, unit, f"Most by which {varied} may be off.", example=0.001, gt=0.0, le=most)
+    return key(None, title, unit, f"Most by which {varied} may be off.", example=0.001, gt=0.0, le=most)
 
 
 def _off_percent(varied: DesignInput) -> Any:
     title = f"{varied.quantity.capitalize()} \u00b1 per cent"
-    return _key(None, title, "%", f"The same as a share of {varied}.", example=1.0, gt=0.0, le=WIDEST_TOLERANCE)
+    return key(None, title, "%", f"The same as a share of {varied}.", example=1.0, gt=0.0, le=WIDEST_TOLERANCE)
 
 
 class Distribution(StrEnum):
@@ -805,7 +731,7 @@ class TolerancesBlock(Block):
     restitution_bottom_percent: float | None = _off_percent(DesignInput.RESTITUTION_BOTTOM)
     restitution_top: float | None = _off(DesignInput.RESTITUTION_TOP, 1.0)
     restitution_top_percent: float | None = _off_percent(DesignInput.RESTITUTION_TOP)
-    distribution: Distribution = _key(
+    distribution: Distribution = key(
         Distribution.UNIFORM,
         "Distribution of inputs",
         "",
@@ -813,7 +739,7 @@ class TolerancesBlock(Block):
         "with the tolerance as three standard deviations and nothing beyond.",
         strict=False,
     )
-    samples: int = _key(
+    samples: int = key(
         4096, "Samples", "1", "Random devices from which the yield is estimated; a power of 2.", ge=64, le=2**20
     )
 
@@ -835,7 +761,7 @@ def percent_key(varied: DesignInput) -> str:
 class DisturbancesBlock(Block):
     """What the device does when it is switched on; without the block, only what takes some milliseconds."""
 
-    ramp_periods: float = _key(
+    ramp_periods: float = key(
         0.0,
         "Ramp",
         "periods",
@@ -851,7 +777,7 @@ class DisturbancesBlock(Block):
         "Standard deviation of the velocity just after each impact. Given, the spread of the impacts is told.",
         example=0.01,
     )
-    jitter_restitution: float | None = _key(
+    jitter_restitution: float | None = key(
         None,
         "Scatter of restitution",
         "1",
@@ -861,15 +787,16 @@ class DisturbancesBlock(Block):
         ge=SMALLEST,
         le=1.0,
     )
-    prove: bool = _key(
+    prove: bool = key(
         False,
         "Prove",
         "",
         "Whether to prove that the motion is reached from rest, from which share of all impacts and of all moments of "
         "switching on, and up to which jump of the velocity all die out.",
+        addition="proofs",
         example=True,
     )
-    basin: bool = _key(
+    basin: bool = key(
         False,
         "Basins",
         "",
@@ -895,7 +822,7 @@ class Approach(StrEnum):
 class RecordBlock(Block):
     """Impacts of the device that were measured, at one value of the swept parameter or at several in turn."""
 
-    impacts: TEXT = _key(
+    impacts: TEXT = key(
         REQUIRED,
         "Impacts",
         "",
@@ -903,7 +830,7 @@ class RecordBlock(Block):
         "column named as the swept parameter has its value at each impact.",
         example="measured-impacts.csv",
     )
-    value: float | None = _key(
+    value: float | None = key(
         None,
         "Value",
         UNIT_OF_SWEPT,
@@ -911,14 +838,14 @@ class RecordBlock(Block):
         "design point.",
         example=0.72,
     )
-    direction: Approach = _key(
+    direction: Approach = key(
         Approach.NONE,
         "Direction",
         "",
         "In which the swept parameter came to the value, without stopping the device. Of a column it is known.",
         strict=False,
     )
-    force_maximum_s: float | None = _key(
+    force_maximum_s: float | None = key(
         None,
         "Force maximum",
         "s",
@@ -927,7 +854,7 @@ class RecordBlock(Block):
         ge=-LATEST,
         le=LATEST,
     )
-    force_maximum_error_s: float | None = _key(
+    force_maximum_error_s: float | None = key(
         None, "Its standard error", "s", "Standard error of that time.", example=1e-4, ge=0.0, le=LATEST
     )
 
@@ -935,11 +862,11 @@ class RecordBlock(Block):
 class AccuracyBlock(Block):
     """Error against run time of several methods, and the motion with compliant membranes beside the rigid one."""
 
-    repeats: int = _key(5, "Repeats", "1", "Runs of each method, of which the median time counts.", ge=1, le=100)
-    compliant_membrane: bool = _key(
+    repeats: int = key(5, "Repeats", "1", "Runs of each method, of which the median time counts.", ge=1, le=100)
+    compliant_membrane: bool = key(
         True, "Compliant membrane", "", "Whether to solve the motion with the membrane's own stiffness too."
     )
-    ladder: tuple[float, ...] = _key(
+    ladder: tuple[float, ...] = key(
         (1.0, 1e2, 1e4, 1e6, 1e8),
         "Ladder",
         "1",
@@ -1079,7 +1006,7 @@ EFFECTS = *SIZED, LeftOut.CAPSULE, LeftOut.RESTITUTION_SPEED
 class EffectBlock(Block):
     """Something that the model leaves out, of a size."""
 
-    effect: LeftOut = _key(
+    effect: LeftOut = key(
         REQUIRED,
         "Effect",
         "",
@@ -1089,7 +1016,7 @@ class EffectBlock(Block):
         example="restitution_bottom",
         strict=False,
     )
-    percent: float | None = _key(
+    percent: float | None = key(
         None,
         "Per cent",
         "%",
@@ -1099,7 +1026,7 @@ class EffectBlock(Block):
         ge=-LARGEST_EFFECT,
         le=LARGEST_EFFECT,
     )
-    exponent: float | None = _key(
+    exponent: float | None = key(
         None,
         "Exponent",
         "1",
@@ -1108,7 +1035,7 @@ class EffectBlock(Block):
         ge=STEEPEST_RESTITUTION,
         le=FLATTEST_RESTITUTION,
     )
-    speed_m_s: float | None = _key(
+    speed_m_s: float | None = key(
         None,
         "Speed",
         "m/s",
@@ -1123,15 +1050,15 @@ class EffectBlock(Block):
 class VariedBlock(Block):
     """An input of the design that may vary, and between what."""
 
-    path: DesignPath = _key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
-    from_: float = _key(REQUIRED, "From", UNIT_OF_VARIED, "One end of its range.", example=0.6, alias="from")
-    to: float = _key(REQUIRED, "To", UNIT_OF_VARIED, "The other end of its range.", example=0.9)
+    path: DesignPath = key(REQUIRED, "Path", "", "The input.", example="device.length_m", strict=False)
+    from_: float = key(REQUIRED, "From", UNIT_OF_VARIED, "One end of its range.", example=0.6, alias="from")
+    to: float = key(REQUIRED, "To", UNIT_OF_VARIED, "The other end of its range.", example=0.9)
 
 
 class DesignBlock(Block):
     """What `vireport optimise` looks for: the best design that meets the requirements; a plain run leaves it alone."""
 
-    vary: tuple[VariedBlock, ...] = _key(
+    vary: tuple[VariedBlock, ...] = key(
         REQUIRED,
         "Vary",
         "",
@@ -1141,7 +1068,7 @@ class DesignBlock(Block):
         min_length=1,
         max_length=MOST_VARIED,
     )
-    maximise: Objective | None = _key(
+    maximise: Objective | None = key(
         None,
         "Maximise",
         "",
@@ -1150,7 +1077,7 @@ class DesignBlock(Block):
         example="u_ave_v",
         strict=False,
     )
-    minimise: Objective | None = _key(
+    minimise: Objective | None = key(
         None,
         "Minimise",
         "",
@@ -1158,7 +1085,7 @@ class DesignBlock(Block):
         example="length_m",
         strict=False,
     )
-    cells: int = _key(
+    cells: int = key(
         40_000, "Cells", "1", "Designs of the grid that is searched before the best are refined.", ge=16, le=10_000_000
     )
 
@@ -1170,20 +1097,21 @@ class DesignBlock(Block):
         return chosen
 
 
+@with_added_keys
 class Scenario(Block):
     """A vibro-impact energy harvester, its excitation, and what is varied."""
 
-    schema_version: int = _key(REQUIRED, "Schema version", "", "Version of this format; 1.", example=1, ge=1, le=1)
-    title: TEXT | None = _key(
+    schema_version: int = key(REQUIRED, "Schema version", "", "Version of this format; 1.", example=1, ge=1, le=1)
+    title: TEXT | None = key(
         None, "Title", "", "Free text of one line for the head of the report.", example="Inclined harvester"
     )
-    device: DeviceBlock = _key(REQUIRED, "Device", "", "The capsule, the ball in it, and the membranes.")
-    excitation: ExcitationBlock = _key(REQUIRED, "Excitation", "", "The periodic force on the capsule.")
+    device: DeviceBlock = key(REQUIRED, "Device", "", "The capsule, the ball in it, and the membranes.")
+    excitation: ExcitationBlock = key(REQUIRED, "Excitation", "", "The periodic force on the capsule.")
     inclination_deg: float | None = _swept(
         Parameter.INCLINATION, "Inclination", "deg", "Angle beta of the capsule to the horizontal.", 45.0
     )
     gravity_m_s2: float = _positive(9.8, "Gravity", "m/s^2", "Gravitational acceleration g.")
-    period_ratio: int = _key(
+    period_ratio: int = key(
         1,
         "Period ratio",
         "1",
@@ -1191,35 +1119,36 @@ class Scenario(Block):
         ge=1,
         le=LARGEST_PERIOD_RATIO,
     )
-    sweep: SweepBlock | None = _key(
+    sweep: SweepBlock | None = key(
         None, "Sweep", "", "The parameter that is varied. Left out, the design point alone is evaluated."
     )
-    simulation: WhenGiven[SimulationBlock] | None = _key(
+    simulation: WhenGiven[SimulationBlock] | None = key(
         None,
         "Simulation",
         "",
         "The simulation beside the solution. Left out, only the report's own motion is simulated.",
     )
-    motions: WhenGiven[MotionsBlock] | None = _key(
+    motions: WhenGiven[MotionsBlock] | None = key(
         None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
     )
-    accuracy: WhenGiven[AccuracyBlock] | None = _key(
+    accuracy: WhenGiven[AccuracyBlock] | None = key(
         None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
     )
-    disturbances: WhenGiven[DisturbancesBlock] | None = _key(
+    disturbances: WhenGiven[DisturbancesBlock] | None = key(
         None,
         "Disturbances",
         "",
         "What the device does when it is switched on. Left out, only the outcome from rest at once, and how fast small "
         "disturbances die out.",
     )
-    tolerances: WhenGiven[TolerancesBlock] | None = _key(
+    tolerances: WhenGiven[TolerancesBlock] | None = key(
         None,
         "Tolerances",
         "",
         "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
+        addition="tolerances",
     )
-    measured: tuple[WhenGiven[RecordBlock], ...] | None = _key(
+    measured: tuple[WhenGiven[RecordBlock], ...] | None = key(
         None,
         "Measured",
         "",
@@ -1229,10 +1158,10 @@ class Scenario(Block):
         min_length=1,
         max_length=MOST_RECORDS,
     )
-    requirements: WhenGiven[RequirementsBlock] | None = _key(
+    requirements: WhenGiven[RequirementsBlock] | None = key(
         None, "Requirements", "", "What the design must meet. Left out, nothing is judged."
     )
-    effects: tuple[WhenGiven[EffectBlock], ...] | None = _key(
+    effects: tuple[WhenGiven[EffectBlock], ...] | None = key(
         None,
         "Effects",
         "",
@@ -1244,7 +1173,7 @@ class Scenario(Block):
         min_length=1,
         max_length=MOST_EFFECTS,
     )
-    design: WhenGiven[DesignBlock] | None = _key(
+    design: WhenGiven[DesignBlock] | None = key(
         None,
         "Design",
         "",
@@ -1287,14 +1216,28 @@ class Scenario(Block):
         return bottom if parameter is Parameter.RESTITUTION_BOTTOM else top
 
 
-def keys_left_out(model: type[Scenario]) -> list[str]:
-    """The keys of a file that belong to an addition which is taken out: they are unknown ones."""
-    extras = {name: field.json_schema_extra for name, field in model.model_fields.items()}
-    return [
-        name
-        for name, extra in extras.items()
-        if isinstance(extra, dict) and extra.get("addition", "") not in ("", *ADDITIONS)
-    ]
+@cache
+def keys_left_out(model: type[Block]) -> tuple[str, ...]:
+    """The paths of a file's keys that belong to an addition which is taken out: they are unknown ones."""
+    return tuple(path for path, addition in keys_of_additions(model) if addition not in ADDITIONS)
+
+
+def keys_of_additions(model: type[Block], block: str = "") -> Iterator[tuple[str, str]]:
+    """The paths of the keys of a file that belong to additions, each with its addition."""
+    for name, field in model.model_fields.items():
+        extra, path = field.json_schema_extra, f"{block}{field.alias or name}"
+        if isinstance(extra, dict) and "addition" in extra:
+            yield path, str(extra["addition"])
+        elif (inner := _block_in(field.annotation)) is not None:
+            yield from keys_of_additions(inner, f"{path}.")
+
+
+def _block_in(annotation: Any) -> type[Block] | None:
+    """The block that a key's value is, if it is one and no list of them."""
+    if isinstance(annotation, type) and issubclass(annotation, Block):
+        return annotation
+    parts = () if get_origin(annotation) is tuple else get_args(annotation)
+    return next((block for part in parts if (block := _block_in(part)) is not None), None)
 
 
 class Sampling(StrEnum):
@@ -1309,11 +1252,11 @@ class Sampling(StrEnum):
 class AxisBlock(Block):
     """One parameter that is varied: from one value to another in even steps, or at the values of a list."""
 
-    path: AxisPath = _key(REQUIRED, "Path", "", "The parameter.", example="inclination_deg", strict=False)
-    from_: float | None = _key(None, "From", "", "First value, in the parameter's unit.", example=0.0, alias="from")
-    to: float | None = _key(None, "To", "", "Last value, in the parameter's unit.", example=90.0)
-    count: int | None = _key(None, "Count", "1", "Number of values, on a grid.", example=80, ge=2, le=100_000_000)
-    values: tuple[float, ...] | None = _key(
+    path: AxisPath = key(REQUIRED, "Path", "", "The parameter.", example="inclination_deg", strict=False)
+    from_: float | None = key(None, "From", "", "First value, in the parameter's unit.", example=0.0, alias="from")
+    to: float | None = key(None, "To", "", "Last value, in the parameter's unit.", example=90.0)
+    count: int | None = key(None, "Count", "1", "Number of values, on a grid.", example=80, ge=2, le=100_000_000)
+    values: tuple[float, ...] | None = key(
         None,
         "Values",
         "",
@@ -1333,14 +1276,14 @@ class AxisBlock(Block):
 class MapSimulationBlock(Block):
     """The simulation at each cell: where its motion ends from a number of starting states."""
 
-    starts: int = _key(16, "Starts", "1", "Random starts, each cell its own, the same in every run.", ge=1, le=1024)
-    impacts: int = _key(1000, "Impacts", "1", "Impacts from each; slow transients go on longer.", ge=100, le=100_000)
+    starts: int = key(16, "Starts", "1", "Random starts, each cell its own, the same in every run.", ge=1, le=1024)
+    impacts: int = key(1000, "Impacts", "1", "Impacts from each; slow transients go on longer.", ge=100, le=100_000)
 
 
 class MapBlock(Block):
     """What a map varies, and how its cells are chosen."""
 
-    axes: tuple[AxisBlock, ...] = _key(
+    axes: tuple[AxisBlock, ...] = key(
         REQUIRED,
         "Axes",
         "",
@@ -1349,23 +1292,23 @@ class MapBlock(Block):
         min_length=FEWEST_AXES,
         max_length=MOST_AXES,
     )
-    sampling: Sampling = _key(
+    sampling: Sampling = key(
         Sampling.GRID,
         "Sampling",
         "",
         "Every combination of the values (grid), the values side by side (list), or points between from and to.",
         strict=False,
     )
-    samples: int | None = _key(
+    samples: int | None = key(
         None, "Samples", "1", "Number of points, where they are not a grid.", example=4096, ge=1, le=2**30
     )
-    seed: int = _key(0, "Seed", "", "Of the points, where they are not a grid.", ge=0, le=2**32 - 1)
-    simulate: MapSimulationBlock | None = _key(None, "Simulation", "", "Left out, nothing is simulated.")
-    from_rest: bool = _key(False, "From rest", "", "Whether to tell what each cell comes to when it is switched on.")
-    shock: bool = _key(
+    seed: int = key(0, "Seed", "", "Of the points, where they are not a grid.", ge=0, le=2**32 - 1)
+    simulate: MapSimulationBlock | None = key(None, "Simulation", "", "Left out, nothing is simulated.")
+    from_rest: bool = key(False, "From rest", "", "Whether to tell what each cell comes to when it is switched on.")
+    shock: bool = key(
         False, "Shock", "", "Whether to look for the least shock that leads out of the stable motion of each cell."
     )
-    chunk_cells: int | None = _key(
+    chunk_cells: int | None = key(
         None, "Chunk", "1", "Cells that are computed and stored at once.", example=32768, ge=1, le=LARGEST_CHUNK
     )
 
@@ -1377,26 +1320,27 @@ class MapBlock(Block):
         return len(self.axes[0].values or ()) if self.sampling is Sampling.LIST else self.samples or 0
 
 
+@without_added_keys
 class MapFile(Scenario):
     """A scenario without a sweep, with what varies instead."""
 
-    sweep: None = _key(None, "Sweep", "", "a map has no sweep (delete it; map.axes says what varies)")
-    simulation: None = _key(
+    sweep: None = key(None, "Sweep", "", "a map has no sweep (delete it; map.axes says what varies)")
+    simulation: None = key(
         None,
         "Simulation",
         "",
         "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
     )
-    disturbances: None = _key(
+    disturbances: None = key(
         None,
         "Disturbances",
         "",
         "a map has no disturbances block (delete it; map.from_rest and map.shock are for each cell)",
     )
-    tolerances: None = _key(None, "Tolerances", "", "a map has no tolerances (delete them)")
-    measured: None = _key(None, "Measured", "", "a map has no records of impacts (delete them)")
-    effects: None = _key(None, "Effects", "", "a map has no effects (delete them)")
-    map: MapBlock = _key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
+    tolerances: None = key(None, "Tolerances", "", "a map has no tolerances (delete them)")
+    measured: None = key(None, "Measured", "", "a map has no records of impacts (delete them)")
+    effects: None = key(None, "Effects", "", "a map has no effects (delete them)")
+    map: MapBlock = key(REQUIRED, "Map", "", "What varies, and how its cells are chosen.")
 
 
 class Input(NamedTuple):
@@ -1451,14 +1395,14 @@ def inputs(block: Block, path: str = "") -> Iterator[Input]:
 
     A list of blocks is left out too, where it says what a device might be and not what it is.
     """
-    for name, key in type(block).model_fields.items():
-        value, here = getattr(block, name), f"{path}{key.alias or name}"
+    for name, field in type(block).model_fields.items():
+        value, here = getattr(block, name), f"{path}{field.alias or name}"
         if isinstance(value, Block):
             yield from inputs(value, f"{here}.")
         elif isinstance(value, tuple) and any(isinstance(row, HarmonicBlock) for row in value):
-            yield Input(here, key.title or "", unit_of(key), tuple(map(str, value)))
+            yield Input(here, field.title or "", unit_of(field), tuple(map(str, value)))
         elif value is not None and not (isinstance(value, tuple) and any(isinstance(row, Block) for row in value)):
-            yield Input(here, key.title or "", unit_of(key), value)
+            yield Input(here, field.title or "", unit_of(field), value)
 
 
 def to_dict(block: Block) -> dict[str, Any]:

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from vireport.base.additions import ADDITIONS
+from vireport.base.encoding import json_text
 from vireport.scenario.blocks import Scenario
+from vireport.scenario.keys import added_keys
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -45,7 +47,18 @@ def keys(model: type[Scenario]) -> dict[str, dict[str, Any]]:
 
 def init_text() -> str:
     """Return a complete, valid scenario with every key, its unit, its meaning and its default."""
-    return Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
+    text = Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
+    return "".join((text, *map(_commented, added_keys())))
+
+
+def _commented(name: str) -> str:
+    """The block of an addition as it stands in a complete scenario: commented out, as it is optional."""
+    declared = keys(Scenario)
+    inner = [(path, key) for path, key in declared.items() if path.startswith(f"{name}.")]
+    rows = [(f"# {name}:", declared[name])]
+    rows += [(f"#   {path.partition('.')[2]}: {json_text(key['examples'][0])}", key) for path, key in inner]
+    said = ((given, f"{key['title']}{', ' + key['unit'] if 'unit' in key else ''}") for given, key in rows)
+    return "\n" + "".join(f"{given:<33}# {title}\n" for given, title in said)
 
 
 def _declared(model: type[Scenario]) -> dict[str, Any]:

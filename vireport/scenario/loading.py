@@ -290,11 +290,13 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     ScenarioError
         With every mistake in it.
     """
-    keys: Any = document.data
-    file, left_out = None, keys_left_out(model)
-    findings = [Finding(key, Kind.UNKNOWN, keys[key]) for key in left_out if key in keys]
+    file, keys = None, document.data
+    findings = list[Finding]()
+    for path in keys_left_out(model):
+        keys, refused = _without(keys, path)
+        findings += refused
     try:
-        file = model.model_validate({key: value for key, value in keys.items() if key not in left_out})
+        file = model.model_validate(keys)
     except ValidationError as error:
         kinds = {"missing": Kind.MISSING, "extra_forbidden": Kind.UNKNOWN}
         for mistake in error.errors(include_url=False):
@@ -315,6 +317,17 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
     told, more = worded(findings, document, model)
     raise ScenarioError(document.name, [*document.mistakes, *told], more)
+
+
+def _without(tree: Any, path: str, block: str = "") -> tuple[Any, list[Finding]]:
+    """A block without a key that is an unknown one, and the finding on it, if it is there."""
+    name, _, rest = path.partition(".")
+    if not isinstance(tree, dict) or name not in tree:
+        return tree, []
+    if not rest:
+        return {key: own for key, own in tree.items() if key != name}, [Finding(block + name, Kind.UNKNOWN, tree[name])]
+    inner, refused = _without(tree[name], rest, f"{block}{name}.")
+    return tree | {name: inner}, refused
 
 
 def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, Any], dict[str, str]]:

@@ -1,13 +1,14 @@
 """What a run has to do: derived from the scenario and the outputs asked for, before anything is computed.
 
 A run follows its plan; what the plan leaves out is neither computed, nor imported, nor drawn. One more step is one
-more member of `Task` and one more row of `STEPS`.
+more member of `Task` and one more row of `STEPS`; those of additions to a study are declared with these.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from enum import StrEnum
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +16,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from vireport.base.errors import NumericalError, UsageError, install_command
+from vireport.gate.findings import findings
 from vireport.scenario.blocks import Direction, MotionsBlock, Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import ADDED_IF_FULL, SPECIAL, Special, barred_blocks
@@ -52,10 +54,7 @@ class Task(StrEnum):
     SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
     COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
     JITTER = "jitter", "how far random kicks spread phases, velocities and voltages of the stable motion"
-    PROOF = "proof", "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
     BASINS = "basins", "which impacts on the bottom membrane lead to which motion"
-    DRIVEN = "driven", "the recorded acceleration of the shaker driven through the device, from impact to impact"
-    TOLERANCES = "tolerances", "whether every device within the tolerances has stable motion, and the yield"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_ANSWER = "figure-answer", "impact speeds over the sweep, on the first page (figure-answer)"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -77,7 +76,6 @@ class Task(StrEnum):
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
     FIGURE_SHOCKS = "figure-shocks", "what shocks lead to, by their moment and size (figure-shocks)"
     FIGURE_BASIN = "figure-basin", "basins of attraction on the section of impacts (figure-basin)"
-    FIGURE_DRIVEN = "figure-driven", "impacts under the recorded acceleration of the shaker (figure-driven)"
     FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
@@ -100,10 +98,35 @@ class Task(StrEnum):
     GITHUB = "github", "output: annotations on standard output"
 
 
+class AddedTask(str):
+    """What a run can do that an addition to a study does; by its name it stands where a `Task` does.
+
+    Parameters
+    ----------
+    name : str
+        That of a figure begins with ``figure-``.
+    what : str
+        What it is, for the reader.
+    """
+
+    what: str
+
+    def __new__(cls, name: str, what: str) -> AddedTask:
+        """Make the task whose value is `name`."""
+        task = str.__new__(cls, name)
+        task.what = what
+        return task
+
+    def __reduce__(self) -> tuple[type[AddedTask], tuple[str, str]]:
+        """What a copy is made of."""
+        return AddedTask, (str(self), self.what)
+
+
+AnyTask = Task | AddedTask
+
 FIGURES = (
     *(Task.FIGURE_ANSWER, Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_BASIN, Task.FIGURE_CYCLE),
-    Task.FIGURE_DRIVEN,
     *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
@@ -149,7 +172,6 @@ class Addition(StrEnum):
         return member
 
     DISTURBANCES = "disturbances", True
-    TOLERANCES = "tolerances", True
     MOTIONS = "motions", True
     SIMULATION = "simulation", True
     ACCURACY = "accuracy", True
@@ -159,12 +181,18 @@ class Addition(StrEnum):
     DIELECTRIC = "dielectric"
 
 
+class AddedBlock(str):
+    """The block by which an addition to a study does more; its words of the same name say what, as `gain`."""
+
+    is_block = True
+
+
 class Step(Struct, frozen=True, eq=False):
     """One thing that a run could do.
 
     Attributes
     ----------
-    task : Task
+    task : Task or AddedTask
     runs : bool
     what : str
         What it is, for the reader.
@@ -175,17 +203,17 @@ class Step(Struct, frozen=True, eq=False):
         is.
     lessened : str
         In what way it is less without that.
-    adds : Addition or None
+    adds : Addition, AddedBlock or None
         With which it would run, where it is left out for want of that.
     """
 
-    task: Task
+    task: AnyTask
     runs: bool
     what: str
     why: str
     lacks: str = ""
     lessened: str = ""
-    adds: Addition | None = None
+    adds: Addition | AddedBlock | None = None
 
 
 LEFT_OUT, SLOWER, FEWER = "left out", "some hundred times slower", "without some of the methods"
@@ -198,14 +226,15 @@ class Plan(Struct, frozen=True, eq=False):
     Attributes
     ----------
     steps : tuple of Step
-    additions : tuple of Addition
-        What could be added to the scenario for steps that are left out, in the order of `Addition`.
+    additions : tuple of Addition or AddedBlock
+        What could be added to the scenario for steps that are left out, in the order of `Addition`; blocks of additions
+        to a study after its first.
     parameter : str
         Key of the value that a design point has of what is swept.
     """
 
     steps: tuple[Step, ...]
-    additions: tuple[Addition, ...]
+    additions: tuple[Addition | AddedBlock, ...]
     parameter: str
 
     def __repr__(self) -> str:
@@ -218,7 +247,7 @@ class Plan(Struct, frozen=True, eq=False):
         rows = [("run" if step.runs else "skip", step.task, step.what, step.why) for step in self.steps]
         return html_table(("", "Step", "What it is", "Why"), rows)
 
-    def runs(self, *tasks: Task) -> bool:
+    def runs(self, *tasks: AnyTask) -> bool:
         """Whether any of the tasks is part of the run."""
         return any(step.runs for step in self.steps if step.task in tasks)
 
@@ -227,7 +256,7 @@ class Plan(Struct, frozen=True, eq=False):
         """The steps that do not run."""
         return tuple(step for step in self.steps if not step.runs)
 
-    def reason(self, task: Task) -> str | None:
+    def reason(self, task: AnyTask) -> str | None:
         """Why a task is left out; None where it runs, or is not listed."""
         return next((step.why for step in self.left_out if step.task is task), None)
 
@@ -242,7 +271,8 @@ class Plan(Struct, frozen=True, eq=False):
         blocks = [addition for addition in self.additions if addition.is_block]
         inputs = [addition for addition in self.additions if not addition.is_block]
         adding = "add_or_all" if any(addition in ADDED_IF_FULL for addition in blocks) else "add"
-        lines = [(macro, wanted) for macro, wanted in ((adding, blocks), ("give", inputs)) if wanted]
+        gains = [Words(own, templates)("gain") if isinstance(own, AddedBlock) else own for own in blocks]
+        lines = [(macro, wanted) for macro, wanted in ((adding, gains), ("give", inputs)) if wanted]
         say = Words("left-out", templates)
         searched = (step.what for step in self.left_out if step.task is Task.OPTIMISE)
         last = *(f"{capital(text)}." for text in (*searched, *self.lacking)), say("every_step")
@@ -271,7 +301,7 @@ class Precondition(NamedTuple):
     holds: Callable[[Scenario, frozenset[str]], object]
     otherwise: str
     package: str = ""
-    adds: Addition | None = None
+    adds: Addition | AddedBlock | None = None
 
 
 class DeclaredStep(NamedTuple):
@@ -280,7 +310,7 @@ class DeclaredStep(NamedTuple):
     Without the package of `better` it runs, and is `lessened`.
     """
 
-    task: Task
+    task: AnyTask
     needs: tuple[Precondition, ...]
     why: str
     listed: tuple[Precondition, ...] = ()
@@ -398,9 +428,6 @@ JITTER = Precondition(
 BASIN = Precondition(
     lambda scenario, _: scenario.disturbances and scenario.disturbances.basin, "disturbances.basin is false"
 )
-PROVE = Precondition(
-    lambda scenario, _: scenario.disturbances and scenario.disturbances.prove, "nothing is to be proved"
-)
 
 
 def _package(name: str, module: str) -> Precondition:
@@ -410,14 +437,17 @@ def _package(name: str, module: str) -> Precondition:
     )
 
 
+def has_block(name: str) -> Precondition:
+    """That the block of an addition is given."""
+    return Precondition(
+        lambda scenario, _: getattr(scenario, name), f"the scenario has no {name} block", adds=AddedBlock(name)
+    )
+
+
 FLINT = _package("python-flint", "flint")
 MPMATH = _package("mpmath", "mpmath")
 NUMBA = _package("numba", "numba")
 MEASURED = Precondition(lambda scenario, _: scenario.measured, "the scenario has no measured block")
-RECORD = Precondition(lambda scenario, _: scenario.excitation.record, "excitation.record is not given")
-TOLERANCES = Precondition(
-    lambda scenario, _: scenario.tolerances, "the scenario has no tolerances block", adds=Addition.TOLERANCES
-)
 REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
 BEST = Precondition(lambda scenario, _: scenario.design, "the scenario has no design block")
 NOT_IN_A_RUN = Precondition(lambda *_: False, "a run takes the design as it is; vireport optimise looks for the best")
@@ -465,10 +495,7 @@ STEPS = (
         Task.COEXISTENCE, (BESIDE, DESIGN, NUMBA, TOLD), "a disturbances block, or a word that is required, asks for it"
     ),
     DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "one of disturbances.jitter_... is given"),
-    DeclaredStep(Task.PROOF, (DESIGN, FLINT), "disturbances.prove is true", (PROVE,)),
     DeclaredStep(Task.BASINS, (DESIGN, NUMBA), "disturbances.basin is true", (BASIN,)),
-    DeclaredStep(Task.DRIVEN, (DESIGN, OUTPUT), "excitation.record is given", (RECORD,)),
-    DeclaredStep(Task.TOLERANCES, (TOLERANCES, DESIGN), "the scenario has a tolerances block"),
     DeclaredStep(Task.MEASURED, (OUTPUT,), "the scenario has a measured block", (MEASURED,)),
     DeclaredStep(Task.REPRODUCTION, (SUMMARISED,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_ANSWER, (SWEEP, PICTURES), "a sweep is given"),
@@ -484,7 +511,6 @@ STEPS = (
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PICTURES), "the design point is given"),
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
-    DeclaredStep(Task.FIGURE_DRIVEN, (DESIGN, PICTURES), "excitation.record is given", (RECORD,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY, MPMATH), "the scenario has an accuracy block", (), NUMBA, FEWER),
     DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
@@ -516,6 +542,20 @@ STEPS = (
 )
 
 
+@cache
+def declared_steps() -> tuple[DeclaredStep, ...]:
+    """All steps in their order: those of additions come before what was measured."""
+    first = next(k for k, row in enumerate(STEPS) if row.task is Task.MEASURED)
+    added = (row for finding in findings().values() for row in finding.steps())
+    return (*STEPS[:first], *added, *STEPS[first:])
+
+
+def figures() -> tuple[AnyTask, ...]:
+    """The figures that a run can draw: those of the core, and those of additions."""
+    added = (row.task for row in declared_steps() if isinstance(row.task, AddedTask))
+    return (*FIGURES, *(task for task in added if task.startswith("figure-")))
+
+
 def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     """Derive the steps from a scenario and the outputs asked for.
 
@@ -526,7 +566,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
         Among `ALL_FORMATS`.
     """
     asked, steps = frozenset(formats), []
-    for row in STEPS:
+    for row in declared_steps():
         if all(need.holds(scenario, asked) for need in row.listed):
             failing = next((need for need in row.needs if not need.holds(scenario, asked)), None)
             why = row.why if failing is None else failing.otherwise.format(parameter=scenario.parameter.path)
@@ -549,7 +589,10 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
             adds = failing.adds if failing is not None else None
             steps.append(Step(row.task, runs, what, why, lacks, row.lessened, adds))
     wanted = {step.adds for step in steps if not step.runs} - {*barred_blocks(scenario)}
-    additions = tuple(addition for addition in Addition if addition in wanted)
+    first, *others = Addition
+    added = (row.adds for step in declared_steps() for row in step.needs if isinstance(row.adds, AddedBlock))
+    known: dict[Addition | AddedBlock, None] = dict.fromkeys((first, *added, *others))
+    additions = tuple(addition for addition in known if addition in wanted)
     return Plan(tuple(steps), additions, scenario.parameter.path)
 
 

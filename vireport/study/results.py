@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from vireport.base.encoding import json_text
+from vireport.base.errors import UsageError
 from vireport.base.records import plain
 from vireport.design.distortion import Distortion
 from vireport.design.margins import Margin
@@ -32,23 +33,17 @@ from vireport.motions.points import Point
 from vireport.physics.device import Shaker
 from vireport.physics.energy import Conversion, Fitting, Membrane, Voltages
 from vireport.physics.groups import Groups, Restitutions
-from vireport.scenario.blocks import Scenario
-from vireport.scenario.writing import as_yaml, device_tree
 from vireport.study.families import family_rows
 from vireport.study.provenance import Provenance
 from vireport.text.foreign import inert_cell
 
 if TYPE_CHECKING:
-    from vireport.attraction.proved import Proved
-    from vireport.attraction.trap import Trap
     from vireport.checks.crosscheck import CrossCheck, MotionCount
     from vireport.checks.hysteresis import Hysteresis
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
-    from vireport.design.tolerances import Failure, Tolerances
     from vireport.disturbances.behaviour import Disturbances
     from vireport.disturbances.windows import Window
-    from vireport.driven.driven import Driven
     from vireport.measurement.shaker import ShakerFinding
     from vireport.motions.families import Atlas, Family, Mark
     from vireport.shocks.attracting import AttractingMotion, AttractingMotions
@@ -65,7 +60,7 @@ SWEEP_END = "end of the sweep"
 
 SHOCK = (
     *("least_jump_m_s", "after", "after_s", "sign", "leads_to"),
-    *("searched_to_m_s", "tried", "proved_m_s"),
+    *("searched_to_m_s", "tried", "reason"),
 )
 """What results.json has of the least shock."""
 
@@ -388,36 +383,6 @@ def margin_data(margin: Margin) -> dict[str, Any]:
     }
 
 
-def driven_data(found: Driven) -> dict[str, Any]:
-    """What the device does under a recorded motion of its shaker, beside the periodic motion that is predicted."""
-    recording, shaker, device = found.recording, found.shaker, found.device
-    means = {name: getattr(found, name) for name in DRIVEN_MEANS}
-    return {
-        "record": recording.name,
-        "samples": recording.samples,
-        "sampling_rate_hz": 1 / recording.step_s,
-        "from_s": found.settled_s,
-        "to_s": recording.end_s,
-        "excitation": {
-            "amplitude_n": float(device.amplitude_n),
-            "frequency_hz": float(device.frequency_hz),
-            "offset_m_s2": shaker.offset,
-            "harmonics": [plain(own) for own in shaker.harmonics if own.significant],
-        },
-        "impacts": len(found.times_s),
-        "periods": found.periods,
-        "words": [{"word": own.letters, "share": own.share} for own in found.words],
-        "share_at_rest": found.rests,
-        **{
-            name: mean and {"value": mean.value, "from": mean.low, "to": mean.high, "reason": mean.why}
-            for name, mean in means.items()
-        },
-        "deepest_m": found.deepest_m,
-        "predicted": found.predicted and plain(found.predicted),
-        "findings": [shaker_finding_data(own) for own in found.doubts],
-    }
-
-
 def shaker_finding_data(found: ShakerFinding) -> dict[str, Any]:
     """What may be wrong with a recorded acceleration, as data; null is what a finding does not have."""
     data = {"kind": found.doubt.value, "channel": found.channel, "value": found.value}
@@ -430,15 +395,10 @@ def shaker_finding_data(found: ShakerFinding) -> dict[str, Any]:
             return data | {"recorded_m_s2": found.recorded, "scenario_m_s2": found.given}
 
 
-DRIVEN_MEANS = "impacts_per_s", "speed_bottom_m_s", "speed_top_m_s", "voltage_per_s", "power_mw"
-"""Means along a record, by their names in results.json and of `Driven`."""
-
-
 def disturbances_data(
     found: Disturbances,
     withstood: Withstood | None = None,
     attracting: AttractingMotions | None = None,
-    proved: Proved | None = None,
     basins: Basins | None = None,
 ) -> dict[str, Any]:
     """What the device does when it is switched on and disturbed; null is what was not computed."""
@@ -449,7 +409,6 @@ def disturbances_data(
         "periods": None if end is None else end.periods or None,
         "reason": None if end is None or end.decided else end.name,
         "settles_after_periods": None if end is None else end.settles_after,
-        "proved": proved and proved.arrival.proved,
         "ramp_periods": found.ramp_periods,
         "motion": found.reached and _followed(found.reached),
         "share_of_switch_on_phases": found.share,
@@ -464,7 +423,7 @@ def disturbances_data(
     return {
         "from_rest": from_rest,
         "found_by_starts": [_followed(each) for each in found.by_starts],
-        "shock": _shock(withstood, proved),
+        "shock": _shock(withstood),
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
@@ -472,7 +431,6 @@ def disturbances_data(
         "jitter": withstood and _jitter(withstood),
         "coexistence": attracting and _coexistence(attracting),
         "basin": basins and _basin(basins),
-        "proof": proved and _proof(proved),
     }
 
 
@@ -543,68 +501,19 @@ def _attracting(each: AttractingMotion, found: AttractingMotions) -> dict[str, A
     return data
 
 
-def _proof(proved: Proved) -> dict[str, Any]:
-    """What it takes to go through the proofs once more: the regions, and the cells of shocks."""
-    arrival, sections = proved.arrival, proved.sections
-    claimed = (*(shocks.trap for shocks in proved.shocks), *(section.trap for section in sections), arrival.trap)
-    regions = list(dict.fromkeys(trap for trap in claimed if trap is not None))
-    return {
-        "regions": [_region(trap) for trap in regions],
-        "from_rest": {
-            "region": None if arrival.trap is None else regions.index(arrival.trap),
-            "impacts": arrival.impacts or None,
-            "bits": arrival.bits or None,
-            "reason": arrival.reason or None,
-        },
-        "shocks": [
-            {"region": k, "largest": shocks.largest, "cells": shocks.cells, "halved": shocks.halved.tolist()}
-            for k, shocks in enumerate(proved.shocks)
-        ],
-        "shocks_reason": proved.unproved or None,
-        "sections": [
-            {
-                "region": regions.index(section.trap),
-                "name": section.name,
-                "velocity_up_to_m_s": section.fastest * proved.velocity_unit,
-                "velocity_up_to": section.fastest,
-                "share": section.share,
-                "share_of_switch_on_phases": section.switch_on,
-                "cells": section.cells,
-                "halved": section.halved.tolist(),
-                "moments": section.moments.tolist(),
-            }
-            for section in sections
-        ],
-    }
-
-
-def _region(trap: Trap) -> dict[str, Any]:
-    motion = trap.motion
-    return {
-        "word": motion.word.letters,
-        "periods": motion.word.periods,
-        "time": motion.time.tolist(),
-        "velocity": motion.velocity.tolist(),
-        "metric": trap.metric.tolist(),
-        "radius": trap.radius,
-        "contraction": trap.contraction,
-    }
-
-
-def _shock(found: Withstood | None, proved: Proved | None) -> dict[str, Any] | None:
-    """The least shock, or why it is not known, and what is proved; None where nothing was looked for."""
-    bound, unknown = proved and proved.jump_m_s, found.shock_unknown if found is not None else ""
+def _shock(found: Withstood | None) -> dict[str, Any] | None:
+    """The least shock, or why it is not known; None where nothing was looked for."""
     if found is None or found.shock is None:
-        known = {"proved_m_s": bound, "reason": unknown or None}
-        return dict.fromkeys(SHOCK) | known if unknown or proved is not None else None
+        unknown = found.shock_unknown if found is not None else ""
+        return dict.fromkeys(SHOCK) | {"reason": unknown} if unknown else None
     least = found.shock
     out = least.jump is not None
     values = (
         *(found.jump_m_s, _membrane(found.after_bottom) if out else None),
         *(found.delay_s if out else None, least.sign if out else None, least.leads_to and least.leads_to.name),
-        *(found.searched_to_m_s, least.tried, bound, None),
+        *(found.searched_to_m_s, least.tried, None),
     )
-    return dict(zip((*SHOCK, "reason"), values, strict=True))
+    return dict(zip(SHOCK, values, strict=True))
 
 
 def _jitter(found: Withstood) -> dict[str, Any] | None:
@@ -879,40 +788,8 @@ def _end(attractor: Attractor, groups: Groups[float]) -> dict[str, Any]:
     }
 
 
-PROVED_MOTION = "u", "phi_bottom_rad", "velocity_bottom"
-"""Names of what a proof over tolerances says of a motion; u is q - 1/2."""
-
-
-def tolerances_data(tolerances: Tolerances, scenario: Scenario) -> dict[str, Any]:
-    """What tolerances come to; the worst device as a scenario too."""
-    sampled, proof, worst = tolerances.sampled, tolerances.proof, tolerances.worst
-    return {
-        "answer": tolerances.answer.value,
-        "inputs": [
-            {"parameter": varied, "from": low, "to": high, "unit": varied.unit}
-            for varied, (low, high) in tolerances.region.ranges.items()
-        ],
-        "boxes": 0 if proof is None else proof.boxes,
-        "open_share": None if proof is None or worst is not None else proof.open_share,
-        "proof": None
-        if proof is None
-        else {"halved": proof.halved.tolist(), **dict(zip(PROVED_MOTION, proof.motions.tolist(), strict=True))},
-        "proof_not_known_of": None if tolerances.provable else "excitation.harmonics",
-        "worst": None
-        if worst is None
-        else {"values": dict(worst.values), "share": worst.share, "scenario": worst_scenario(scenario, worst)},
-        "yield": {
-            "distribution": sampled.distribution,
-            "samples": sampled.samples,
-            "stable": sampled.stable,
-            "share": sampled.stable / sampled.samples,
-            "low_95": sampled.low,
-            "high_95": sampled.high,
-        },
-        "ranges": tolerances.ranges,
-    }
-
-
-def worst_scenario(scenario: Scenario, worst: Failure) -> str:
-    """A scenario of the device that fails: its inputs, and nothing of what was asked of the design."""
-    return as_yaml(device_tree(scenario, {varied.path: value for varied, value in worst.values.items()}))
+def results_block(data: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A block of results.json, {} where it is null."""
+    if not isinstance(data, Mapping) or "scenario" not in data:
+        raise UsageError("results are needed (allowed: the content of a results.json, as json.load gives it)")
+    return data.get(name) or {}

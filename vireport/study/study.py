@@ -7,7 +7,6 @@ from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -18,6 +17,7 @@ from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, sh
 from vireport.design.solution import Solution, solution_of
 from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
 from vireport.gate.evidence import Criterion, Evidence
+from vireport.gate.findings import findings
 from vireport.motions.periodicity import model_of
 from vireport.motions.sweep import NO_TOLERANCE, Sweep
 from vireport.motions.switching import Limits
@@ -26,7 +26,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
-from vireport.scenario.blocks import AccuracyBlock, LeftOut, MotionsBlock, Scenario, TolerancesBlock, to_dict
+from vireport.scenario.blocks import AccuracyBlock, LeftOut, MotionsBlock, Scenario, to_dict
 from vireport.scenario.loading import Loaded, Source, load
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.families import families_data, motions_data
@@ -39,32 +39,26 @@ from vireport.study.plan import (
 )
 from vireport.study.provenance import Provenance
 from vireport.study.results import (
-    PROVED_MOTION,
     SCHEMA_VERSION,
     disturbances_data,
-    driven_data,
     effects_data,
     family_motions,
     json_bytes,
     motion_rows,
     simulation_data,
     solution_data,
-    tolerances_data,
 )
 from vireport.text.foreign import visible
 from vireport.text.formatting import shown
 
 if TYPE_CHECKING:
-    from vireport.attraction.proved import Proved, Rechecked
     from vireport.checks.certificates import Certificate
     from vireport.checks.crosscheck import CrossCheck
     from vireport.checks.reproduction import Reproduction
     from vireport.checks.workprecision import WorkPrecision
     from vireport.compliant.own_stiffness import OwnStiffness
-    from vireport.design.tolerances import Tolerances
     from vireport.disturbances.attractors_from_rest import AttractorFromRest
     from vireport.disturbances.behaviour import Disturbances
-    from vireport.driven.driven import Driven
     from vireport.gate.opening import Opening
     from vireport.gate.verdict import Verdict
     from vireport.membranes.compliance import Compliance
@@ -104,8 +98,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         The motion with compliant membranes.
     own_stiffness : OwnStiffness or None
         The motion and its margin with the membranes' own stiffness; None where contacts are short.
-    tolerances : Tolerances or None
-        Whether every device within the tolerances works, and the yield.
     certificates : tuple of Certificate or None
         Proven enclosures of the critical points.
     criteria : tuple of Criterion
@@ -120,12 +112,10 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         Which impacts on the bottom membrane lead to which motion at the design point.
     effects : Shifts or None
         How far the nearest end of stable motion would move by what the model leaves out.
-    proved : Proved or None
-        What is proved of them: that they are reached from rest, and which shocks they survive.
     measured : tuple of MeasuredAt
         What the records of measured impacts show; () where there are none.
-    driven : Driven or None
-        What the device does under a recorded motion of its shaker.
+    findings : mapping of str to object
+        What each addition to the study found, by its name, which is also that of an attribute.
     """
 
     loaded: Loaded
@@ -137,7 +127,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     work: WorkPrecision | None = None
     compliance: Compliance | None = None
     own_stiffness: OwnStiffness | None = None
-    tolerances: Tolerances | None = None
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
     disturbances: Disturbances | None = None
@@ -145,9 +134,16 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     attracting: AttractingMotions | None = None
     basins: Basins | None = None
     effects: Shifts | None = None
-    proved: Proved | None = None
     measured: tuple[MeasuredAt, ...] = ()
-    driven: Driven | None = None
+    findings: Mapping[str, Any] = {}
+
+    if not TYPE_CHECKING:  # so that a checker of types takes no name for any attribute
+
+        def __getattr__(self, name: str) -> Any:
+            """What the addition of that name found, None where nothing was looked for."""
+            if name in findings():
+                return self.findings.get(name)
+            raise AttributeError(f"a Study has no attribute {name!r}")
 
     @property
     def scenario(self) -> Scenario:
@@ -157,15 +153,14 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
-        findings = self.crosscheck, self.compliance, self.tolerances, self.atlas, self.own_stiffness
+        known = self.crosscheck, self.compliance, self.atlas, self.own_stiffness, self.criteria
         return Evidence(
-            *(self.solution, *findings, self.criteria),
+            *(self.solution, *known),
             disturbances=self.disturbances,
             withstood=self.withstood,
             attracting=self.attracting,
-            proved=self.proved,
             effects=self.effects,
-            record_doubts=self.driven.doubts if self.driven is not None else (),
+            findings=self.findings,
         )
 
     @cached_property
@@ -252,15 +247,26 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             "effects": self.effects and effects_data(self.effects),
             "margin_to_use": self._margin_to_use,
             "certificates": None if self.certificates is None else [plain(proof) for proof in self.certificates],
-            "tolerances": self.tolerances and tolerances_data(self.tolerances, asked),
+            **self._added_data(),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
-            "disturbances": self.disturbances
-            and disturbances_data(self.disturbances, self.withstood, self.attracting, self.proved, self.basins),
+            "disturbances": self.disturbances and self._disturbances_data(self.disturbances),
             **_measured_data(self.measured),
-            **({"driven": driven_data(self.driven)} if self.driven else {}),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
+
+    def _disturbances_data(self, found: Disturbances) -> Mapping[str, Any]:
+        """What the device does when it is switched on and disturbed, with what additions know of it."""
+        block: Mapping[str, Any] = disturbances_data(found, self.withstood, self.attracting, self.basins)
+        for name, finding in findings().items():
+            if finding.within == "disturbances":
+                block = finding.results_within(block, self.findings.get(name))
+        return block
+
+    def _added_data(self) -> dict[str, Any]:
+        """What additions to the study have in results.json."""
+        added = (finding.results(self.findings.get(name), self) for name, finding in findings().items())
+        return {key: data for block in added for key, data in block.items()}
 
     def rows(self) -> list[dict[str, Any]]:
         """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame.
@@ -409,8 +415,6 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         study = _with_disturbances(study)
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
         study = _with_motions(study, scenario.motion_limits, say)
-    if scenario.excitation.record is not None and steps.runs(Task.DRIVEN):
-        study = _with_driven(study, scenario.excitation.record, say)
     if steps.runs(Task.SHOCK, Task.JITTER):
         say("looking for the least shock")
         study = _with_withstood(study)
@@ -420,8 +424,6 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     if steps.runs(Task.BASINS):
         say("drawing the basin from impacts on the bottom")
         study = _with_basins(study)
-    if steps.runs(Task.PROOF):
-        study = _with_proof(study, say)
     if scenario.accuracy is not None and steps.runs(Task.ACCURACY, Task.COMPLIANT):
         study = _with_accuracy(study, scenario.accuracy, say)
     if steps.runs(Task.OWN_STIFFNESS):
@@ -430,14 +432,23 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     if steps.runs(Task.EFFECTS):
         say("moving the nearest end by what the model leaves out")
         study = _with_effects(study)
-    if scenario.tolerances is not None and steps.runs(Task.TOLERANCES):
-        study = _with_tolerances(study, scenario.tolerances, say)
+    study = _with_findings(study, say)
     if scenario.requirements is not None:
         from vireport.gate.requirements import assess
 
         say("judging the requirements")
         study = replace(study, criteria=assess(loaded, study.evidence))
     return study
+
+
+def _with_findings(study: Study, say: Progress) -> Study:
+    """Add what additions find out, each where the first of its steps runs."""
+    found = {}
+    for name, finding in findings().items():
+        first = next(iter(finding.steps()))
+        if study.plan.runs(first.task) and (new := finding.find(study, say)) is not None:
+            found[name] = new
+    return replace(study, findings=found) if found else study
 
 
 def _measured(loaded: Loaded, say: Progress) -> tuple[MeasuredAt, ...]:
@@ -453,13 +464,6 @@ def _with_disturbances(study: Study) -> Study:
     asked = study.scenario.disturbances if study.plan.runs(Task.MOMENTS) else None
     found = disturbances_of(study.solution, asked, compiled=windows, windows=windows)
     return replace(study, disturbances=found)
-
-
-def _with_driven(study: Study, record: str, say: Progress) -> Study:
-    from vireport.driven.driven import driven_by
-
-    known = study.loaded.place, study.solution.device, study.solution.membrane
-    return replace(study, driven=driven_by(record, *known, say))
 
 
 def _with_withstood(study: Study) -> Study:
@@ -489,15 +493,6 @@ def _with_basins(study: Study) -> Study:
     device = study.solution.device
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     return replace(study, basins=basins_of(groups, study.attracting.recognised, study.attracting.velocity_unit))
-
-
-def _with_proof(study: Study, say: Progress) -> Study:
-    from vireport.attraction.proved import proved_of
-
-    found, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
-    if found is None:
-        return study
-    return replace(study, proved=proved_of(study.solution, found, study.withstood, compiled, say))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
@@ -598,111 +593,6 @@ def _with_effects(study: Study) -> Study:
     elif own.margin_gone:
         found = replace(found, rows=(*found.rows, Shift(effect, absence=Unmoved.NOT_STABLE)))
     return replace(study, effects=found)
-
-
-def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:
-    """The tolerance of each input that has one, in its unit."""
-    widths = {varied: asked.half_width(varied, float(device.value_of(varied))) for varied in DesignInput}
-    return {varied: width for varied, width in widths.items() if width}
-
-
-def _with_tolerances(study: Study, asked: TolerancesBlock, say: Progress) -> Study:
-    say("proving that every device within the tolerances works")
-    from vireport.design.tolerances import assess_tolerances
-
-    device, membrane = study.solution.device, study.solution.membrane
-    widths = half_widths(device, asked)
-    tolerances = assess_tolerances(device, widths, membrane, asked.distribution, asked.samples)
-    return replace(study, tolerances=tolerances)
-
-
-def _block(data: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """A block of results.json, {} where it is null."""
-    if not isinstance(data, Mapping) or "scenario" not in data:
-        raise UsageError("results are needed (allowed: the content of a results.json, as json.load gives it)")
-    return data.get(name) or {}
-
-
-def recheck(data: Mapping[str, Any]) -> float:
-    """Go through the boxes of a proof over tolerances once more, from results alone.
-
-    Parameters
-    ----------
-    data : mapping
-        The content of a results.json.
-
-    Returns
-    -------
-    float
-        Share of the volume that is proved, 1 where every device within the tolerances is.
-
-    Raises
-    ------
-    UsageError
-        If the results have no proof, or not all of its boxes.
-    """
-    from vireport.design.devices import region_of
-    from vireport.design.proof import prove_again
-
-    proof = _block(data, "tolerances").get("proof")
-    scenario = load(_block(data, "scenario")).scenario
-    if scenario.tolerances is None or proof is None:
-        raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
-    device = Device.of(scenario)
-    try:
-        boxes = np.array(proof["halved"], dtype=np.intp), np.array([proof[name] for name in PROVED_MOTION])
-        return prove_again(region_of(device, half_widths(device, scenario.tolerances)), *boxes)
-    except ValueError as error:
-        raise UsageError(f"tolerances.proof: {error}") from error
-
-
-def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
-    """Go once more through the proofs of what comes to the motion, from rest as well, and which shocks it survives.
-
-    Parameters
-    ----------
-    data : mapping
-        The content of a results.json. Of its regions and cells only what they claim is believed to be claimed.
-
-    Raises
-    ------
-    UsageError
-        If the results have no such proof, or not all of its cells.
-    NumericalError
-        If the package for ball arithmetic is not installed.
-    """
-    from vireport.attraction.proved import ClaimedSection, ProvedRegion, prove_again
-
-    proof = _block(data, "disturbances").get("proof")
-    if proof is None:
-        raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
-    try:
-        regions = [
-            ProvedRegion(
-                Motion(Word.of(of["word"], of["periods"]), np.array(of["velocity"]), np.array(of["time"]), 0.0),
-                np.array(of["metric"]),
-                float(of["radius"]),
-            )
-            for of in proof["regions"]
-        ]
-        start = proof["from_rest"]["region"]
-        shocks = [
-            (regions[of["region"]], float(of["largest"]), np.array(of["halved"], dtype=np.intp))
-            for of in proof["shocks"]
-        ]
-        sections = [
-            ClaimedSection(
-                regions[of["region"]],
-                float(of["velocity_up_to"]),
-                np.array(of["halved"], dtype=np.intp),
-                np.array(of["moments"], dtype=np.intp),
-            )
-            for of in proof.get("sections", ())
-        ]
-        device = Device.of(load(data["scenario"]).scenario)
-        return prove_again(device, None if start is None else regions[start], shocks, sections)
-    except (ValueError, LookupError) as error:
-        raise UsageError(f"disturbances.proof: {error}") from error
 
 
 def with_certificates(study: Study) -> Study:

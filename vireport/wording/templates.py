@@ -27,6 +27,7 @@ from jinja2 import (
 )
 from jinja2.bccache import Bucket
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import RenderError
 from vireport.text.formatting import (
     OF_A_MODEL,
@@ -47,6 +48,9 @@ from vireport.text.formatting import (
 _PACKAGE = Path(__file__).resolve().parent.parent
 TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
 """Our own templates: inside an installed package, or at the root of a checkout."""
+
+ROOTS = TEMPLATES, *(_PACKAGE.joinpath(*row.packages[0].split("."), "templates") for row in ADDITIONS.values())
+"""Folders of our templates: those of an addition stand in its package."""
 
 FILTERS: dict[str, Callable[..., Any]] = {
     "apart": apart,
@@ -128,7 +132,7 @@ def environment_of(
     with suppress(OSError, RuntimeError):  # no folder, or not one of this user alone
         compiled = _Compiled(pattern=f"vireport-{crc32(repr((jinja2.__version__, read_as)).encode()):x}-%s.cache")
     environment = Environment(
-        loader=_Folders([TEMPLATES] if templates is None else [templates, TEMPLATES]),
+        loader=_Folders([*([] if templates is None else [templates]), *ROOTS]),
         undefined=StrictUndefined,
         finalize=written,
         bytecode_cache=compiled,
@@ -177,7 +181,8 @@ def _place(error: Exception, name: str, templates: Path | None) -> str:
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)
         if file.suffix == ".j2":
-            folder = TEMPLATES if templates is None or not file.is_relative_to(templates) else templates
+            roots = ROOTS if templates is None else (templates, *ROOTS)
+            folder = next(root for root in roots if file.is_relative_to(root))
             place = f"{file.relative_to(folder)}:{trace.tb_lineno}"
         trace = trace.tb_next
     return place

@@ -1,0 +1,1 @@
+"""Additions to a study, a folder each, beside one another: what else can be found out about a device."""

@@ -1,0 +1,327 @@
+"""A recorded acceleration of the shaker driven through the device of a scenario, impact by impact.
+
+The acceleration is its cubic spline, and between two impacts the ball's flight is exact. At the beginning of the record
+the ball lies on the bottom membrane; what comes while the motion settles is left out. Of a motion that need not be
+periodic there are counts and means, with intervals, and no bifurcations.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from math import ceil, pi
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base.errors import NumericalError, UsageError
+from vireport.base.progress import Progress
+from vireport.base.reading import ReadingPlace
+from vireport.base.records import brief
+from vireport.design.solution import Solution, solution_of, stable_motion
+from vireport.findings.driven.means import Mean, batched, parts_of
+from vireport.measurement.recordings import Recording, read_recording
+from vireport.measurement.shaker import ShakerFinding, ShakerMotion, shaker_findings
+from vireport.measurement.signals import shaken, shaker_of
+from vireport.motions.one_to_one import impact_velocities
+from vireport.physics.cubics import Cubics
+from vireport.physics.device import Device
+from vireport.physics.energy import Membrane, deflection, energy_gained, generated_voltage
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
+from vireport.text.foreign import visible
+
+Floats = NDArray[np.float64]
+
+KEY = "excitation.record"
+
+SETTLED, SETTLING_PERIODS, MOST_SETTLING = 0.1, 40.0, 0.5
+"""Share of the record after which the motion counts, but after so many periods of the force if that is more, and no
+more than so much of the record."""
+
+LARGEST_PHASE = 0.01
+"""By how much times may be off an even clock, on which samples are put, in the phase of the force [rad]: by so much of
+its amplitude the acceleration is wrong then."""
+
+MOST_IMPACTS = 300
+"""In a period of the force: beyond, hops are followed that cannot be told from rest."""
+
+COMPILED = 100_000
+"""Samples from which on the search is compiled: less is done sooner without."""
+
+RESTS = "rest"
+"""Stands for the word of a period in which the ball comes to rest on a membrane."""
+
+
+class WordShare(Struct, frozen=True):
+    """How often a word was seen: its letters, "" without an impact, and its share of the periods."""
+
+    letters: str
+    share: float
+
+
+class Prediction(Struct, frozen=True):
+    """The stable 1:1 motion under the harmonic force that was fitted to the record.
+
+    Attributes
+    ----------
+    speed_bottom_m_s, speed_top_m_s : float
+        Of the impacts [m/s].
+    impacts_per_s : float
+        [1/s].
+    voltage_per_s, power_mw : float or None
+        Sum of the gains of voltage in a second [V/s], and mean power [mW]; None where they are not evaluated.
+    """
+
+    speed_bottom_m_s: float
+    speed_top_m_s: float
+    impacts_per_s: float
+    voltage_per_s: float | None
+    power_mw: float | None
+
+
+class Driven(Struct, frozen=True, eq=False):
+    """What a device does under a recorded motion of its shaker.
+
+    Attributes
+    ----------
+    recording : Recording
+    shaker : ShakerMotion
+        The sine and harmonics that were fitted.
+    device : Device
+        That of the scenario under the fitted force.
+    settled_s : float
+        Time on the record's clock from which on the motion counts [s].
+    periods : int
+        Periods of a 1:1 motion, n of the force each, that count.
+    times_s, walls, speeds_m_s, phases : ndarray, shape (k,)
+        Of the impacts that count: on the record's clock [s]; 1 bottom, -1 top; relative speed [m/s]; phase of the
+        fitted force [rad].
+    words : tuple of WordShare
+        The impacts of each period, the most frequent first, as the alphabetically first of the cyclic words.
+    rests : float
+        Share of the periods in which the ball comes to rest on a membrane.
+    impacts_per_s : Mean
+        [1/s].
+    speed_bottom_m_s, speed_top_m_s : Mean or None
+        Mean speeds [m/s]; None without an impact there.
+    voltage_per_s, power_mw : Mean or None
+        As those of `Prediction`.
+    deepest_m : float or None
+        Largest deflection of a membrane [m].
+    predicted : Prediction or None
+        None where there is no stable 1:1 motion.
+    doubts : tuple of ShakerFinding
+        What may be wrong with the record, beside what the scenario says.
+    """
+
+    recording: Recording
+    shaker: ShakerMotion
+    device: Device
+    settled_s: float
+    periods: int
+    times_s: Floats
+    walls: Floats
+    speeds_m_s: Floats
+    phases: Floats
+    words: tuple[WordShare, ...]
+    rests: float
+    impacts_per_s: Mean
+    speed_bottom_m_s: Mean | None
+    speed_top_m_s: Mean | None
+    voltage_per_s: Mean | None
+    power_mw: Mean | None
+    deepest_m: float | None
+    predicted: Prediction | None
+    doubts: tuple[ShakerFinding, ...] = ()
+
+    __repr__ = brief
+
+    @property
+    def share_of_1_1(self) -> float:
+        """Share of the periods with one impact on each membrane."""
+        return sum(own.share for own in self.words if own.letters == "BT")
+
+
+def driven_by(
+    record: str, place: ReadingPlace, device: Device, membrane: Membrane | None, say: Progress | None = None
+) -> Driven:
+    """Drive a recorded acceleration through a device.
+
+    Parameters
+    ----------
+    record : str
+        Its path.
+    place : ReadingPlace
+        Where it is looked for.
+    device : Device
+        Its force and frequency are those of the record, near those of the scenario.
+    membrane : Membrane or None
+        For voltages.
+    say : callable, optional
+        Is told each step.
+
+    Raises
+    ------
+    UsageError, ScenarioError
+        If the record cannot be used, or the device has what is not known under such a force.
+    NumericalError
+        If the ball does not cease to bounce.
+    """
+    say = say or (lambda what: None)
+    if device.rubs:
+        raise UsageError(f"{KEY} is not driven through a device with friction (allowed: none, without device.friction)")
+    say("reading the record of the shaker")
+    # A report names the record as its scenario does, and not by where the scenario was.
+    recording = replace(read_recording(record, place), name=visible(record))
+    shaker = shaker_of(recording, device, say)
+    if shaker is None:
+        raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")
+    if (off := TURN * shaker.frequency_hz * recording.uneven_s) > LARGEST_PHASE:
+        times = f"its times are up to {recording.uneven_s:.2g} s off an even clock"
+        wrong = f"which makes the acceleration wrong by up to {100 * off:.2g} % of its amplitude"
+        how = f"interpolate it at steps of {recording.step_s:.4g} s first, as by cubic splines"
+        allowed = f"(allowed: {100 * LARGEST_PHASE:g} %; {how})"
+        raise UsageError(f"{KEY}: {recording.name}: {times}, {wrong} {allowed}")
+    if len(recording.stretches) > 1:
+        lost = recording.stretches[1].start_s
+        raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: a record without gaps)")
+    own = shaken(device, shaker)
+    say("driving the record through the device")
+    rows, clock, phase = _followed(recording, shaker, own)
+    told = _told(recording, shaker, own, membrane, rows, clock, phase)
+    return replace(told, doubts=shaker_findings(recording, shaker, device))
+
+
+def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> tuple[Floats, Floats, float]:
+    """The impacts of a record, their times from its first sample in units of the flights, and the phase there."""
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()._replace(harmonics=())
+    rate = 2 * shaker.frequency_hz
+    samples = (shaker.channel.values - shaker.offset) / shaker.amplitude
+    cubics = Cubics.of(samples, recording.step_s * rate, float(groups.gbar))
+    phase = float(pi * rate * (recording.start_s - shaker.maximum_s) % TURN)
+    begin, most = check_start(Impact(1, 0.0, phase), groups.d), MOST_IMPACTS * ceil(cubics.duration / 2)
+    model = check_model(groups)[0]
+    rows, summary = follow_one(model, begin, most, compiled=len(samples) > COMPILED, cubics=cubics)
+    if summary[0] >= most:
+        raise NumericalError(f"{KEY}: more than {MOST_IMPACTS} impacts in each period of the force: they are not told")
+    held = rows[:, SETTLING] + rows[:, RIDING]
+    return rows, np.cumsum(rows[:, FLIGHT] + np.concatenate([[0.0], held[:-1]])), phase
+
+
+def _told(
+    recording: Recording,
+    shaker: ShakerMotion,
+    device: Device,
+    membrane: Membrane | None,
+    rows: Floats,
+    clock: Floats,
+    phase: float,
+) -> Driven:
+    rate = 2 * shaker.frequency_hz
+    end = (recording.end_s - recording.start_s) * rate
+    span = 2.0 * device.period_ratio
+    rested = rows[:, SETTLING] + rows[:, RIDING] > 0
+    # Periods are cut where the fewest impacts are near, and counted back from the end.
+    settled = min(max(SETTLED * end, 2 * SETTLING_PERIODS), MOST_SETTLING * end)
+    cut = _emptiest(rows[clock > settled, PHASE])
+    last = end - (phase / pi + end - cut / pi) % 2
+    periods = int((last - settled) / span)
+    if periods < 1:
+        raise UsageError(f"{KEY}: {recording.name} is too short: no period is left where the motion has settled")
+    first = last - periods * span
+    counted = (clock >= first) & (clock < last) & (np.arange(len(rows)) > 0)
+    own, times = rows[counted], clock[counted]
+    period = np.clip(((times - first) / span).astype(int), 0, periods - 1)
+    # A part is so many periods; those that are left over are at the beginning.
+    parts = max(parts_of(periods), 1)
+    each = periods // parts
+    part = (period - (periods - parts * each)) // each
+    length = np.full(parts, each * span / rate)
+    velocity_unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
+    speeds = np.abs(own[:, VELOCITY]) * velocity_unit
+
+    def per_second(values: Floats) -> Mean:
+        """Of what comes with each impact."""
+        used = part >= 0
+        return batched(_sums(part[used], values[used], parts), length)
+
+    def speed(wall: float) -> Mean | None:
+        used = (part >= 0) & (own[:, WALL] == wall)
+        counts = _sums(part[used], np.ones(int(used.sum())), parts)
+        return batched(_sums(part[used], speeds[used], parts), counts) if used.any() else None
+
+    gains = None if membrane is None else generated_voltage(speeds, membrane)
+    power = None
+    if membrane is not None and membrane.dielectric is not None and gains is not None:
+        power = per_second(1e3 * energy_gained(gains, membrane, membrane.dielectric))
+    words, rests = _words(own[:, WALL], rested[counted], period, periods)
+    return Driven(
+        recording,
+        shaker,
+        device,
+        recording.start_s + first / rate,
+        periods,
+        recording.start_s + times / rate,
+        own[:, WALL],
+        speeds,
+        own[:, PHASE],
+        words,
+        rests,
+        per_second(np.ones(len(own))),
+        speed(1.0),
+        speed(-1.0),
+        None if gains is None else per_second(gains),
+        power,
+        None if membrane is None or not len(speeds) else float(deflection(speeds, membrane).max()),
+        _predicted(solution_of(device, membrane, None, True)),
+    )
+
+
+def _sums(part: NDArray[np.intp], values: Floats, parts: int) -> Floats:
+    """Sums of values over the parts that they are of."""
+    return np.asarray(np.bincount(part, values, parts), dtype=np.float64)
+
+
+def _emptiest(phases: Floats) -> float:
+    """The phase that is farthest from all impacts [rad]."""
+    if not len(phases):
+        return 0.0
+    ordered = np.sort(phases % TURN)
+    gaps = np.diff(ordered, append=ordered[0] + TURN)
+    widest = int(np.argmax(gaps))
+    return float((ordered[widest] + gaps[widest] / 2) % TURN)
+
+
+def _words(
+    walls: Floats, rested: NDArray[np.bool_], period: NDArray[np.intp], periods: int
+) -> tuple[tuple[WordShare, ...], float]:
+    """The shares of the words of periods, and that of periods in which the ball comes to rest."""
+    letters = np.where(walls > 0, "B", "T")
+    edges = np.searchsorted(period, np.arange(periods + 1))
+    resting = set(period[rested].tolist())
+    seen: Counter[str] = Counter()
+    for k in range(periods):
+        own = "".join(letters[edges[k] : edges[k + 1]])
+        seen[RESTS if k in resting else own] += 1
+    same: Counter[str] = Counter()
+    for own, count in seen.items():
+        same[own if own in ("", RESTS) else Word.of(own).canonical().letters] += count
+    rests = same.pop(RESTS, 0) / periods
+    return tuple(WordShare(own, count / periods) for own, count in same.most_common()), rests
+
+
+def _predicted(solution: Solution) -> Prediction | None:
+    found = stable_motion(solution)
+    if found is None:
+        return None
+    design, row = found
+    device = solution.device
+    bottom, top = (abs(float(speed[row])) for speed in impact_velocities(device, design.parameter, design.motions))
+    volts = design.voltages_by_motion
+    gained = None if volts is None else float(volts.bottom_v[row] + volts.top_v[row]) / device.period_s
+    power = None if design.conversion_by_motion is None else float(design.conversion_by_motion.power_mw[row])
+    return Prediction(bottom, top, 2 / device.period_s, gained, power)

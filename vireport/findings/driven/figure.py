@@ -1,0 +1,62 @@
+"""The impacts under a recorded motion of the shaker, along the record, with the words of the figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vireport.figures.captions import pictured
+from vireport.figures.layout import Entry, blank, finished, letter_of, title
+from vireport.figures.style import DASHED, Color, Look, Picture, style
+from vireport.findings.driven.driven import Driven
+from vireport.study.plan import AnyTask
+
+HEIGHT = 4.2
+"""Height of both panels with their ticks and labels [in]."""
+
+MOST_DRAWN = 8000
+"""Impacts; of more, every so many."""
+
+BOTTOM: Look = {"color": Color.BLUE, "marker": ".", "markersize": 2.5, "linestyle": "none"}
+TOP: Look = {"color": Color.GREEN, "marker": ".", "markersize": 2.5, "linestyle": "none"}
+PREDICTED: Look = {"color": Color.BLACK, "linewidth": 0.8, "linestyle": DASHED}
+
+
+def picture(found: Driven, name: AnyTask, templates: Path | None = None) -> Picture:
+    """The figure with its words."""
+    shown = {
+        "impacts": len(found.times_s),
+        "every": _every(found),
+        "share": found.share_of_1_1,
+        "predicted": found.predicted is not None,
+    }
+    return pictured(name, shown, figure_driven(found), templates)
+
+
+def _every(found: Driven) -> int:
+    return -(-max(len(found.times_s), 1) // MOST_DRAWN)
+
+
+def figure_driven(found: Driven) -> Figure:
+    """Speed and phase of each impact against the time of the record."""
+    shown = np.arange(len(found.times_s)) % _every(found) == 0
+    with style():
+        figure, panels = blank(2, sharex=True)
+        speeds, phases = panels[:, 0]
+        for wall, look in ((1.0, BOTTOM), (-1.0, TOP)):
+            mine = shown & (found.walls == wall)
+            speeds.plot(found.times_s[mine], found.speeds_m_s[mine], **look)
+            phases.plot(found.times_s[mine], found.phases[mine] / (2 * np.pi), **look)
+        legend: list[Entry] = [("bottom", BOTTOM), ("top", TOP)]
+        if found.predicted is not None:
+            for speed in (found.predicted.speed_bottom_m_s, found.predicted.speed_top_m_s):
+                speeds.axhline(speed, **PREDICTED)
+            legend.append(("periodic motion", PREDICTED))
+        speeds.set(ylabel="relative speed [m/s]", xlim=(found.settled_s, found.recording.end_s))
+        speeds.set_ylim(bottom=0.0)
+        phases.set(ylim=(0, 1), xlabel="time of the record [s]", ylabel="phase [periods]")
+        for k, (axes, text) in enumerate(((speeds, "speed of each impact"), (phases, "its phase in the best sine"))):
+            title(axes, f"({letter_of(k)}) {text}")
+        return finished(figure, HEIGHT, [], [legend])

@@ -1,0 +1,82 @@
+"""What a recorded motion of the shaker brings to a study: what the device does under it, beside the periodic motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vireport.base.progress import Progress
+from vireport.study.finding import AddedFinding
+
+if TYPE_CHECKING:
+    from vireport.findings.driven.driven import Driven
+    from vireport.gate.evidence import Evidence
+    from vireport.gate.verdict import AddedAnswer
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+    from vireport.text.alerts import AlertCode, Sentence
+
+FIGURE = "figure-driven"
+
+
+class DrivenFinding(AddedFinding["Driven"]):
+    """A recorded motion of the shaker, driven through the device, as an addition to a study."""
+
+    name = "driven"
+    section = "sections/driven.typ.j2"
+
+    def steps(self) -> Iterator[DeclaredStep]:
+        """The device under the record, and its figure; both are listed where there is a record."""
+        from vireport.study.plan import DESIGN, OUTPUT, PICTURES, AddedTask, DeclaredStep, Precondition
+
+        why = "excitation.record is given"
+        record = Precondition(lambda scenario, _: scenario.excitation.record, "excitation.record is not given")
+        what = "the recorded acceleration of the shaker driven through the device, from impact to impact"
+        yield DeclaredStep(AddedTask(self.name, what), (DESIGN, OUTPUT), why, (record,))
+        drawn = AddedTask(FIGURE, "impacts under the recorded acceleration of the shaker (figure-driven)")
+        yield DeclaredStep(drawn, (DESIGN, PICTURES), why, (record,))
+
+    def find(self, study: Study, say: Progress) -> Driven:
+        """Drive the record through the device."""
+        from vireport.findings.driven.driven import driven_by
+
+        record = study.scenario.excitation.record
+        assert record is not None
+        return driven_by(record, study.loaded.place, study.solution.device, study.solution.membrane, say)
+
+    def results(self, found: Driven | None, study: Study) -> Mapping[str, Any]:
+        """The block of the same name, where there is a record."""
+        if found is None:
+            return {}
+        from vireport.findings.driven.results import driven_data
+
+        return {self.name: driven_data(found)}
+
+    def answer(self, found: Driven, evidence: Evidence) -> AddedAnswer[Driven] | None:
+        """A doubtful record is held against the device; else nothing is asked."""
+        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
+
+        if not found.doubts:
+            return None
+        word = "Stable, but the record of the shaker is doubtful"
+        concludes = AddedConclusion("RECORD_DOUBTFUL", Status.CAUTION, word, Weight.DIGITS, self.name)
+        return AddedAnswer("Is the record of the shaker right?", Status.CAUTION, found, concludes)
+
+    def causes(self, found: Driven) -> Mapping[AlertCode, Iterable[Sentence]]:
+        """What may be wrong with the record."""
+        from vireport.gate.alerts import doubted
+        from vireport.text.alerts import AlertCode
+
+        return {AlertCode.RECORD_DOUBTFUL: map(doubted, found.doubts)}
+
+    def pictures(self, found: Driven, study: Study, templates: Path | None) -> Iterator[Any]:
+        """The impacts along the record."""
+        drawn = next(step.task for step in study.plan.steps if step.task == FIGURE)
+        if study.plan.runs(drawn):
+            from vireport.findings.driven.figure import picture
+
+            yield picture(found, drawn, templates)
+
+
+FINDING = DrivenFinding()

@@ -1,0 +1,60 @@
+"""What proofs bring to a study: that a motion is reached from rest, from which starts, and which shocks it survives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from vireport.base.progress import Progress
+from vireport.study.finding import AddedFinding
+
+if TYPE_CHECKING:
+    from vireport.findings.proofs.proved import Proved
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+
+
+class ProofsFinding(AddedFinding["Proved"]):
+    """What is proved in ball arithmetic of switching on and of shocks, as an addition to a study."""
+
+    name = "proofs"
+    section = "sections/proofs.typ.j2"
+    within = "disturbances"
+
+    def steps(self) -> Iterator[DeclaredStep]:
+        """One step, listed where it is asked for."""
+        from vireport.study.plan import DESIGN, FLINT, AddedTask, DeclaredStep, Precondition
+
+        asked = Precondition(
+            lambda scenario, _: scenario.disturbances and scenario.disturbances.prove, "nothing is to be proved"
+        )
+        what = "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
+        yield DeclaredStep(AddedTask("proof", what), (DESIGN, FLINT), "disturbances.prove is true", (asked,))
+
+    def find(self, study: Study, say: Progress) -> Proved | None:
+        """Prove what can be proved of the stable motions."""
+        from vireport.findings.proofs.proved import proved_of
+        from vireport.study.plan import Task
+
+        known, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
+        return None if known is None else proved_of(study.solution, known, study.withstood, compiled, say)
+
+    def results_within(self, block: Mapping[str, Any], found: Proved | None) -> Mapping[str, Any]:
+        """The block on disturbances with what is proved: of the start from rest, of shocks, and with what it takes."""
+        from_rest = {**block["from_rest"], "proved": found and found.arrival.proved}
+        shock, bound = block["shock"], found and found.jump_m_s
+        if shock is None and found is not None:
+            from vireport.study.results import SHOCK
+
+            shock = dict.fromkeys(SHOCK)
+        if shock is not None:
+            shock = {**shock, "proved_m_s": bound}
+        proof = None
+        if found is not None:
+            from vireport.findings.proofs.results import proof_data
+
+            proof = proof_data(found)
+        return {**block, "from_rest": from_rest, "shock": shock, "proof": proof}
+
+
+FINDING = ProofsFinding()

@@ -1,0 +1,339 @@
+"""What is proved of the stable motions at a design point: which shares of starts come there, and what shocks do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from decimal import ROUND_FLOOR, Context
+from enum import StrEnum
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from vireport.base.errors import NumericalError
+from vireport.base.progress import Progress
+from vireport.base.records import brief
+from vireport.design.solution import Solution
+from vireport.disturbances.behaviour import Disturbances
+from vireport.disturbances.from_rest import Destination, FromRest
+from vireport.findings.proofs.section import Section, proved_section, section_again
+from vireport.findings.proofs.survived import Survived, survived, survived_again
+from vireport.findings.proofs.trap import Trap, proved_trap, trap_of
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
+from vireport.scenario.parameters import Parameter
+from vireport.shocks.manifold import on_shocks, stable_manifold
+from vireport.shocks.returning import core_of, endings
+from vireport.shocks.withstood import Withstood, stable_and_unstable
+from vireport.simulation.events import BOTTOM
+from vireport.simulation.starts import start_speed
+
+BEYOND = 1.03
+"""How far cells of shocks reach, over the least on the sampled stable manifold of an unstable motion."""
+
+DIGITS = 4
+"""Significant digits of a proved bound, which is rounded down to them."""
+
+
+class Unproved(StrEnum):
+    """Why nothing is proved, before it is tried."""
+
+    NO_MOTION = "no 1:1 motion is stable"
+    NO_GRAVITY = "gravity along the capsule was neglected, so that the device computed is not the scenario's"
+    NO_REBOUND = "the ball does not bounce"
+    NO_REGION = "no region around the motion is proved to attract what is in it"
+    RAMP = "the amplitude is ramped up, and what is proved is about a force that is there at once"
+    RESTS = "the ball comes to rest on a membrane again and again, and reaches no motion without rest"
+    AT_REST = "the ball stays at rest"
+    NOT_PERIODIC = "no periodic motion is known that it comes to"
+
+
+REFUSED = {
+    Destination.REST_CYCLE: Unproved.RESTS,
+    Destination.AT_REST: Unproved.AT_REST,
+    Destination.CHAOTIC: Unproved.NOT_PERIODIC,
+    Destination.UNDECIDED: Unproved.NOT_PERIODIC,
+}
+"""Why what the simulation says of the ball from rest is not proved."""
+
+
+class Arrival(Struct, frozen=True, eq=False):
+    """Whether the ball is proved to come to a motion that is pressed onto the bottom membrane when the force sets in.
+
+    Attributes
+    ----------
+    trap : Trap or None
+        The region that it comes into; None where that is not proved.
+    impacts : int
+        Until then.
+    bits : int
+        Precision of the arithmetic.
+    reason : str
+        Why it is not proved, or "".
+    """
+
+    trap: Trap | None = None
+    impacts: int = 0
+    bits: int = 0
+    reason: str = ""
+
+    @property
+    def proved(self) -> bool:
+        """Whether the ball is proved to come to a motion."""
+        return self.trap is not None
+
+    @property
+    def name(self) -> str:
+        """The motion that it comes to: in words, "" where nothing is proved."""
+        return "" if self.trap is None else self.trap.motion.word.name
+
+
+class Proved(Struct, frozen=True, eq=False):
+    """What is proved of the stable 1:1 motions at a design point.
+
+    Attributes
+    ----------
+    velocity_unit : float
+        y_c [m/s].
+    arrival : Arrival
+    sections : tuple of Section
+        What comes to each stable motion that has a region, and to another that the ball comes to from rest.
+    shocks : tuple of Survived
+        To each stable motion; () where nothing is proved of them.
+    unproved : str
+        Why not, or "".
+    """
+
+    velocity_unit: float
+    arrival: Arrival
+    sections: tuple[Section, ...] = ()
+    shocks: tuple[Survived, ...] = ()
+    unproved: str = ""
+
+    __repr__ = brief
+
+    @property
+    def jump_m_s(self) -> float | None:
+        """A jump of the relative velocity up to which every one dies out [m/s], rounded down; None where none is."""
+        least = min((shocks.jump for shocks in self.shocks), default=0.0)
+        return rounded_down(least * self.velocity_unit) if least > 0 else None
+
+    @property
+    def cells(self) -> int:
+        """Cells of shocks that are proved."""
+        return sum(shocks.cells for shocks in self.shocks)
+
+
+def rounded_down(value: float) -> float:
+    """A positive number with `DIGITS` significant digits, below one that is known to rounding."""
+    return float(Context(prec=DIGITS, rounding=ROUND_FLOOR).create_decimal_from_float(value * (1 - 1e-14)))
+
+
+def proved_of(
+    solution: Solution,
+    disturbances: Disturbances,
+    withstood: Withstood | None,
+    compiled: bool,
+    progress: Progress | None = None,
+) -> Proved | None:
+    """Prove what can be of the motions at the design point; None without one.
+
+    Parameters
+    ----------
+    solution : Solution
+    disturbances : Disturbances
+        With what the ball from rest comes to.
+    withstood : Withstood or None
+        With the least shock that leads out: no bound can exceed it.
+    compiled : bool
+        Whether to compile the simulation, which says where to look, where numba is there.
+    progress : callable, optional
+        Called with each long step as it begins.
+    """
+    design, device = solution.design, solution.device.of_sine("a proof of disturbances")
+    if design is None:
+        return None
+    unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    refused = _refused(device, groups)
+    if refused is not None:
+        return Proved(unit, Arrival(reason=refused), unproved=refused)
+    motions, companions = stable_and_unstable(design, device)
+    traps = [trap_of(groups, motion, compiled) for motion in motions]
+    say = progress or (lambda _: None)
+    say("proving that the motion is reached from rest")
+    arrival = _arrival(device, groups, disturbances, [trap for trap in traps if trap is not None], compiled)
+    say("proving which share of all impacts comes to the motion")
+    sections = _sections(device, groups, [*traps, arrival.trap], compiled)
+    if not motions or None in traps:
+        return Proved(unit, arrival, sections, unproved=Unproved.NO_REGION if motions else Unproved.NO_MOTION)
+    say("proving which shocks the motion survives")
+    farthest = _farthest(groups, motions, companions, withstood, compiled)
+    shocks = (survived(groups, trap, farthest, compiled) for trap in traps if trap is not None)
+    return Proved(unit, arrival, sections, tuple(shocks))
+
+
+def _sections(
+    device: Device, groups: Groups[float], traps: Sequence[Trap | None], compiled: bool
+) -> tuple[Section, ...]:
+    """The shares that come into each of some regions."""
+    regions = list(dict.fromkeys(trap for trap in traps if trap is not None))
+    fastest = max((float(np.abs(trap.motion.velocity).max()) for trap in regions), default=0.0)
+    farthest = float(start_speed(groups.restitution, fastest))
+    return tuple(
+        proved_section(groups, trap, farthest, _released_into(device, groups, trap, compiled), compiled)
+        for trap in regions
+    )
+
+
+def _released_into(device: Device, groups: Groups[float], trap: Trap, compiled: bool) -> set[int]:
+    """The membranes from which a ball that they release is proved to come into a region."""
+    if groups.gbar >= 1:
+        return set()
+    pressed = np.array([[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, np.pi]])
+    try:
+        ends = endings(groups, pressed, [core_of(groups, trap.motion, compiled)], compiled=compiled)
+    except NumericalError:  # too near a critical point: what is not told by simulation is not tried
+        return set()
+    simulated = [wall for wall, end in zip((1, -1), ends.tolist(), strict=True) if end == 0]
+    return {wall for wall in simulated if _release(device, [trap], wall).proved}
+
+
+def _farthest(
+    groups: Groups[float], motions: list[Motion], companions: list[Motion], withstood: Withstood | None, compiled: bool
+) -> float:
+    """A size of shocks about up to which a bound is possible [y_c], so that no effort goes into larger ones.
+
+    A shock on the stable manifold of an unstable motion leads to that, even where those on both sides of it return.
+    """
+    least = withstood.shock if withstood is not None else None
+    if least is not None and least.jump is not None:
+        return least.jump
+    fastest = max(float(np.abs(motion.velocity).max()) for motion in motions)
+    if not compiled:  # the manifold takes a hundred thousand flights
+        return fastest
+    on = (
+        float(np.abs(line.jump).min())
+        for companion in companions
+        for piece in stable_manifold(groups, companion, 2 * fastest)
+        for motion in motions
+        for line in on_shocks(groups, motion, piece)
+    )
+    return min([fastest, *(BEYOND * jump for jump in on)])
+
+
+def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
+    if groups.gbar == 0 and device.inclination_deg != 0:
+        return Unproved.NO_GRAVITY
+    if any(groups.restitution_at(wall) == 0 for wall in (1, -1)):
+        return Unproved.NO_REBOUND
+    return None
+
+
+def _arrival(
+    device: Device, groups: Groups[float], disturbances: Disturbances, traps: list[Trap], compiled: bool
+) -> Arrival:
+    """Prove what the simulation says that the ball from rest comes to."""
+    end = disturbances.from_rest
+    refused = Unproved.RAMP if disturbances.ramp_periods else None if end is None else REFUSED.get(end.destination)
+    if end is None or refused is not None:
+        return Arrival(reason=refused or Unproved.NOT_PERIODIC)
+    if end.destination is Destination.OTHER_MOTION:
+        traps = [trap for trap in [_other(groups, end, compiled)] if trap is not None]
+    if not traps:
+        return Arrival(reason=Unproved.NO_REGION)
+    return _release(device, traps)
+
+
+def _release(device: Device, traps: list[Trap], wall: int = BOTTOM) -> Arrival:
+    """Prove that a ball that a membrane releases comes into one of some regions."""
+    from vireport.checks.enclosures import UnprovedError
+    from vireport.findings.proofs.release import reaches
+
+    try:
+        return Arrival(*reaches(device, traps, wall=wall))
+    except UnprovedError as failure:
+        return Arrival(reason=str(failure))
+
+
+def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
+    """A region around the motion of another word that the ball comes to."""
+    return None if end.cycle is None else trap_of(groups, end.cycle.motion(groups.d), compiled)
+
+
+class ProvedRegion(Struct, frozen=True, eq=False):
+    """What is to be proved again of a region: the motion that it is about, its metric and its radius."""
+
+    motion: Motion
+    metric: NDArray[np.float64]
+    radius: float
+
+
+class Rechecked(Struct, frozen=True):
+    """The result of going through a proof once more.
+
+    Attributes
+    ----------
+    from_rest : bool
+        Whether the ball from rest is proved to come into one of the regions.
+    proved_m_s : float
+        Jump of the relative velocity up to which every one dies out [m/s], rounded down; 0 where none is.
+    shares : tuple of float
+        Of the section of impacts, that come to each motion of which a share was claimed.
+    switch_on : tuple of float
+        The same of the moments at which the force may set in.
+    """
+
+    from_rest: bool
+    proved_m_s: float
+    shares: tuple[float, ...] = ()
+    switch_on: tuple[float, ...] = ()
+
+
+class ClaimedSection(Struct, frozen=True, eq=False):
+    """What is to be proved again of the section: a region, how far it reaches [y_c], cells of it and of moments."""
+
+    region: ProvedRegion
+    fastest: float
+    halved: NDArray[np.intp]
+    moments: NDArray[np.intp]
+
+
+def prove_again(
+    device: Device,
+    from_rest: ProvedRegion | None,
+    shocks: list[tuple[ProvedRegion, float, NDArray[np.intp]]],
+    sections: Sequence[ClaimedSection] = (),
+) -> Rechecked:
+    """Go through proofs once more: of the ball from rest, of shocks by region, largest size and cells, of sections.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many cells as it takes.
+    """
+    device.of_sine("a proof of disturbances")
+    at = Parameter.LENGTH, device.length_m
+    groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
+    if _refused(device, groups) is not None:
+        return Rechecked(False, 0.0)
+
+    def again(region: ProvedRegion) -> Trap | None:
+        return proved_trap(groups, region.motion, region.metric, region.radius, compiled=False)
+
+    start = None if from_rest is None else again(from_rest)
+    reached = start is not None and _release(device, [start]).proved
+    bounds = []
+    for region, largest, halved in shocks:
+        trap = again(region)
+        bounds.append(0.0 if trap is None else survived_again(groups, trap, largest, halved))
+    shares = []
+    for claimed in sections:
+        trap = again(claimed.region)
+        rests = set() if trap is None else _released_into(device, groups, trap, compiled=False)
+        cells = claimed.halved, claimed.moments
+        shares.append((0.0, 0.0) if trap is None else section_again(groups, trap, claimed.fastest, rests, *cells))
+    least = min(bounds, default=0.0)
+    survives = rounded_down(least * unit) if least > 0 else 0.0
+    return Rechecked(reached, survives, tuple(x for x, _ in shares), tuple(x for _, x in shares))

@@ -1,0 +1,193 @@
+"""A lower bound of the shocks that a stable motion survives: up to it every one, at any moment, is proved to die out.
+
+The plane of shocks, moment within a flight by size of the jump, is cut into cells. A cell is proved once all its shocks
+are in the motion's region of attraction; others are halved, those of the smallest jumps first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from vireport.findings.proofs.cells import OPEN, PROVED, Cells, Halving, generations
+from vireport.findings.proofs.flights import (
+    FIRST,
+    SECOND,
+    SYMBOLS,
+    Sets,
+    enclosed,
+    merged,
+    restitutions,
+    simulated,
+)
+from vireport.findings.proofs.following import come_in, patience
+from vireport.findings.proofs.trap import Trap, around
+from vireport.physics.affine import Affine, between
+from vireport.physics.groups import Groups
+from vireport.shocks.shock import shocked
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+MOMENTS = 8
+"""Ranges of moments that a flight is cut into at first."""
+
+SIZES = (0.0, 1 / 4096, 1 / 1024, 1 / 256, 1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 5 / 8, 3 / 4, 7 / 8, 1.0)
+"""Ends of the ranges of sizes that jumps are cut into at first, over the largest."""
+
+AT_ONCE = 2048
+"""Cells looked at in one go: what they cost is hardly more than that of one."""
+
+MOST_FLIGHTS = 250_000
+"""Flights of sets followed before the rest is left open: some ten seconds."""
+
+FINEST = 2.0**-16
+"""Width in moment and in size, over the whole, down to which cells are halved."""
+
+
+class Survived(Struct, frozen=True, eq=False):
+    """Shocks to a motion that are proved to die out.
+
+    Attributes
+    ----------
+    trap : Trap
+        The region that they come into.
+    largest : float
+        Size up to which cells reach [y_c].
+    halved : ndarray of int
+        For each cell, generation by generation, the coordinate along which it was halved, 0 the moment and 1 the jump,
+        or `PROVED` or `OPEN`.
+    jump : float
+        Size up to which every cell is proved [y_c]; 0 where none is.
+    """
+
+    trap: Trap
+    largest: float
+    halved: Ints
+    jump: float
+
+    @property
+    def cells(self) -> int:
+        """Number of proved cells."""
+        return int(np.count_nonzero(self.halved == PROVED))
+
+
+def _first_cells(impacts: int, largest: float) -> Cells:
+    """The cells that all begins with, the smallest jumps first."""
+    share, size = np.arange(MOMENTS + 1) / MOMENTS, largest * np.array(SIZES)
+    rows = [
+        (share[m], share[m + 1], *((size[k], size[k + 1]) if sign > 0 else (-size[k + 1], -size[k])), impact)
+        for k in range(len(SIZES) - 1)
+        for impact in range(impacts)
+        for sign in (1, -1)
+        for m in range(MOMENTS)
+    ]
+    a, b, low, high, impact = np.array(rows).T
+    return Cells(np.stack([a, low]), np.stack([b, high]), impact.astype(np.intp))
+
+
+class MotionFlights:
+    """The flights of the motion itself, each an enclosure of one."""
+
+    @np.errstate(all="ignore")
+    def __init__(self, groups: Groups[float], trap: Trap, compiled: bool) -> None:
+        self.groups, self.trap, self.compiled = groups, trap, compiled
+        exactly, motion = enclosed(groups), trap.motion
+        aside = np.linalg.norm(np.linalg.inv(trap.metric), axis=1) * trap.off * (1 + 1e-9)
+        time, velocity = (
+            Affine(np.array([float(x)]), np.zeros((SYMBOLS, 1)), np.array([radius]))
+            for x, radius in zip((motion.time[0], motion.velocity[0]), aside, strict=True)
+        )
+        self.times: list[Affine] = []
+        self.after: list[Affine] = []
+        self.durations: list[Affine] = []
+        for before, end in around(groups, motion, time, velocity, compiled):
+            self.times.append(before.time)
+            self.after.append(before.velocity * -restitutions(exactly, before.wall))
+            self.durations.append(end.duration)
+
+    @np.errstate(all="ignore")
+    def prove(self, cells: Cells, impacts: int) -> tuple[Mask, Ints, int]:
+        """Which cells are proved, along which coordinate to halve the others, and how many flights that took."""
+        proved, halved, flights = np.zeros(len(cells.impact), dtype=bool), np.zeros(len(cells.impact), dtype=np.intp), 0
+        for impact in np.unique(cells.impact).tolist():
+            rows = np.flatnonzero(cells.impact == impact)
+            after_it = cells[rows]
+            middle = (after_it.low + after_it.high) / 2
+            delay = middle[0] * self.durations[impact].centre[0]
+            start = shocked(self.groups, self.trap.motion, impact, delay, middle[1])
+            guesses = simulated(self.groups, start, self.compiled)
+            came = come_in(self.groups, self.trap, self._sets(after_it, impact), guesses, impacts, self.compiled)
+            proved[rows], halved[rows], flights = came[0], came[1], flights + came[2]
+        return proved, halved, flights
+
+    def _sets(self, cells: Cells, impact: int) -> Sets:
+        """What shocks make of the motion: as if the ball had left with its new velocity, from elsewhere."""
+        rows, wall = np.zeros(len(cells.impact), dtype=np.intp), self.trap.motion.word.walls[impact]
+        share, jump = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
+        since = share * self.durations[impact][rows]
+        time, after = merged(self.times[impact][rows], self.after[impact][rows] + jump)
+        return Sets(np.full(len(rows), wall), time, after, jump * since * float(wall), since)
+
+
+def survived(groups: Groups[float], trap: Trap, largest: float, compiled: bool) -> Survived:
+    """Prove as large a bound as the effort allows.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device, as computed in doubles.
+    trap : Trap
+    largest : float
+        Size that the bound cannot exceed, or need not [y_c].
+    compiled : bool
+        Whether to compile the simulation, where numba is there.
+    """
+    period, impacts = MotionFlights(groups, trap, compiled), patience(trap)
+    halving, used, bound = Halving(_first_cells(len(trap.motion.word), largest)), 0, largest
+    pending = np.arange(len(halving.cells))
+    while pending.size and used < MOST_FLIGHTS:
+        smallest = halving.cells.smallest[pending]
+        order = np.argsort(smallest, kind="stable")
+        order = order[smallest[order] < bound]
+        now, pending = pending[order[:AT_ONCE]], pending[order[AT_ONCE:]]
+        if not now.size:
+            break
+        cells = halving.cells[now]
+        proved, halved, flights = period.prove(cells, impacts)
+        used += flights
+        halving.code[now[proved]] = PROVED
+        # A cell too small to be halved bounds what can be proved: larger jumps are not looked at any more.
+        width = (cells.high - cells.low) / [[1.0], [largest]]
+        fine = ~proved & (width[halved, np.arange(len(now))] <= FINEST)
+        bound = min(bound, cells.smallest[fine].min(initial=bound))
+        split = np.flatnonzero(~proved & ~fine)
+        pending = np.concatenate([pending, halving.halve(now[split], halved[split])])
+    return Survived(trap, largest, halving.codes, _bound(halving.cells[halving.code == OPEN], largest))
+
+
+def _bound(left: Cells, largest: float) -> float:
+    """The size up to which no cell is left."""
+    return float(left.smallest.min(initial=largest))
+
+
+def survived_again(groups: Groups[float], trap: Trap, largest: float, halved: Ints) -> float:
+    """Go through the cells of a proof once more; the size up to which all are proved [y_c].
+
+    That the cells cover the plane follows from how it is halved; nothing else is believed.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many cells as it takes.
+    """
+    period, impacts = MotionFlights(groups, trap, compiled=False), patience(trap)
+    bound = largest
+    for cells, code in generations(_first_cells(len(trap.motion.word), largest), halved):
+        holds, _, _ = period.prove(cells[code == PROVED], impacts)
+        missing = code < 0
+        missing[np.flatnonzero(code == PROVED)[holds]] = False
+        bound = min(bound, _bound(cells[missing], largest))
+    return bound

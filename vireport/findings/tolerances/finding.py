@@ -1,0 +1,100 @@
+"""What tolerances bring to a study: whether every device within them works, how many do, and what is required of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from vireport.base.progress import Progress
+from vireport.study.finding import AddedFinding
+
+if TYPE_CHECKING:
+    from vireport.findings.tolerances.tolerances import Tolerances
+    from vireport.gate.evidence import Evidence
+    from vireport.gate.opening import Statement
+    from vireport.gate.requirements import Requirement
+    from vireport.gate.verdict import AddedAnswer
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+
+QUESTION = "Do all devices within the tolerances work?"
+
+
+class TolerancesFinding(AddedFinding["Tolerances"]):
+    """Tolerances as an addition to a study."""
+
+    name = "tolerances"
+    section = "sections/tolerances.typ.j2"
+    files = ("worst.yaml",)
+
+    def steps(self) -> Iterator[DeclaredStep]:
+        """One step, where a block and a design point are given."""
+        from vireport.study.plan import DESIGN, AddedTask, DeclaredStep, has_block
+
+        task = AddedTask(self.name, "whether every device within the tolerances has stable motion, and the yield")
+        yield DeclaredStep(task, (has_block(self.name), DESIGN), "the scenario has a tolerances block")
+
+    def find(self, study: Study, say: Progress) -> Tolerances:
+        """Decide whether every device works, and estimate how many do."""
+        say("proving that every device within the tolerances works")
+        from vireport.findings.tolerances.tolerances import assess_tolerances, half_widths
+
+        device, asked = study.solution.device, study.scenario.tolerances
+        assert asked is not None
+        widths = half_widths(device, asked)
+        return assess_tolerances(device, widths, study.solution.membrane, asked.distribution, asked.samples)
+
+    def results(self, found: Tolerances | None, study: Study) -> Mapping[str, Any]:
+        """The block of the same name."""
+        if found is None:
+            return {self.name: None}
+        from vireport.findings.tolerances.results import tolerances_data
+
+        return {self.name: tolerances_data(found, study.scenario)}
+
+    def requirements(self) -> Iterator[Requirement]:
+        """A least yield."""
+        from vireport.findings.tolerances.judging import judged_yield, may_yield
+        from vireport.gate.requirements import OfRun, Requirement
+
+        quantity = OfRun(judged_yield, may_yield)
+        yield Requirement("yield_at_least_percent", "Yield within the tolerances", QUESTION, quantity)
+
+    def answer(self, found: Tolerances, evidence: Evidence) -> AddedAnswer[Tolerances]:
+        """Good where every device is proved to work; a required yield stands for what is held against it else."""
+        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
+
+        if found.proved:
+            return AddedAnswer(QUESTION, Status.GOOD, found)
+        refuted = found.worst is not None
+        concludes = AddedConclusion(
+            "NOT_EVERY_DEVICE" if refuted else "TOLERANCES_OPEN",
+            Status.CAUTION,
+            "Stable, but not for every device within the tolerances"
+            if refuted
+            else "Stable, but tolerances not decided",
+            Weight.NOT_EVERY_DEVICE,
+            self.name,
+        )
+        return AddedAnswer(QUESTION, Status.CAUTION, found, concludes)
+
+    def facts(self, answer: AddedAnswer[Tolerances]) -> Iterator[Statement]:
+        """How many devices keep the motion."""
+        from vireport.gate.opening import Said, Statement
+
+        found = answer.data
+        stable, count = found.sampled.stable, found.sampled.samples
+        tried = "every_device_tried" if stable == count else "some_devices_fail" if stable else "no_device_works"
+        name = "every_device_proved" if found.proved else tried
+        yield Statement(answer.status, Said(name, (found,), self.name))
+
+    def written(self, found: Tolerances, study: Study) -> Mapping[str, bytes]:
+        """The worst device found as a scenario, where one fails."""
+        if found.worst is None:
+            return {}
+        from vireport.findings.tolerances.results import worst_scenario
+
+        return {"worst.yaml": worst_scenario(study.scenario, found.worst).encode()}
+
+
+FINDING = TolerancesFinding()

@@ -1,0 +1,56 @@
+"""The least yield that is required, held against that of a run, and against many designs at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base.errors import NumericalError
+from vireport.base.shares import share_interval
+from vireport.design.devices import devices_off, sample_steps
+from vireport.gate.designs import BORDER, Designs
+from vireport.gate.evidence import Evidence, Judgement, Limit, held_against
+
+if TYPE_CHECKING:
+    from vireport.findings.tolerances.tolerances import Tolerances
+
+Mask = NDArray[np.bool_]
+
+FEW_SAMPLES = 64
+"""Devices by which designs are judged first that lack a yield by far."""
+
+
+def judged_yield(results: Evidence, limit: Limit) -> Judgement:
+    """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
+    if "tolerances" not in results.findings:
+        raise NumericalError("there are no tolerances")
+    tolerances: Tolerances = results.findings["tolerances"]
+    if tolerances.proved:
+        return held_against(100.0, limit, ("every device within the tolerances is proved to have stable motion",))
+    sampled = tolerances.sampled
+    share = 100 * sampled.stable / sampled.samples
+    counted = (f"{sampled.stable} of {sampled.samples} random devices have stable motion",)
+    return held_against(share, limit, counted, share - 100 * sampled.low)
+
+
+def may_yield(designs: Designs, limit: Limit) -> Mask:
+    """Which designs may reach a yield: by the very devices that a run takes, as few of them as tell."""
+    asked, kept = designs.scenario.tolerances, np.ones(designs.count, dtype=bool)
+    if asked is None:
+        return kept
+    steps = sample_steps(len(designs.half_widths), asked.distribution, asked.samples)
+    enough = (k for k in range(asked.samples) if 100 * share_interval(k, asked.samples)[1] >= limit.value)
+    most = asked.samples - next(enough, asked.samples)  # all of them, where only the proof is enough
+    # Whole Sobol sequences are balanced, not their beginnings: only a count that no further device can mend refutes.
+    failed, first = np.zeros(designs.count, dtype=np.intp), 0
+    while first < asked.samples:
+        last = min(max(2 * first, FEW_SAMPLES), asked.samples)
+        for row in np.flatnonzero(kept):
+            design = designs.select(np.array([row]))
+            device = devices_off(design.device, design.half_widths, steps[:, first:last])
+            failed[row] += np.count_nonzero(~replace(design, device=device, count=last - first).has_motion(BORDER))
+        kept, first = failed <= most, last
+    return kept

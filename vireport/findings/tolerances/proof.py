@@ -1,0 +1,320 @@
+"""Whether every device within a box of tolerances has a stable 1:1 motion: proved, refuted, or left open.
+
+The inputs act through a few factors alone: M/F and s f^2, of which d is the product, sin(beta), which gives gbar with
+the first, and r, with what r of either membrane is apart from that. No two of them share an input, so that a box of
+inputs is a box of factors, and nothing is lost. Of a free capsule gbar has (M + m)/F instead, and the factors are 1/F
+and M. A box of factors is halved until each part is proved:
+
+- Krawczyk's operator maps a tube about a linear prediction of the motion's (q, phase) into itself, for every device in
+  the part: by Brouwer's theorem each has a motion in the tube;
+- its impact velocities have the right signs, its trace is between -(1 + r^4) and 1 + r^4 (Jury's conditions, with the
+  determinant r^4 < 1, or (r_b r_t)^2), and the ball is between the membranes at every time of both flights.
+
+All parts of one generation are evaluated at once in affine arithmetic. Between parts, the motion proved need not be the
+same one: what is proved is that every device has some stable motion.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base.records import brief
+from vireport.design.devices import Floats, Ints, Mask, stable_motions
+from vireport.findings.tolerances.region import OTHER_SYMBOLS, Region
+from vireport.motions.events import TRACE_LEVELS, Event
+from vireport.motions.orbits import Orbits
+from vireport.motions.stability import lap_decay, return_trace
+from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
+from vireport.physics.flight import Flight
+from vireport.physics.groups import by_wall, each
+
+TIME = -1
+"""The symbol of time; those before it and after the factors' are of how far the motion is from its prediction."""
+
+MOST_BOXES = 40_000
+"""Boxes looked at before the rest is left open: some ten seconds."""
+
+DEEPEST = 48
+"""Generations after which the rest is left open: next to a device on the border no box ever is small enough."""
+
+BLOCK = 4096
+"""Parts evaluated at once: their numbers stay in the processor's cache."""
+
+PROBE = 2.0**-20
+"""Width of the tube in which derivatives are taken."""
+
+TUBES = 5
+"""Tubes tried, each wider than what Krawczyk's operator made of the one before."""
+
+SLACK = 1.25
+"""Width of a tube over what Krawczyk's operator made of the one before."""
+
+THINNEST = 1e-13
+"""Least width of a tube, of the size of rounding."""
+
+BORDER = 1e-9
+"""Gap and distance of the trace from its border up to which a device is not said to fail: rounding is far less."""
+
+TIME_PARTS, HALVINGS = 8, 7
+"""Parts of a flight for each forcing period, and how often one is halved before it is left open."""
+
+
+def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mask, Floats]:
+    """Prove of boxes that each of their devices has a stable motion near a guess.
+
+    Parameters
+    ----------
+    region : Region
+    low, high : ndarray, shape (factors, k)
+        Ends of the boxes, as shares of the region.
+    guess : ndarray, shape (3, k)
+        q - 1/2, phase and velocity at the bottom of a motion at the middle of each.
+
+    Returns
+    -------
+    proved : ndarray of bool, shape (k,)
+    moved : ndarray, shape (factors, k)
+        By how much each factor moves the motion, from the middle of a box to its end.
+
+    Raises
+    ------
+    UsageError
+        If the force has harmonics, which the proof does not cover.
+    """
+    n = region.design.of_sine("a proof over tolerances").period_ratio
+    with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
+        d, gbar, r = region.groups(low, high)
+        mapped, orbit, moved = _tube(d, gbar, r, n, guess)
+        trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](lap_decay(r))
+        lossy = np.logical_and.reduce([of_wall.upper < 1 for of_wall in by_wall(r)])
+        proved = mapped & lossy & ((border - trace).lower > 0) & ((border + trace).lower > 0)
+        proved &= (orbit.velocity_bottom.lower > 0) & (orbit.velocity_top.upper < 0)
+        rows = np.flatnonzero(proved)
+        if rows.size:
+            for way in orbit.select(rows).flights(each(r, itemgetter(rows))):
+                proved[rows] &= _stays_between(way, n, len(rows))
+    return proved, moved
+
+
+def _tube(d: Affine, gbar: Affine, r: Any, n: int, guess: Floats) -> tuple[Mask, Orbits, Floats]:
+    """A tube that holds a motion of every device, by Krawczyk's operator, where it succeeds; and the motion in it.
+
+    Its axis is linear in the shares, by the implicit function theorem.
+    """
+    factors = len(d.linear) - OTHER_SYMBOLS
+    width, slopes = np.full_like(guess, PROBE), np.zeros((len(guess), factors, guess.shape[1]))
+    # The linear parts of the residuals in a narrow tube are their derivatives, by the motion and by the factors: no
+    # formula for the Jacobian is needed, and a wrong one would only leave boxes open.
+    _, residual = _residual(guess, slopes, width, d, gbar, r, n)
+    jacobian = np.stack([g.linear[factors:TIME] / PROBE for g in residual])
+    singular = np.linalg.det(jacobian.T) == 0
+    inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
+    # dx/dp = -(df/dx)^-1 df/dp: the tube goes along with the motion, and need only hold what bends. About a fixed
+    # point, and without the sizes by which the factor to halve is chosen, a box of 1.5 to 3 % of three inputs of an
+    # inclined capsule stays wholly open, which is proved in two parts.
+    slopes = -_applied(inverse, [g.linear[:factors] for g in residual])
+    guess = guess - _applied(inverse, [g.centre for g in residual])
+    width = np.zeros_like(guess)
+    for _ in range(TUBES):
+        orbit, residual = _residual(guess, slopes, width, d, gbar, r, n)
+        linear = _applied(inverse, [g.linear for g in residual])
+        linear[:, factors:TIME] -= np.eye(3)[:, :, None] * width[:, None]  # the identity less Y times the Jacobian
+        rest = _applied(np.abs(inverse), [g.radius + AFFINE_ROUNDING * (np.abs(g.centre) + g.reach) for g in residual])
+        image = np.abs(_applied(inverse, [g.centre for g in residual])) + np.abs(linear).sum(axis=1) + rest
+        mapped = np.asarray((image * (1 + AFFINE_ROUNDING) < width).all(axis=0))
+        if mapped.all():
+            break
+        width = np.where(mapped, width, SLACK * image + THINNEST)
+    return mapped, orbit, 2 * np.pi * np.abs(slopes[0]) + np.abs(slopes[1])
+
+
+def _applied(matrix: Floats, vectors: list[Floats]) -> Floats:
+    """Matrices of shape (3, 3, k) times vectors of shape (3, ..., k)."""
+    return np.asarray(np.einsum("ijk,j...k->i...k", matrix, np.stack(vectors)))
+
+
+def _residual(
+    guess: Floats, slopes: Floats, width: Floats, d: Affine, gbar: Affine, r: Any, n: int
+) -> tuple[Orbits, tuple[Affine, Affine, Affine]]:
+    """The motions in a tube of (q - 1/2, phase, velocity), and by how much they miss Eqs. (3.9), (3.10) and (3.11).
+
+    The equations as they are, not solved for the velocity, gbar and d as in `vireport.motions.orbits`: the division
+    by K(q) would widen the enclosures where r is not small. gbar/2 stands in (3.10), where g/2 is printed.
+    """
+    factors, count = slopes.shape[1:]
+    symbols = np.zeros((len(guess), factors + OTHER_SYMBOLS, count))
+    symbols[:, :factors] = slopes
+    symbols[range(3), range(factors, factors + 3)] = width
+    u, phi, velocity = (Affine(*parts, np.zeros_like(parts[0])) for parts in zip(guess, symbols, strict=True))
+    ops, period = AFFINE, 2 * n
+    top = phi + ops.pi * period * u  # less n half turns, which are a sign
+    sin_phi, cos_phi, sin_top, cos_top = ops.sin(phi), ops.cos(phi), (-1) ** n * ops.sin(top), (-1) ** n * ops.cos(top)
+    up, down = n + period * u, n - period * u
+    bottom, at_top = by_wall(r)
+    # Of membranes that are not alike, an impact at the bottom takes as much momentum as one at the top that is faster
+    # by this factor.
+    share: Any = 1 if bottom is at_top else (1 + bottom) / (1 + at_top)
+    orbit = Orbits(
+        *(u, phi, sin_phi, cos_phi, sin_top, cos_top, up, down, velocity),
+        velocity_top=period * gbar / (1 + at_top) - (velocity if bottom is at_top else share * velocity),
+        gbar=gbar,
+        d=d,
+    )
+    r = bottom
+    return orbit, (
+        (r - share) * velocity - (sin_top - sin_phi) / ops.pi + gbar * (period / (1 + at_top) - up),
+        (r * up - down) * velocity + period * sin_phi / ops.pi - 2 * n * period * u * gbar,
+        (cos_top - cos_phi) / (ops.pi * ops.pi)
+        + up * down * (2 * (1 + r) * velocity - period * gbar) / (2 * period)
+        - d,
+    )
+
+
+def _stays_between(way: Flight, n: int, count: int) -> Mask:
+    """Whether the ball is proved to stay between the membranes in a flight of each of `count` boxes.
+
+    The flight is cut into parts, and those are halved that are open. Next to the impacts, where the distance to one
+    wall is zero, the sign of the velocity or of the acceleration settles it: the counterpart in affine arithmetic of
+    `vireport.checks.confinement`.
+    """
+    ops, parts = AFFINE, TIME_PARTS * n
+    inside = np.ones(count, dtype=bool)
+    row, place = np.repeat(np.arange(count), parts), np.tile(np.arange(parts), count)
+    for _ in range(HALVINGS):
+        # Time is a symbol like the others: where it stands in several terms of the position, these cancel as they
+        # should.
+        part = way.select(row)
+        time = part.duration * between(place / parts, (place + 1) / parts, TIME, len(part.d.linear))
+        angle = ops.pi * time
+        sine, cosine = part.turned(ops.sin(angle), ops.cos(angle))
+        covered, speed, away = part.covered(time, cosine, ops.pi), part.speed(time, sine, ops.pi), part.pressing(cosine)
+        left = part.d - covered
+        forward, first, last = speed.lower > 0, place == 0, place == parts - 1
+        clear = (covered.lower > 0) | (first & (forward | (away.lower > 0)))
+        clear &= (left.lower > 0) | (last & (forward | (away.upper < 0)))
+        inside[row[(covered.upper < 0) | (left.upper < 0)]] = False
+        still = ~clear & inside[row]
+        row, place, parts = np.repeat(row[still], 2), (2 * place[still, None] + np.arange(2)).ravel(), 2 * parts
+        if not row.size:
+            return inside
+    inside[row] = False
+    return inside
+
+
+class Leaf(IntEnum):
+    """What a box that is not halved came to; what is halved has the number of the factor along which it is."""
+
+    PROVED = -1
+    OPEN = -2
+
+
+class Proof(Struct, frozen=True, eq=False):
+    """The boxes into which a region was cut; enough to prove it again.
+
+    Attributes
+    ----------
+    halved : ndarray of int
+        For each box, beginning with the region's faces and generation by generation, the factor along which it was
+        halved, or a `Leaf`.
+    motions : ndarray, shape (3, boxes)
+        q - 1/2, phase and velocity at the bottom of a motion in the middle of each that is proved, in the same order.
+    open_share : float
+        Share of the region's volume in (d, gbar, r) that is not proved.
+    failing : ndarray or None, shape (factors,)
+        Shares of the region's factors at which a device has no stable motion; nothing was sought any further.
+    """
+
+    halved: Ints
+    motions: Floats
+    open_share: float
+    failing: Floats | None
+
+    __repr__ = brief
+
+    @property
+    def boxes(self) -> int:
+        """Number of boxes that are proved."""
+        return len(self.motions.T)
+
+
+def prove_region(region: Region) -> Proof:
+    """Halve a region until each part is proved to have stable motions, or there is a device that has none."""
+    low, high, share = region.faces
+    generations: list[Ints] = []
+    motions, left, failing = [np.empty((3, 0))], 0.0, None
+    while low.size:
+        middle = (low + high) / 2
+        cell, orbit = stable_motions(region.devices(middle), BORDER)
+        # First the middle of each box, at the price of one solution: a device without stable motion settles the whole
+        # region.
+        lacking = np.setdiff1d(np.arange(low.shape[1]), cell)
+        failing = middle[:, lacking[0]] if lacking.size else None
+        halved, centres = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
+        generations.append(halved)
+        ahead = 2 * np.count_nonzero(halved >= 0)
+        ends = failing is not None or len(generations) == DEEPEST
+        if ends or sum(map(len, generations)) + ahead > MOST_BOXES:
+            halved[halved != Leaf.PROVED] = Leaf.OPEN
+        motions.append(centres)
+        left += float(share[halved == Leaf.OPEN].sum())
+        low, high, share = halves(low, high, share, halved)
+    return Proof(np.concatenate(generations), np.concatenate(motions, axis=1), left + float(share.sum()), failing)
+
+
+def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
+    """Go through the boxes of a proof once more; the share of the region's volume that is proved, 1 if every box is.
+
+    Parameters
+    ----------
+    region : Region
+    halved, motions
+        Those of a `Proof`. That the boxes cover the region follows from how it is halved; nothing else is believed.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many boxes or motions as it takes.
+    """
+    low, high, share = region.faces
+    done, missing, open_share = 0, False, 0.0
+    while low.size:
+        halved, generation = halved[low.shape[1] :], halved[: low.shape[1]]
+        # Where the boxes are follows from how they are halved: it is not read, so that no proof can leave out a part.
+        rows = np.flatnonzero(generation == Leaf.PROVED)
+        guess = motions[:, done : (done := done + len(rows))]
+        if len(generation) < low.shape[1] or guess.shape[1] < len(rows) or generation.max() >= region.factors:
+            raise ValueError("the boxes of the proof are not complete")
+        holds, _ = prove(region, low[:, rows], high[:, rows], guess)
+        lacking = generation < 0
+        lacking[rows] = ~holds
+        missing, open_share = missing or bool(lacking.any()), open_share + float(share[lacking].sum())
+        low, high, share = halves(low, high, share, generation)
+    return 1.0 if not missing else min(1 - open_share, np.nextafter(1.0, 0.0))
+
+
+def _halved(region: Region, low: Floats, high: Floats, cell: Ints, motions: Floats) -> tuple[Ints, Floats]:
+    """What becomes of each box: a factor to halve it along or `Leaf.PROVED`, and the motions of those proved."""
+    halved, centres = np.zeros(low.shape[1], dtype=np.intp), np.empty((3, low.shape[1]))
+    for first in range(0, len(cell), BLOCK):
+        which, motion = cell[first : first + BLOCK], motions[:, first : first + BLOCK]
+        holds, moved = prove(region, low[:, which], high[:, which], motion)
+        unproved = halved[which] != Leaf.PROVED  # by another of its motions
+        halved[which[unproved]] = np.nan_to_num(moved).argmax(axis=0)[unproved]
+        halved[which[holds]] = Leaf.PROVED
+        centres[:, which[holds]] = motion[:, holds]
+    return halved, centres[:, halved == Leaf.PROVED]
+
+
+def halves(low: Floats, high: Floats, share: Floats, halved: Ints) -> tuple[Floats, Floats, Floats]:
+    """The next generation of boxes: both halves of each that is halved, the lower one first."""
+    which = np.flatnonzero(halved >= 0)
+    low, high = (np.repeat(ends[:, which], 2, axis=1) for ends in (low, high))
+    factor, lower = halved[which], 2 * np.arange(len(which))
+    middle = (low[factor, lower] + high[factor, lower]) / 2
+    high[factor, lower] = low[factor, lower + 1] = middle
+    return low, high, np.repeat(share[which] / 2, 2)

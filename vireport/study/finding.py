@@ -1,0 +1,84 @@
+"""What an addition brings to a study: the one record by which plan, verdict, results and report know it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+
+from vireport.base.progress import Progress
+
+if TYPE_CHECKING:
+    from vireport.gate.evidence import Evidence
+    from vireport.gate.opening import Statement
+    from vireport.gate.requirements import Requirement
+    from vireport.gate.verdict import AddedAnswer
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+    from vireport.text.alerts import AlertCode, Sentence
+
+Found = TypeVar("Found")
+
+
+class AddedFinding(Generic[Found]):
+    """What an addition finds out about the device of a scenario, and what follows from it.
+
+    Its one object, `FINDING`, stands in the module `finding` of the addition's package, which every plan of a run
+    reads: methods import what they need. What an addition does not bring, it leaves as it is here.
+
+    Attributes
+    ----------
+    name : str
+        Of its row in `base.additions`: also its key in results.json and in `Study.findings`.
+    section : str
+        The template of its section in a report, "" where it has none.
+    within : str
+        The section of the core that this one belongs to; "" where it is one of its own.
+    files : tuple of str
+        The files that it may write with results.json.
+    """
+
+    name: ClassVar[str]
+    section: ClassVar[str] = ""
+    within: ClassVar[str] = ""
+    files: ClassVar[tuple[str, ...]] = ()
+
+    def steps(self) -> Iterable[DeclaredStep]:
+        """Its rows of the plan; where the first of them runs, it is looked for."""
+        raise NotImplementedError
+
+    def find(self, study: Study, say: Progress) -> Found | None:
+        """What it finds out about a study that has all of the core; None where that is nothing."""
+        raise NotImplementedError
+
+    def results(self, found: Found | None, study: Study) -> Mapping[str, Any]:
+        """Its keys of results.json, null where nothing was found."""
+        return {}
+
+    def results_within(self, block: Mapping[str, Any], found: Found | None) -> Mapping[str, Any]:
+        """A block of results.json, that of the section which its own is within, with its keys there."""
+        return block
+
+    def requirements(self) -> Iterable[Requirement]:
+        """What can be required of it: a row for each of its keys in the block `requirements`."""
+        return ()
+
+    def answer(self, found: Found, evidence: Evidence) -> AddedAnswer[Found] | None:
+        """The answer of the verdict to its question; None where the question does not arise."""
+        return None
+
+    def facts(self, answer: AddedAnswer[Found]) -> Iterable[Statement]:
+        """What a report opens with of its answer."""
+        return ()
+
+    def causes(self, found: Found) -> Mapping[AlertCode, Iterable[Sentence]]:
+        """What raises alerts, by their codes."""
+        return {}
+
+    def pictures(self, found: Found, study: Study, templates: Path | None) -> Iterable[Any]:
+        """The figures among its steps, each a `figures.style.Picture`."""
+        return ()
+
+    def written(self, found: Found, study: Study) -> Mapping[str, bytes]:
+        """The content of its files, as far as there is any."""
+        return {}
