@@ -40,8 +40,10 @@ ACCESSIBLE = {
     '<div class="table-wrapper colwidths-auto docutils container">': (
         '<div class="table-wrapper colwidths-auto docutils container" tabindex="0">'
     ),
+    '</noscript>\n\n<div id="search-results">': '</noscript>\n\n<h1>Search</h1>\n<div id="search-results">',
 }
-"""Tags as the theme writes them, and with the level of a heading, the name of a region, and focus where they scroll."""
+"""Tags as the theme writes them, and with the level of a heading, the name of a region, focus where they scroll, and the
+heading of a page that has none."""
 
 
 def cell(text: object) -> str:

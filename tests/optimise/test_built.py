@@ -133,7 +133,9 @@ def test_inputs_that_are_no_margins_stand_with_name_and_unit_of_their_keys() -> 
     vary = ", ".join(f"{{path: device.membrane.{key}, from: {low}, to: {high}}}" for key, (low, high) in paths.items())
     design = f"design: {{maximise: u_ave_v, cells: 27, vary: [{vary}]}}"
     problem = problem_of(loads(f"{DEVICE}requirements: {{{unlimited()}}}\n{design}\n"))
-    best = judged_design(problem, np.array([0.5, 0.5, 1.0]))
-    result = SearchResult(problem, best, None, (), SearchEvidence((3, 3, 3), 27, 27))
+    best, other = (judged_design(problem, np.array([t, 0.5, 1.0])) for t in (0.5, 2 / 3))
+    result = SearchResult(problem, best, None, (best, other), SearchEvidence((3, 3, 3), 27, 27))
     sentence = outputs.opening(result, best.study).worded().sentence
     assert sentence == "Best: bias voltage 1.08 kV, stiffness 450 kN/mʰ, ball radius 5.7 mm."
+    rows = [line.split()[-3:] for line in outputs.text(result, best.study, tables=True).splitlines()]
+    assert ["1410", "450000", "0.0057"] in rows  # and not 1413.3333 V

@@ -9,6 +9,8 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
 from vireport.gate.alerts import named_alerts
 from vireport.gate.opening import MOST_FACTS, Opening, Said, Statement, words_of
 from vireport.gate.verdict import Status
@@ -361,14 +363,11 @@ def _front_table(result: SearchResult, say: Words) -> Table:
     costs = ("", *(shown(cost) for cost in _costs(result)))
     values = [abs(point.value) for point in result.front]
     printed = apart(values) if objective.path is None else [given(value) for value in values]
+    # Nobody builds these: digits that tell them apart are enough, and all are in optimise.json.
+    inputs = map(apart, np.transpose([result.problem.values(point.t) for point in result.front]).tolist())
     rows = [
-        (
-            shown(100 * point.margin, ROUGHLY),
-            value,
-            cost,
-            *map(given, result.problem.values(point.t)),
-        )
-        for point, value, cost in zip(result.front, printed, costs, strict=True)
+        (shown(100 * point.margin, ROUGHLY), value, cost, *own)
+        for point, value, cost, *own in zip(result.front, printed, costs, *inputs, strict=True)
     ]
     unit = f" [{objective.unit}]" if objective.unit else ""
     head = (say("front_margin"), f"{objective.words}{unit}", f"{say('front_cost')}{unit}")
