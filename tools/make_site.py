@@ -42,8 +42,8 @@ ACCESSIBLE = {
     ),
     '</noscript>\n\n<div id="search-results">': '</noscript>\n\n<h1>Search</h1>\n<div id="search-results">',
 }
-"""Tags as the theme writes them, and with the level of a heading, the name of a region, focus where they scroll, and the
-heading of a page that has none."""
+"""Tags as the theme writes them, and with the level of a heading, the name of a region, focus where they scroll, and
+the heading of a page that has none."""
 
 
 def cell(text: object) -> str:

@@ -18,7 +18,7 @@ from vireport.gate.opening import margin_said, opening_of
 from vireport.gate.verdict import Status, Verdict, verdict_of
 from vireport.membranes.compliance import Grade
 from vireport.physics.contact import contacts
-from vireport.text.alerts import CATALOGUE
+from vireport.text.alerts import CATALOGUE, AlertCode, Severity
 from vireport.wording.templates import Words
 
 MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)
@@ -248,3 +248,23 @@ def test_the_margin_that_a_comparison_tells_is_a_share_where_the_design_value_is
     room, _ = margin_said(known)
     assert room.macro == "room"
     assert room.words().replace("\u00a0", " ") == tile(solved("inclined", inclination_deg=44.0), "margin")[1]
+
+
+def test_soft_membranes_are_said_not_to_be_known_only_where_they_are_not() -> None:
+    known = said(solved("horizontal"))
+    assert not known.margin.data.not_known
+    room, limited = (part.words().replace("\u00a0", " ") for part in margin_said(known))
+    assert (room, limited) == ("15 % in frequency", "rigid impacts")
+
+
+def test_an_alert_whose_substance_is_a_fact_is_no_fact_as_well() -> None:
+    for code, repeated in ((AlertCode.DEEP_DEFLECTION, False), (AlertCode.SENSITIVE_TO_BALL_MASS, True)):
+        opening = opening_of(said(solved("inclined")), [SimpleNamespace(code=code, severity=Severity.WARNING)])
+        assert ("alert" in [fact.said.macro for fact in opening.facts]) is repeated
+
+
+def test_two_stable_ranges_of_a_sweep_are_both_told() -> None:
+    known = said(solved("horizontal"))
+    (part,) = known.where.data
+    tiles = opening_of(replace(known, where=replace(known.where, data=(part, part)))).tiles
+    assert tiles[0].said.macro == "tile_ranges"
