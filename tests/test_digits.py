@@ -87,7 +87,7 @@ def test_no_module_prints_a_result_with_digits_of_its_own() -> None:
         elif found:
             stray += [f"{name}:{line} {form}" for line, form in found]
     assert not stray, f"print these by vireport.text.formatting: {stray}"
-    assert used == set(TELL_NO_RESULT)
+    assert used == {name for name in TELL_NO_RESULT if (PACKAGE / name).exists()}  # an addition may be taken out
 
 
 @pytest.mark.parametrize("pattern", [r'"%[^"]*[efg]" *\| *format', r"\| *round\b"])
