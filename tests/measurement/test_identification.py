@@ -12,13 +12,15 @@ from scipy.special import stdtrit
 from synthetic import Truth, device_of, in_force_time, truth, word
 
 from vireport import load
+from vireport.design.measured import held_harmonics
 from vireport.measurement.adjustment import Inquiry
 from vireport.measurement.flights import ClockedDevice, MeasuredImpacts, Unknown, equations, velocities
 from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, fit
-from vireport.measurement.inquiry import answered, inquiry_of
+from vireport.measurement.inquiry import Identification, answered, inquiry_of
 from vireport.measurement.misfit import Misfit, judged
 from vireport.measurement.records import Record, read_record
 from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import SpeedLaw
 from vireport.scenario.parameters import DesignInput
 from vireport.simulation.events import Impact
@@ -375,6 +377,21 @@ def test_of_a_motion_that_has_settled_it_is_said_how_far_an_input_may_be_off_uns
     # Where the motion still settles, all three are known to less than what is said.
     settled = settling(0.72)
     assert judged(fit(*settled), *settled).hidden == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("restitution", [1.00001, -1e-5, 1.0])
+def test_of_a_restitution_that_errors_make_impossible_no_end_of_stable_motion_is_told(restitution: float) -> None:
+    """Times with errors of a ball that loses nothing, or all, give one a little above 1, or below 0."""
+    question = settling(0.72)
+    found = fit(*question)
+    assert isinstance(found, Fitted)
+    known = {"restitution": restitution, "harmonics": (Harmonic.of(2, 3.0, 10.0),)}
+    model = replace(found.adjusted.model, device=replace(found.adjusted.model.device, **known))
+    found = replace(found, adjusted=replace(found.adjusted, model=model))
+    held = held_harmonics(Identification(question[0], found, Misfit(None, 0.5, True), 0.0), None)
+    assert held is not None
+    assert (held.end, held.error) == (None, None)
 
 
 def caption(amplitude: float, d: float, phase: float, flights: tuple[float, ...], *free: str):

@@ -16,8 +16,9 @@ from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import Identification
 from vireport.measurement.shaker import ShakerMotion
 from vireport.physics.device import Device
+from vireport.physics.groups import stated
 from vireport.scenario.blocks import Distribution
-from vireport.scenario.parameters import DesignInput
+from vireport.scenario.parameters import LARGEST_RESTITUTION, DesignInput
 
 SAMPLES, FEWER = 4096, 1024
 """Devices of which the share is stated, and those that a further measurement is tried on; powers of two."""
@@ -143,7 +144,7 @@ def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldH
     device = answer.found.adjusted.model.device
     if not device.harmonics:
         return None
-    end = design_point(device, None).nearest
+    end = design_point(device, None).nearest if _has_theory(device) else None
     if end is None or shaker is None:
         return HeldHarmonics(end, None)
     # The parts of one harmonic, of cosine and sine, are off independently and alike.
@@ -152,6 +153,13 @@ def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldH
     ]
     moved = [harmonic.percent_error / 100 * hypot(*slopes) for harmonic, slopes in slopes_of if slopes is not None]
     return HeldHarmonics(end, sqrt(sum(x * x for x in moved)) if len(moved) == len(slopes_of) else None)
+
+
+def _has_theory(device: Device) -> bool:
+    """Whether a device as it was fitted can be solved: errors of times may make a restitution of 1 a larger one."""
+    inputs = ((float(device.value_of(varied)), varied.limits) for varied in device.inputs)
+    lossy = all(r <= LARGEST_RESTITUTION for r in stated(device.restitution))
+    return lossy and all(low <= value <= high for value, (low, high) in inputs)
 
 
 def _stable(device: Device, inputs: Sequence[DesignInput], covariance: Floats, samples: int) -> int:
