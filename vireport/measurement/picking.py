@@ -16,7 +16,6 @@ from msgspec import Struct
 
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress, WorkStep
-from vireport.measurement.filters import averaged, high_pass, peaks_of, resampled
 from vireport.measurement.flights import Array, Indices
 from vireport.measurement.recordings import Channel, HeardPlace, Recording
 from vireport.measurement.records import FEWEST
@@ -223,12 +222,16 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
 
 def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Array:
     """A channel without what is slow, by a filter that looks back only."""
+    from scipy.signal import butter, sosfilt, sosfilt_zi  # type: ignore[import-untyped]
+
     cut = min(SLOW * frequency_hz / WAIT * recording.step_s, MOST_OF_BAND)
+    sections = butter(2, 2 * cut, "highpass", output="sos")
+    begun = sosfilt_zi(sections)
     out = np.empty_like(channel.values)
     for stretch in recording.stretches:
         own = channel.values[stretch.first : stretch.last]
         # As if the first sample had been there for ever; slow oscillations need their time to go.
-        out[stretch.first : stretch.last] = high_pass(own - own[0], cut)
+        out[stretch.first : stretch.last] = sosfilt(sections, own, zi=begun * own[0])[0]
     return out
 
 
@@ -240,13 +243,15 @@ def _heard(recording: Recording, channel: Channel, frequency_hz: float) -> Heard
     UsageError
         If nothing stands out of its noise.
     """
+    from scipy.ndimage import uniform_filter1d  # type: ignore[import-untyped]
+
     signal = filtered(recording, channel, frequency_hz)
     wait = max(2, round(WAIT / (frequency_hz * recording.step_s)))
     own = _beginnings(recording, channel, signal, wait, 1)
     if (over := round(own.rise_samples / SMOOTHED)) > 2:
         for stretch in recording.stretches:
             part = signal[stretch.first : stretch.last]
-            part[:] = averaged(part, over)
+            part[:] = uniform_filter1d(part, over)
         own = _beginnings(recording, channel, signal, wait, over)
     if channel.place in (HeardPlace.EITHER, HeardPlace.CAPSULE) and own.rise_samples < STEPS_OF_SIGN:
         raise UsageError(
@@ -265,6 +270,8 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
     UsageError
         If nothing stands out of its noise.
     """
+    from scipy.signal import find_peaks
+
     size = np.abs(signal)
     largest = float(size.max())
     if np.ptp(channel.values) == 0:
@@ -274,8 +281,8 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
     rows: list[tuple[float, float, float, float, int]] = []
     for stretch in recording.stretches:
         own = size[stretch.first : stretch.last]
-        peaks = peaks_of(own)
-        for first in _first_peaks(own, peaks[own[peaks] >= OUT_OF_NOISE * noise], wait):
+        peaks, _ = find_peaks(own, height=OUT_OF_NOISE * noise)
+        for first in _first_peaks(own, peaks, wait):
             row = _onset(signal[stretch.first : stretch.last], int(first), wait, noise, over)
             if row is not None:
                 begun, error, height, length, place = row
@@ -319,6 +326,8 @@ def _onset(
 
     None where the record does not have its rise.
     """
+    from scipy.signal import resample_poly
+
     low = max(first - 2 * wait, 0)
     part = signal[low : first + wait]
     start = first - low
@@ -340,7 +349,7 @@ def _onset(
     fine = ceil(FINE / (stop - begin))
     if fine > 1:  # between samples a signal without what is beyond half of their rate is known
         first = max(begin - BESIDE, 0)
-        own = resampled(own[first : peak + BESIDE], fine)
+        own = resample_poly(own[first : peak + BESIDE], fine, 1, padtype="line")
         near = (peak - first) * fine
         near = near - fine + int(np.argmax(own[near - fine : near + fine + 1]))
         rise = _rise(own, near, float(own[near]))
