@@ -14,6 +14,7 @@ from msgspec import Struct
 
 import vireport
 from vireport.base.encoding import json_answer, json_text
+from vireport.study.plan import AddedTask
 
 PACKAGE = Path(vireport.__file__).parent
 
@@ -41,6 +42,7 @@ VALUES = [
     (np.array([[True], [False]]), [[True], [False]]),
     (0.1 + 0.2, 0.1 + 0.2),
     ((1, "ü"), [1, "ü"]),
+    (AddedTask("proof", "whether it is proved"), "proof"),
     (Row("a", math.nan), {"name": "a", "bound": None}),
     ({"deep": [{"er": (Row("b", 1.0), np.float64("inf"))}]}, {"deep": [{"er": [{"name": "b", "bound": 1.0}, None]}]}),
 ]

@@ -134,14 +134,14 @@ def test_a_region_has_the_motions_that_are_stable_at_any_of_its_points(make: Cal
 @pytest.mark.slow
 def test_a_region_has_the_words_that_are_stable_at_any_of_its_points() -> None:
     drawn, rng, checked = all_words(), np.random.default_rng(12), 0
-    for at in drawn.plane.low + drawn.plane.widths * rng.uniform(0.01, 0.99, (20, 2)):
+    for at in drawn.plane.low + drawn.plane.widths * rng.uniform(0.01, 0.99, (14, 2)):
         region = drawn.regions.at(at.tolist()) if drawn.regions is not None else None
         if region is None or not clear(drawn, at):
             continue
         own = stable_motions(drawn.plane, tuple(at.tolist()), drawn.limits)
         assert {each.kind for each in own or ()} == set(region.kinds or ()), at
         checked += 1
-    assert checked > 6
+    assert checked > 4
 
 
 @pytest.mark.slow

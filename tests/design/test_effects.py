@@ -290,11 +290,11 @@ def test_without_gravity_the_worse_of_two_phases_counts() -> None:
 def test_a_margin_can_be_required_to_hold_with_them(example) -> None:
     mass = {"device.ball_mass_kg": 0.0041}
     for changes, least, passed, worst in (
-        ({}, 1.0, True, "restitution bottom -5 %"),
-        ({}, 1.01, False, "restitution bottom -5 %"),
+        ({}, 1.0, True, "restitution bottom −5 %"),
+        ({}, 1.01, False, "restitution bottom −5 %"),
         ({"effects": [{"effect": "capsule"}]}, 3.2, True, "capsule"),
-        ({"effects": [{"effect": "restitution_bottom", "percent": -10}]}, 0.1, False, "restitution bottom -10 %"),
-        ({"effects": [{**LAW, "speed_m_s": 5.0}]}, 2.99, False, "restitution exponent -0.1"),
+        ({"effects": [{"effect": "restitution_bottom", "percent": -10}]}, 0.1, False, "restitution bottom −10 %"),
+        ({"effects": [{**LAW, "speed_m_s": 5.0}]}, 2.99, False, "restitution exponent −0.1"),
     ):
         required = {"requirements": {"margin_with_effects_percent": least}}
         (line,) = analyse(load(example("inclined"), mass | changes | required), ()).criteria

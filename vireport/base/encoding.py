@@ -55,6 +55,8 @@ def _held(value: Any) -> Any:
         return plain(value)
     if isinstance(value, Enum):
         return value.value
+    if isinstance(value, str):  # a name that carries more than its letters
+        return str(value)
     # Asked of the value, as the check of a file takes no NumPy.
     if hasattr(value, "tolist"):
         return value.tolist()
