@@ -191,7 +191,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         If the equations depend on one another.
     """
     model, unknowns, priors = inquiry.model, inquiry.fitted, inquiry.priors
-    times, span = impacts.times, impacts.span_s
+    times, shares, span = impacts.times, impacts.errors, impacts.span_s
     scales = np.array([model.scale_of(x, span) for x in unknowns])
     true = times.copy()
     known = np.array([[p.value, p.deviation] for x in unknowns for p in priors if p.unknown is x]).reshape(-1, 2)
@@ -219,7 +219,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         square = float(left @ left) / max(freedom, 1)
         errors = np.zeros_like(times)
         np.add.at(errors, around, own.by_error * weights.returned(left[: len(white)])[:, None])
-        errors *= impacts.errors
+        errors *= shares
         target = times - errors
         flights = np.diff(true)
         allowed = LARGEST_STEP * np.minimum(np.append(flights, np.inf), np.concatenate([[np.inf], flights]))
@@ -233,7 +233,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         # Of exact times what is left is rounding, below which no step settles.
         rounding = error < ROUNDING * span
         settled = np.abs(move) <= SETTLED * np.sqrt(square * np.diag(inverse)) + 1e-13
-        times_settled = np.abs(move_of_times / impacts.errors).max() <= SETTLED * error + ROUNDING * span
+        times_settled = np.abs(move_of_times / shares).max() <= SETTLED * error + ROUNDING * span
         done = bool(limit == 1 and times_settled and (settled.all() or rounding))
         if done:
             break

@@ -312,8 +312,9 @@ def _steady(found: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repeat
     periods after which it comes again.
     """
     start, count, periods = tail
-    times, walls = found.kept.times, found.kept.walls.astype(int)
-    errors = found.adjusted.timing_error_s * found.kept.errors
+    impacts = found.kept
+    times, walls = impacts.times, impacts.walls.astype(int)
+    errors = found.adjusted.timing_error_s * impacts.errors
     period = periods / float(found.adjusted.model.device.frequency_hz)
     # Each impact by the one of the first whole period whose phase it has; missed ones leave a gap and no mistake.
     whole = next(k for k in range(start, len(times) - count) if lost[k + count] == lost[k])
