@@ -43,7 +43,7 @@ def reported(folder: Path, text: str, **asked: Any) -> tuple[Page, list[dict[str
     """The page of a map, and its rows."""
     file, out = folder / "map.yaml", folder / "out"
     file.write_text(text, encoding="utf-8")
-    summary = run_map(str(file), out, workers=1, asked=MapOutput((Task.HTML,), **asked)).splitlines()
+    summary = run_map(str(file), out, workers=1, output=MapOutput((Task.HTML,), **asked)).splitlines()
     assert len(summary) <= 4  # the answer in three lines, and what was written
     assert summary[-1].startswith("wrote ")
     return Page((out / "report.html").read_bytes()), pq.read_table(out / "map.parquet").to_pylist()

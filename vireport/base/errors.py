@@ -128,17 +128,17 @@ class ScenarioError(VireportError):
 
     def __init__(self, name: str, mistakes: Iterable[Mistake], more: int = 0) -> None:
         self.name = name
-        found = sorted(mistakes, key=lambda mistake: mistake.line)
-        self.mistakes = tuple(found[:MOST_MISTAKES])
-        self.more = more + len(found) - len(self.mistakes)
+        by_line = sorted(mistakes, key=lambda mistake: mistake.line)
+        self.mistakes = tuple(by_line[:MOST_MISTAKES])
+        self.more = more + len(by_line) - len(self.mistakes)
         super().__init__("\n".join(self.lines))
 
     @property
     def lines(self) -> tuple[str, ...]:
         """The message as lines, one for each mistake that is told, and one for the number of others."""
-        told = tuple(mistake.render(self.name) for mistake in self.mistakes)
+        rendered = tuple(mistake.render(self.name) for mistake in self.mistakes)
         count = self.more if self.more < MOST_COUNTED else f"over {MOST_COUNTED}"
-        return (*told, f"{self.name}: and {count} more (mend these first)") if self.more else told
+        return (*rendered, f"{self.name}: and {count} more (mend these first)") if self.more else rendered
 
     def to_dicts(self) -> list[dict[str, str | int | None]]:
         """The mistakes as data, ready for JSON: those of ``--set`` have neither file nor line."""

@@ -115,13 +115,13 @@ def require_writable(folder: Path, names: Iterable[str] = (), force: bool = Fals
             os.getcwd()
         except FileNotFoundError as error:
             raise UsageError(f"{folder} cannot be written: the current folder has been deleted") from error
-    there = folder
-    while not os.path.lexists(there) and there != there.parent:
-        there = there.parent
-    if not there.is_dir():
-        raise UsageError(f"{folder} cannot be written: {there} is no folder")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise UsageError(f"{folder} cannot be written: {there} does not allow it")
+    existing = folder
+    while not os.path.lexists(existing) and existing != existing.parent:
+        existing = existing.parent
+    if not existing.is_dir():
+        raise UsageError(f"{folder} cannot be written: {existing} is no folder")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise UsageError(f"{folder} cannot be written: {existing} does not allow it")
     names = tuple(names)
     with writable(folder):
         _require_places(folder, names)

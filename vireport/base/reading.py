@@ -53,12 +53,12 @@ class ReadingPlace(Struct, frozen=True):
         """
         if not self.outside:
             self._below(name)
-        here, there = os.path.realpath(self.folder), os.path.realpath(folder)
-        if os.path.isabs(name) or here == there:
+        base, target = os.path.realpath(self.folder), os.path.realpath(folder)
+        if os.path.isabs(name) or base == target:
             return name
         # The file itself may be a link: what stands beside the link belongs to it.
-        path, file = os.path.split(os.path.join(here, name))
-        return os.path.join(os.path.relpath(os.path.realpath(path), there), file)
+        path, file = os.path.split(os.path.join(base, name))
+        return os.path.join(os.path.relpath(os.path.realpath(path), target), file)
 
     def read(self, name: str, largest: int) -> bytes:
         """The bytes of a file.
@@ -75,22 +75,22 @@ class ReadingPlace(Struct, frozen=True):
         UsageError
             If it is outside of the folder, no file, larger than allowed, or cannot be read.
         """
-        shown = self.path_of(name)
+        visible_path = self.path_of(name)
         try:
             path = self.path_of(name) if self.outside else self._below(name)
-            _require_file(shown, os.stat(path).st_mode)
+            _require_file(visible_path, os.stat(path).st_mode)
             descriptor = os.open(path, FLAGS | (0 if self.outside else getattr(os, "O_NOFOLLOW", 0)))
             with open(descriptor, "rb") as file:
                 status = os.fstat(descriptor)
-                _require_file(shown, status.st_mode)
+                _require_file(visible_path, status.st_mode)
                 if status.st_size > largest:
-                    raise UsageError(f"{shown}: the file is larger than {_size(largest)} (cut the record)")
+                    raise UsageError(f"{visible_path}: the file is larger than {_size(largest)} (cut the record)")
                 data = file.read(status.st_size + 1)
         except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
             reason = error.strerror if isinstance(error, OSError) else str(error)
-            raise UsageError(f"{shown} cannot be read: {reason}") from error
+            raise UsageError(f"{visible_path} cannot be read: {reason}") from error
         if len(data) != status.st_size:
-            raise UsageError(f"{shown} changes while it is read (allowed: a file that is complete)")
+            raise UsageError(f"{visible_path} changes while it is read (allowed: a file that is complete)")
         return data
 
     def _below(self, name: str) -> str:
@@ -108,10 +108,10 @@ ANYWHERE = ReadingPlace(outside=True)
 """For paths that the caller of the program gives."""
 
 
-def _require_file(shown: str, mode: int) -> None:
+def _require_file(path: str, mode: int) -> None:
     if not stat.S_ISREG(mode):
         what = KINDS.get(stat.S_IFMT(mode), "no file")
-        raise UsageError(f"{shown} is {what} (allowed: a file)")
+        raise UsageError(f"{path} is {what} (allowed: a file)")
 
 
 def _size(count: int) -> str:

@@ -35,8 +35,8 @@ def brief(record: Struct) -> str:
     It is the `__repr__` of records that hold arrays or other records, of which Struct's own would fill the screen.
     """
     values = {name: getattr(record, name) for name in record.__struct_fields__}
-    told = (f"{name}={_told(value)}" for name, value in values.items() if not _is_nothing(value))
-    return f"{type(record).__name__}({', '.join(told)})"
+    fields = (f"{name}={_told(value)}" for name, value in values.items() if not _is_nothing(value))
+    return f"{type(record).__name__}({', '.join(fields)})"
 
 
 def _is_nothing(value: Any) -> bool:

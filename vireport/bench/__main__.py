@@ -36,8 +36,8 @@ class _Last(Struct, frozen=True):
 def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None]) -> None:
     last: _Last | None = None
     for line in lines:
-        number, _, asked = line.partition(" ")
-        job = msgspec.json.decode(asked, type=Job)
+        number, _, question = line.partition(" ")
+        job = msgspec.json.decode(question, type=Job)
 
         def say(what: str, number: str = number) -> None:
             write(number, {"progress": what})
@@ -69,8 +69,8 @@ def main() -> None:
     output = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
-    def write(number: str, told: dict[str, Any]) -> None:
-        output.write(f"{number} {json_text(told)}\n")
+    def write(number: str, answer: dict[str, Any]) -> None:
+        output.write(f"{number} {json_text(answer)}\n")
         output.flush()
 
     _answers(iter(sys.stdin.readline, ""), write)

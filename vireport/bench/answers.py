@@ -87,9 +87,9 @@ def margins_answer(loaded: Loaded) -> dict[str, Any]:
     design = solution_of(Device.of(loaded.scenario), None, None, True, margins=False).design
     assert design is not None
     ends = margins_of(Device.of(loaded.scenario), design.motions)
-    told = [margin_data(margin) for margin in ends.margins]
+    rows = [margin_data(margin) for margin in ends.margins]
     return {
-        "margins": [{key: margin[key] for key in margin if key != "label"} for margin in told],
+        "margins": [{key: margin[key] for key in margin if key != "label"} for margin in rows],
         "unresolved": list(ends.unresolved),
     }
 
@@ -163,10 +163,10 @@ def plane_answer(loaded: Loaded, axes: tuple[str, str], ranges: tuple[tuple[floa
 
 
 def _input(device: Device, key: str) -> DesignInput:
-    known = {varied.value: varied for varied in device.inputs}
-    if key not in known:
-        raise UsageError(f"{key!r} is no input of the device (allowed: {', '.join(known)})")
-    return known[key]
+    by_name = {varied.value: varied for varied in device.inputs}
+    if key not in by_name:
+        raise UsageError(f"{key!r} is no input of the device (allowed: {', '.join(by_name)})")
+    return by_name[key]
 
 
 def _centres(varied: DesignInput, ends: tuple[float, float], count: int) -> Floats:
@@ -204,9 +204,10 @@ CURVES = (
 def _branch(branch: Branch) -> dict[str, Any]:
     """A branch as it is drawn: its motions, and the pieces of it that are motions, with whether they are stable."""
     motions = branch.motions
-    told = motion_columns(motions, branch.voltages_by_motion)
+    columns = motion_columns(motions, branch.voltages_by_motion)
     real = {
-        f"multiplier_{k}": np.real(own).tolist() for k, own in enumerate(eigenvalues(motions.trace, motions.decay), 1)
+        f"multiplier_{k}": np.real(eigenvalue).tolist()
+        for k, eigenvalue in enumerate(eigenvalues(motions.trace, motions.decay), 1)
     }
     return {
         "number": branch.number,
@@ -214,7 +215,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         "mirror_of": branch.mirror_of,
         "pieces": [[part.first, part.last, part.stable] for part in branch.family.segments if part.admissible],
         "labels": {row: point.label for row, point in branch.family.critical_points.items() if point.label},
-        **{name: column for name, column in told.items() if name in CURVES},
+        **{name: column for name, column in columns.items() if name in CURVES},
         **real,
     }
 
@@ -224,17 +225,17 @@ def _at_design(solution: Solution) -> dict[str, Any]:
     if design is None:
         return {"motions": None, "shown": None, "path": None}
     motions = design.motions
-    told = {"family": list(design.families), **motion_columns(motions, design.voltages_by_motion)}
-    shown = motions.shown_row
-    if shown is None:
-        return {"motions": told, "shown": None, "path": None}
-    path = ball_path(solution.device, design.parameter, motions, shown)
+    columns = {"family": list(design.families), **motion_columns(motions, design.voltages_by_motion)}
+    row = motions.shown_row
+    if row is None:
+        return {"motions": columns, "shown": None, "path": None}
+    path = ball_path(solution.device, design.parameter, motions, row)
     return {
-        "motions": told,
-        "shown": shown,
+        "motions": columns,
+        "shown": row,
         "path": {
             "time": path.time.tolist(),
             "distance": path.distance.tolist(),
-            "capsule": (path.capsule / motions.d[shown]).tolist(),  # over the length, as the distance is
+            "capsule": (path.capsule / motions.d[row]).tolist(),  # over the length, as the distance is
         },
     }

@@ -88,34 +88,34 @@ def changes(study: Study, say: Progress | None = None) -> tuple[Change, ...] | N
     """
     if study.solution.design is None or study.verdict.conclusion not in FALLS_SHORT:
         return None
-    found = list[Change]()
+    helpful = list[Change]()
     for varied in study.solution.device.inputs:
         if say is not None:
             say(f"what to change: {varied.quantity}")
-        found += _along(study, varied)
-    return tuple(sorted(found, key=lambda change: inf if change.percent is None else abs(change.percent)))
+        helpful += _along(study, varied)
+    return tuple(sorted(helpful, key=lambda change: inf if change.percent is None else abs(change.percent)))
 
 
 def _along(study: Study, varied: DesignInput) -> Iterator[Change]:
-    here = float(study.solution.device.value_of(varied))
-    for values in _sides(varied, here):
+    present = float(study.solution.device.value_of(varied))
+    for values in _sides(varied, present):
         for value in _tried(values[may_work(study, varied, values)]):
-            rounded = rounded_away(value, here)
+            rounded = rounded_away(value, present)
             if works(study, varied, rounded):
-                percent = 100 * (rounded / here - 1) if here else None
+                percent = 100 * (rounded / present - 1) if present else None
                 yield Change(varied.path, varied.quantity, varied.symbol, varied.unit, rounded, percent)
                 break
 
 
-def _sides(varied: DesignInput, here: float) -> tuple[Floats, Floats]:
+def _sides(varied: DesignInput, value: float) -> tuple[Floats, Floats]:
     """Values below and above the design, the nearest first, as far as they may go."""
     low, high = varied.limits
     high = HIGHEST_RESTITUTION if varied in RESTITUTIONS else high
     steps = np.arange(1, VALUES + 1) / VALUES
     if varied is DesignInput.INCLINATION:  # a horizontal capsule has no per cent of its angle
-        below, above = here - here * steps, here + (high - here) * steps
+        below, above = value - value * steps, value + (high - value) * steps
     else:
-        below, above = here * FARTHEST**-steps, here * FARTHEST**steps
+        below, above = value * FARTHEST**-steps, value * FARTHEST**steps
     return below[below >= low], above[above <= high]
 
 
@@ -136,11 +136,11 @@ def may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
     membrane = Membrane.of(scenario)
     changed = device.with_values({varied: values})
     designs = Designs(scenario, changed, membrane and membrane.of_device(changed), len(values))
-    asked = list(required(scenario))
+    rows = list(required(scenario))
     allowed = scenario.requirements.allowed if scenario.requirements is not None else ()
     try:
         kept = designs.has_motion() if not allowed else np.ones(len(values), dtype=bool)
-        for requirement, limit in asked:
+        for requirement, limit in rows:
             kept &= requirement.quantity.may_meet(designs, limit)
     except (NumericalError, UsageError):  # of a restitution that falls with speed there are no arrays
         return _one_by_one(device, varied, values, not allowed)
@@ -179,7 +179,7 @@ def _has_motion(device: Device, varied: DesignInput, value: float) -> bool:
     return design is not None and bool(design.motions.stable_mask.any())
 
 
-def rounded_away(value: float, here: float) -> float:
+def rounded_away(value: float, present: float) -> float:
     """A value with few digits, no nearer to the design.
 
     Examples
@@ -191,7 +191,7 @@ def rounded_away(value: float, here: float) -> float:
         return value
     unit = 10.0 ** (floor(log10(abs(value))) - DIGITS + 1)
     steps = value / unit
-    whole = np.ceil(steps - 1e-9) if value > here else np.floor(steps + 1e-9)
+    whole = np.ceil(steps - 1e-9) if value > present else np.floor(steps + 1e-9)
     return float(f"{whole * unit:.{DIGITS}g}")
 
 

@@ -26,12 +26,12 @@ def explore(
 
     earlier, folder = read_earlier_run(scenario), output or Path()
     loaded = scenario if earlier is None else earlier.loaded(set_ or (), allow_outside)
-    known = opened(loaded, tuple(set_ or ()), allow_outside)
+    session = opened(loaded, tuple(set_ or ()), allow_outside)
     require_writable(folder)
 
     def begun(address: str) -> None:
         emit(f"{address}\n")
-        for note in known.notes:
+        for note in session.notes:
             tell([note])
         tell(["The page is at this address on this machine alone. Ctrl-C ends the program."])
         if browser:
@@ -41,7 +41,7 @@ def explore(
                 tell(["No browser could be opened: open the address by hand."])
 
     try:
-        serve(known, folder, port, begun)
+        serve(session, folder, port, begun)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("the page keeps what is set; files that it saved are there") from None
 

@@ -119,7 +119,7 @@ class Worker:
         """The answer to a job that ends none before it; None where the process was ended. Raises as `answers`."""
         try:
             with self._turn:
-                return next((told["answer"] for told in self._told(job) if "answer" in told), None)
+                return next((answer["answer"] for answer in self._told(job) if "answer" in answer), None)
         finally:
             self._close_if_ended()
 
@@ -134,10 +134,10 @@ class Worker:
             process.stdin.write(f"{number} {msgspec.json.encode(job).decode()}\n")
             process.stdin.flush()
         for line in process.stdout:
-            of, _, told = line.partition(" ")
+            of, _, line_data = line.partition(" ")
             if int(of) != number:
                 continue  # of a job before, whose page has gone
-            answer = json.loads(told)
+            answer = json.loads(line_data)
             yield answer
             if "answer" in answer:
                 return

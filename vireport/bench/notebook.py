@@ -35,7 +35,7 @@ def explore(source: str | Path | Loaded | Study) -> BenchWidget:
     """
     if find_spec("anywidget") is None:
         raise UsageError(f"the bench in a notebook needs the package anywidget: {install_command('anywidget')}")
-    known = opened(source.loaded if isinstance(source, Study) else source)
+    session = opened(source.loaded if isinstance(source, Study) else source)
     from vireport.bench.widget import BenchWidget
 
-    return BenchWidget(known)
+    return BenchWidget(session)

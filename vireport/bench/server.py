@@ -87,8 +87,8 @@ class Bench:
         Where scenarios and reports are saved.
     """
 
-    def __init__(self, known: Opened, folder: Path) -> None:
-        self.known, self.folder = known, folder
+    def __init__(self, session: Opened, folder: Path) -> None:
+        self.known, self.folder = session, folder
         self.secret = secrets.token_urlsafe(24)
         self._workers: OrderedDict[str, Worker] = OrderedDict()
         self._spare: Worker | None = None
@@ -105,24 +105,24 @@ class Bench:
         template = environment_of(None, lambda value: str(escape(value))).get_template("bench/page.html.j2")
         return template.render(title=self.known.name, start=Markup(start)).encode()
 
-    def quick(self, kind: str, asked: Asked) -> dict[str, Any] | None:
+    def quick(self, kind: str, question: Asked) -> dict[str, Any] | None:
         """What a hand waits for."""
         if kind == "save":
-            return {"saved": str(save(self.known, asked.state, asked.name, self.folder))}
+            return {"saved": str(save(self.known, question.state, question.name, self.folder))}
         if kind == "margins":
             assert self._beside is not None
-            return self._beside.answer(job_of(self.known, Aside.MARGINS, asked))
-        self._worker(asked.page).drop()
-        return first(self.known, asked.state)
+            return self._beside.answer(job_of(self.known, Aside.MARGINS, question))
+        self._worker(question.page).drop()
+        return first(self.known, question.state)
 
-    def slow(self, kind: Aside, asked: Asked) -> Iterator[dict[str, Any]]:
+    def slow(self, kind: Aside, question: Asked) -> Iterator[dict[str, Any]]:
         """What follows when the hand rests."""
-        yield from self._worker(asked.page).answers(job_of(self.known, kind, asked))
+        yield from self._worker(question.page).answers(job_of(self.known, kind, question))
 
-    def report(self, asked: Asked) -> Iterator[dict[str, Any]]:
+    def report(self, question: Asked) -> Iterator[dict[str, Any]]:
         """Save a scenario, and run it as anybody else would."""
-        require_new(self.folder / asked.name)
-        path = save(self.known, asked.state, asked.name, self.folder)
+        require_new(self.folder / question.name)
+        path = save(self.known, question.state, question.name, self.folder)
         yield {"progress": f"writing the report of {path}"}
         folder = path.with_suffix("")
         command = [sys.executable, "-P", "-m", "vireport", "run", str(path), "-o", str(folder)]
@@ -134,7 +134,12 @@ class Bench:
             yield {"answer": {"refused": [{"path": "", "message": line} for line in run.stderr.splitlines()]}}
             return
         yield {
-            "answer": {"saved": str(path), "folder": str(folder), "report": asked.name, "failed": bool(run.returncode)}
+            "answer": {
+                "saved": str(path),
+                "folder": str(folder),
+                "report": question.name,
+                "failed": bool(run.returncode),
+            }
         }
 
     def end(self) -> None:
@@ -233,13 +238,13 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(HTTPStatus.FORBIDDEN)
         if self.headers.get_content_type() != "application/json":
             raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
-        asked = self._question()
+        question = self._question()
         if what in ("first", "margins", "save"):
-            self._send_json(_refusing(partial(self.bench.quick, what, asked)))
+            self._send_json(_refusing(partial(self.bench.quick, what, question)))
         elif what == "report":
-            self._stream(self.bench.report(asked))
+            self._stream(self.bench.report(question))
         elif what in set(Aside):
-            self._stream(self.bench.slow(Aside(what), asked))
+            self._stream(self.bench.slow(Aside(what), question))
         else:
             raise Refused(HTTPStatus.NOT_FOUND)
 
@@ -356,12 +361,12 @@ class _Server(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
 
-def serve(known: Opened, folder: Path, port: int, begun: Callable[[str], None]) -> None:
+def serve(session: Opened, folder: Path, port: int, begun: Callable[[str], None]) -> None:
     """Give out the page of a scenario until the process is interrupted.
 
     Parameters
     ----------
-    known : Opened
+    session : Opened
     folder : Path
         Where scenarios and reports are saved.
     port : int
@@ -374,7 +379,7 @@ def serve(known: Opened, folder: Path, port: int, begun: Callable[[str], None]) 
     UsageError
         If the port is in use, or may not be used.
     """
-    bench = Bench(known, folder)
+    bench = Bench(session, folder)
     try:
         try:
             server = _Server(bench, port)

@@ -75,9 +75,9 @@ class Opened(Struct, frozen=True):
         return (*self.overrides, *as_texts(state), *emptied)
 
     def _empties(self, state: State, block: str) -> bool:
-        own = {path for path in state if path.startswith(f"{block}.")}
-        left = {path for path in self.given if path.startswith(f"{block}.")} - own
-        return bool(own) and not left and all(state[path] is None for path in own)
+        changed = {path for path in state if path.startswith(f"{block}.")}
+        left = {path for path in self.given if path.startswith(f"{block}.")} - changed
+        return bool(changed) and not left and all(state[path] is None for path in changed)
 
 
 def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = (), allow_outside: bool = False) -> Opened:
@@ -102,13 +102,13 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = (), allow_o
     loaded = source if isinstance(source, Loaded) else load_any(source, overrides, allow_outside)
     if isinstance(loaded, LoadedMap):
         raise UsageError(f"{loaded.name}: has a map block: the bench shows one design (vireport map computes the map)")
-    given = [block for block in NOT_HERE if getattr(loaded.scenario, block) is not None]
-    over = (*loaded.overrides, *(f"{block}=" for block in given))
-    notes = tuple(f"The block {block} has no part here: {NOT_HERE[block]}." for block in given)
+    blocks = [block for block in NOT_HERE if getattr(loaded.scenario, block) is not None]
+    over = (*loaded.overrides, *(f"{block}=" for block in blocks))
+    notes = tuple(f"The block {block} has no part here: {NOT_HERE[block]}." for block in blocks)
     return Opened(loaded.document.text, loaded.document.name, over, notes, loaded.given, loaded.place)
 
 
-def loaded_of(known: Opened, state: State) -> Loaded:
+def loaded_of(session: Opened, state: State) -> Loaded:
     """The scenario of a state.
 
     Raises
@@ -116,17 +116,17 @@ def loaded_of(known: Opened, state: State) -> Loaded:
     ScenarioError
         With every mistake in it.
     """
-    return loads(known.text, known.name, known.over(state), known.place)
+    return loads(session.text, session.name, session.over(state), session.place)
 
 
-def start_data(known: Opened) -> dict[str, Any]:
+def start_data(session: Opened) -> dict[str, Any]:
     """What a page begins with: the controls, what can be swept, and what is left out."""
-    scenario = loaded_of(known, {}).scenario
+    scenario = loaded_of(session, {}).scenario
     return {
-        "title": scenario.title or known.name,
-        "name": known.name,
+        "title": scenario.title or session.name,
+        "name": session.name,
         "version": __version__,
-        "notes": list(known.notes),
+        "notes": list(session.notes),
         "controls": [to_builtins(control) for control in controls_of(scenario)],
         "choices": {path: list(words) for path, words in CHOICES.items()},
         "inputs": [_named(scenario, varied) for varied in DesignInput],
@@ -141,14 +141,16 @@ def _named(scenario: Scenario, varied: ScalarInput) -> dict[str, Any]:
     return {**named, "symbol": varied.symbol, "unit": varied.unit, "from": low, "to": high}
 
 
-def first(known: Opened, state: State) -> dict[str, Any]:
+def first(session: Opened, state: State) -> dict[str, Any]:
     """The first answer of a state, see `answers.first_answer`."""
-    return first_answer(loaded_of(known, state))
+    return first_answer(loaded_of(session, state))
 
 
-def job_of(known: Opened, kind: Aside, asked: Asked) -> Job:
+def job_of(session: Opened, kind: Aside, question: Asked) -> Job:
     """A question about a state, for the process that answers it."""
-    return Job(kind, known.text, known.name, known.over(asked.state), known.place, asked.axes, asked.ranges)
+    return Job(
+        kind, session.text, session.name, session.over(question.state), session.place, question.axes, question.ranges
+    )
 
 
 def refusal(error: VireportError) -> dict[str, Any]:
@@ -177,12 +179,12 @@ def require_new(folder: Path) -> None:
             raise UsageError(f"{folder} exists already (give another name)")
 
 
-def save(known: Opened, state: State, name: str, folder: Path) -> Path:
+def save(session: Opened, state: State, name: str, folder: Path) -> Path:
     """Write the scenario of a state to a new file, with paths of records that lead to the same files from there.
 
     Parameters
     ----------
-    known : Opened
+    session : Opened
     state : State
     name : str
         Of the file, without its ending and without a folder.
@@ -198,8 +200,8 @@ def save(known: Opened, state: State, name: str, folder: Path) -> Path:
     """
     if not NAME.fullmatch(name):
         raise UsageError(f"{name!r} is no name for a file (allowed: letters, digits, spaces, . _ and -, at most 60)")
-    scenario = to_dict(loaded_of(known, state).scenario)
-    text = as_yaml(with_paths(scenario, partial(known.place.path_from, str(folder))))
+    scenario = to_dict(loaded_of(session, state).scenario)
+    text = as_yaml(with_paths(scenario, partial(session.place.path_from, str(folder))))
     path = folder / f"{name}.yaml"
     with writable(path):
         folder.mkdir(parents=True, exist_ok=True)

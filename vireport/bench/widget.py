@@ -43,9 +43,9 @@ class BenchWidget(anywidget.AnyWidget):
     start = traitlets.Dict().tag(sync=True)
     state = traitlets.Dict().tag(sync=True)
 
-    def __init__(self, known: Opened) -> None:
-        super().__init__(start=start_data(known))
-        self._known, self._worker, self._beside = known, Worker(), Worker()
+    def __init__(self, session: Opened) -> None:
+        super().__init__(start=start_data(session))
+        self._known, self._worker, self._beside = session, Worker(), Worker()
         self.on_msg(self._heard)
 
     @property
@@ -67,24 +67,24 @@ class BenchWidget(anywidget.AnyWidget):
 
     def _heard(self, _: Any, content: dict[str, Any], buffers: Any) -> None:
         number, kind = content["number"], content["kind"]
-        asked = msgspec.convert(content["question"], Asked)
+        question = msgspec.convert(content["question"], Asked)
         if kind in set(Aside):
             worker = self._beside if kind == Aside.MARGINS else self._worker
-            threading.Thread(target=self._aside, args=(worker, number, Aside(kind), asked), daemon=True).start()
+            threading.Thread(target=self._aside, args=(worker, number, Aside(kind), question), daemon=True).start()
             return
         self._worker.drop()
         try:
-            answer = first(self._known, asked.state)
+            answer = first(self._known, question.state)
         except VireportError as error:
             answer = refusal(error)
         # As JSON that is finite: a notebook would send an infinity on, which no browser reads.
         self.send({"number": number, "answer": msgspec.json.decode(json_answer(answer))})
 
-    def _aside(self, worker: Worker, number: int, kind: Aside, asked: Asked) -> None:
-        job = job_of(self._known, kind, asked)
+    def _aside(self, worker: Worker, number: int, kind: Aside, question: Asked) -> None:
+        job = job_of(self._known, kind, question)
         with suppress(RuntimeError):  # whose traceback the process has printed
-            for told in worker.answers(job):
-                self.send({"number": number, **told})
-                if "answer" in told:
+            for answer in worker.answers(job):
+                self.send({"number": number, **answer})
+                if "answer" in answer:
                     return
         self.send({"number": number, "answer": None})

@@ -68,8 +68,8 @@ def _require_results(baseline: Any, name: str = "baseline") -> None:
         raise UsageError(f"{name}: is no results.json of vireport: {', '.join(missing)} missing")
     version = baseline["schema_version"]
     if version != SCHEMA_VERSION:
-        shown = visible(repr(version), LONGEST_TEXT)
-        raise UsageError(f"{name}: schema_version {shown} is not understood (allowed: {SCHEMA_VERSION})")
+        text = visible(repr(version), LONGEST_TEXT)
+        raise UsageError(f"{name}: schema_version {text} is not understood (allowed: {SCHEMA_VERSION})")
     _require_finite(baseline, name)
 
 
@@ -83,8 +83,8 @@ def _require_finite(baseline: Any, name: str) -> None:
         elif isinstance(value, list | tuple):
             waiting += [(f"{path}[{k}]", entry) for k, entry in enumerate(value)]
         elif isinstance(value, int | float) and not -float_info.max <= value <= float_info.max:
-            shown = visible(repr(value) if isinstance(value, float) else "an integer beyond all doubles")
-            raise UsageError(f"{name}: {visible(path, LONGEST_TEXT)} is {shown} (results have finite numbers only)")
+            text = visible(repr(value) if isinstance(value, float) else "an integer beyond all doubles")
+            raise UsageError(f"{name}: {visible(path, LONGEST_TEXT)} is {text} (results have finite numbers only)")
 
 
 def diff(
@@ -196,14 +196,14 @@ def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> 
     One more point before them shifts the labels of all that follow, so that a label alone pairs the wrong ones.
     """
     swept = [(results["scenario"].get("sweep") or {}).get("parameter") for results in (old, new)]
-    along = "sweep_value" if swept[0] == swept[1] else "d"
+    column = "sweep_value" if swept[0] == swept[1] else "d"
 
     def bound(point: PointData) -> float:
         value, error = float(point["sweep_value"]), float(point["error_bound"])
-        return error if along == "sweep_value" else bound_in_d(float(point["d"]), value, error)
+        return error if column == "sweep_value" else bound_in_d(float(point["d"]), value, error)
 
     def same_place(point: PointData, other: PointData) -> bool:
-        x, y = float(point[along]), float(other[along])
+        x, y = float(point[column]), float(other[column])
         return abs(y - x) <= relative * max(abs(x), abs(y)) + bound(point) + bound(other)
 
     left, right = list(old["critical_points"]), list(new["critical_points"])

@@ -111,8 +111,8 @@ def listed(parts: Sequence[str]) -> str:
     # Only where nothing else in a part could be taken for the next one: a number told with its name has " for ".
     varied = [VARIED.fullmatch(part) for part in parts]
     plain = not any("," in part or " for " in part for part in parts)
-    if plain and len({found and found["key"] for found in varied}) == 1:
-        parts = [parts[0], *(found["value"] for found in varied[1:] if found)] if varied[0] else parts
+    if plain and len({path and path["key"] for path in varied}) == 1:
+        parts = [parts[0], *(path["value"] for path in varied[1:] if path)] if varied[0] else parts
     if any("," in part for part in parts[:-1]) and len(parts) > 2:
         return f"{'; '.join(parts[:-1])}; and {parts[-1]}"
     return f"{', '.join(parts[:-1])} and {parts[-1]}"
@@ -133,7 +133,10 @@ def printed(values: Sequence[float], unit: str, error: Exactness = OF_A_MODEL, *
     error = ROUGHLY if unit in ("%", STANDARD_ERRORS) else error
     if alike or unit == STANDARD_ERRORS:
         return [_with_unit(value, unit, error) for value in values]
-    return [_with_unit(value, unit, own) for value, own in zip(values, errors_apart(values, error), strict=True)]
+    return [
+        _with_unit(value, unit, error_of_value)
+        for value, error_of_value in zip(values, errors_apart(values, error), strict=True)
+    ]
 
 
 def _with_unit(value: float, unit: str, error: float | Exactness) -> str:
@@ -149,25 +152,25 @@ def side_by_side(
     of: ComparedQuantity, cells: Mapping[str, ComparedQuantity], change: float, error: Exactness = OF_A_MODEL
 ) -> str:
     """Tell the numbers of scenarios by their names, of many the least and the largest, and how far they are apart."""
-    known = {name: cell for name, cell in cells.items() if cell.value is not None}
-    texts = printed([cell.value for cell in known.values()], of.unit, error, alike=not change)
-    numbers = dict(zip(known, texts, strict=True))
+    with_value = {name: cell for name, cell in cells.items() if cell.value is not None}
+    texts = printed([cell.value for cell in with_value.values()], of.unit, error, alike=not change)
+    numbers = dict(zip(with_value, texts, strict=True))
 
     def told(number: str, names: Sequence[str]) -> str:
-        note = known[names[0]].note
+        note = with_value[names[0]].note
         message = Message.OF_WITH_NOTE if note else Message.OF
         return message.format(number=number, names=listed(names), note=note)
 
     equals = Message.EQUALS.format(symbol=of.symbol) if of.symbol else ""
-    if not change and len(known) > 1:
+    if not change and len(with_value) > 1:
         number = next(iter(numbers.values()))
-        notes = dict.fromkeys(cell.note for cell in known.values())
-        alike = ([name for name, cell in known.items() if cell.note == note] for note in notes)
+        notes = dict.fromkeys(cell.note for cell in with_value.values())
+        alike = ([name for name, cell in with_value.items() if cell.note == note] for note in notes)
         text = equals + "; ".join(told(number, names) for names in alike)
-    elif len(known) <= TOLD_ONE_BY_ONE:
+    elif len(with_value) <= TOLD_ONE_BY_ONE:
         text = equals + listed([told(number, [name]) for name, number in numbers.items()])
     else:
-        ends = (choose(known, key=lambda name: known[name].value) for choose in (min, max))
+        ends = (choose(with_value, key=lambda name: with_value[name].value) for choose in (min, max))
         low, high = (told(numbers[name], [name]) for name in ends)
         text = Message.FROM_TO.format(symbol=of.symbol, low=low, high=high).lstrip()
     text = f"{capital(of.subject)}: {text}"
@@ -176,7 +179,7 @@ def side_by_side(
     lacking = [name for name, cell in cells.items() if cell.finding]
     if not lacking:
         return f"{text}."
-    others = len(lacking) > TOLD_ONE_BY_ONE and len(lacking) + len(known) == len(cells)
+    others = len(lacking) > TOLD_ONE_BY_ONE and len(lacking) + len(with_value) == len(cells)
     names = Message.OTHERS.format(count=len(lacking)) if others else listed(lacking)
     return Message.LACKING.format(text=text, missing=of.missing, names=names)
 

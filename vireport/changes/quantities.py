@@ -179,12 +179,13 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
         """The device, whose swept parameter may be None."""
         scenario = self.results["scenario"]
         optional: dict[str, Any] = dict.fromkeys(DRIVING)
-        given = {**optional, **scenario, **scenario["device"], **scenario["excitation"]}
+        keys = {**optional, **scenario, **scenario["device"], **scenario["excitation"]}
         # Results of earlier versions have no such key.
-        given["harmonics"] = tuple(
-            Harmonic.of(own["order"], own["percent"], own["phase_deg"]) for own in given.get("harmonics", ())
+        keys["harmonics"] = tuple(
+            Harmonic.of(harmonic["order"], harmonic["percent"], harmonic["phase_deg"])
+            for harmonic in keys.get("harmonics", ())
         )
-        return Device(**{name: given[name] for name in Device.__struct_fields__ if name in given})
+        return Device(**{name: keys[name] for name in Device.__struct_fields__ if name in keys})
 
     @cached_property
     def swept(self) -> Parameter | None:
@@ -209,9 +210,9 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
 
     def quantity(self, of: ComparedQuantity) -> ComparedQuantity:
         """Find what this scenario has of a quantity of some scenario, or why it has none."""
-        own = self.quantities.get(of.identity)
-        if own is not None:
-            return own
+        same = self.quantities.get(of.identity)
+        if same is not None:
+            return same
         if of.is_statement:
             return replace(of, value=None)
         note, finding, comparable = self._absence(of)
@@ -220,7 +221,7 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
     def _absence(self, of: ComparedQuantity) -> tuple[str, bool, bool]:
         """Tell why there is none, whether that is a finding, and whether the scenario could have it."""
         design = self.results["design_point"]
-        others = any(own.group is of.group and own.along == of.along for own in self.quantities.values())
+        others = any(quantity.group is of.group and quantity.along == of.along for quantity in self.quantities.values())
         held = self.swept is not None and not self.swept.moves_d and of.along == "d"
         if of.group is QuantityGroup.MEASURED:
             return "nothing measured there" if of.subject.startswith(MEASURED) else _at_design(NO_STABLE), False, True
@@ -251,9 +252,9 @@ def compared_scenarios(results: Mapping[str, Mapping[str, Any]]) -> dict[str, Co
         Where something is missing, or is not what results.json has.
     """
     numbered = any(len(data["stable_range"]) > 1 for data in results.values())
-    known = {name: _measured_at_design(data) for name, data in results.items()}
-    first = next((found for found in known.values() if found is not None), None)
-    return {name: ComparedScenario(data, numbered, known[name] or first) for name, data in results.items()}
+    measured = {name: _measured_at_design(data) for name, data in results.items()}
+    first = next((by_value for by_value in measured.values() if by_value is not None), None)
+    return {name: ComparedScenario(data, numbered, measured[name] or first) for name, data in results.items()}
 
 
 def _measured_at_design(results: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -304,8 +305,8 @@ def _stated(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
         subject = f"{alert['code']} {alert['title']}"
         yield ComparedQuantity(QuantityGroup.ALERT, subject, alert["severity"], code=alert["code"])
     for criterion in (results.get("requirements") or {}).get("criteria", ()):
-        met = "met" if criterion["passed"] else "not met"
-        yield ComparedQuantity(QuantityGroup.REQUIREMENT, f"requirements.{criterion['key']}", met)
+        outcome = "met" if criterion["passed"] else "not met"
+        yield ComparedQuantity(QuantityGroup.REQUIREMENT, f"requirements.{criterion['key']}", outcome)
 
 
 MEASURED = "measured"
@@ -331,15 +332,15 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
 
     A scenario without a record is held against that of the first one that has one.
     """
-    known, own = scenario.measured, _measured_at_design(scenario.results)
-    if known is None:
+    records, at_design = scenario.measured, _measured_at_design(scenario.results)
+    if records is None:
         return
-    for side, impact in enumerate(known["impacts"]):
+    for side, impact in enumerate(records["impacts"]):
         computed = _computed_impact(scenario, side, impact)
         for name, words, unit in MEASURED_QUANTITIES:
             of = ComparedQuantity(QuantityGroup.MEASURED, f"{words} at the {impact['membrane']}", unit=unit)
             value, error = float(impact[name]), float(impact[f"{name}_standard_error"])
-            if own is not None:
+            if at_design is not None:
                 # Two that differ by less than their intervals of 95 % do not differ.
                 note, bound = f"standard error {shown(error, ROUGHLY)}", INTERVAL * error
                 yield replace(of, subject=f"{MEASURED} {of.subject}", value=value, note=note, bound=bound)
@@ -350,7 +351,7 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
             if name == "phase_rad":
                 off = (off + pi) % (2 * pi) - pi
             if error > 0 and name != DIMENSIONLESS_VELOCITY:
-                note = "" if own is not None else "of another scenario's record"
+                note = "" if at_design is not None else "of another scenario's record"
                 subject = f"{MEASURED} less computed {of.subject}"
                 yield replace(of, subject=subject, value=off / error, unit=STANDARD_ERRORS, note=note)
 
@@ -397,17 +398,17 @@ def _stable_at_design(design: Mapping[str, Any] | None) -> ComparedQuantity:
 
 def _disturbances(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
     """Read what the device comes to from rest, how fast it recovers, and the least shock, as far as it was computed."""
-    found = results.get("disturbances") or {}
-    start, shock = found.get("from_rest") or {}, found.get("shock") or {}
+    disturbances = results.get("disturbances") or {}
+    start, shock = disturbances.get("from_rest") or {}, disturbances.get("shock") or {}
     if start.get("outcome") is not None:
         words = str(start["outcome"]).replace("_1_1", " 1:1 motion").replace("_", " ")
         word = f" ({start['word']} every {start['periods']} periods)" if start["outcome"] == "other_motion" else ""
         yield ComparedQuantity(QuantityGroup.DISTURBANCES, "from rest", words + word)
-    if found.get("recovery_periods") is not None:
-        bound = float(found.get("recovery_error_bound_periods") or 0.0)
-        yield replace(RECOVERY, value=float(found["recovery_periods"]), bound=bound)
-    elif found:
-        at_event = found.get("recovery_reason") == NoRecovery.AT_EVENT
+    if disturbances.get("recovery_periods") is not None:
+        bound = float(disturbances.get("recovery_error_bound_periods") or 0.0)
+        yield replace(RECOVERY, value=float(disturbances["recovery_periods"]), bound=bound)
+    elif disturbances:
+        at_event = disturbances.get("recovery_reason") == NoRecovery.AT_EVENT
         yield replace(RECOVERY, note=str(NoRecovery.AT_EVENT) if at_event else _at_design(NO_STABLE))
     if shock.get("least_jump_m_s") is not None:
         yield replace(LEAST_SHOCK, value=float(shock["least_jump_m_s"]))
@@ -421,9 +422,9 @@ def bound_in_d(d: float, value: float, bound: float) -> float:
     return 2 * bound * abs(d / value) if value else 0.0
 
 
-def _place(group: QuantityGroup, subject: str, along: Along, missing: str) -> ComparedQuantity:
-    unit, symbol = ("1", "d") if along == "d" else (along.unit, along.symbol)
-    return ComparedQuantity(group, subject, unit=unit, symbol=symbol, along=along, missing=missing)
+def _place(group: QuantityGroup, subject: str, axis: Along, missing: str) -> ComparedQuantity:
+    unit, symbol = ("1", "d") if axis == "d" else (axis.unit, axis.symbol)
+    return ComparedQuantity(group, subject, unit=unit, symbol=symbol, along=axis, missing=missing)
 
 
 def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[ComparedQuantity]:
@@ -432,7 +433,7 @@ def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[C
         kind, value, d = Event(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
         bound, subject = float(point["error_bound"]), f"{point['label']}, {kind} of the {point['family']} motion"
         in_swept, in_d = (
-            _place(QuantityGroup.CRITICAL_POINT, subject, along, "none in the sweep for") for along in (swept, "d")
+            _place(QuantityGroup.CRITICAL_POINT, subject, axis, "none in the sweep for") for axis in (swept, "d")
         )
         yield replace(in_swept, value=value, bound=bound)
         yield replace(in_d, value=d, bound=bound_in_d(d, value, bound), note=held)
@@ -448,12 +449,12 @@ def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[Com
             for ends in ranges
         ]
         places.append(("d", ends_in_d))
-    for along, ends_along in places:
+    for axis, ends_along in places:
         for number, ends in enumerate(sorted(map(sorted, ends_along)), 1):
             which = f"stable range {number}" if scenario.numbered else "stable range"
             missing = f"no {'such ' * scenario.numbered}stable range for"
             for word, (value, note, bound) in zip(("from", "to"), ends, strict=True):
-                place = _place(QuantityGroup.STABLE_RANGE, f"{which} {word}", along, missing)
+                place = _place(QuantityGroup.STABLE_RANGE, f"{which} {word}", axis, missing)
                 yield replace(place, value=value, note=note, bound=bound)
 
 
@@ -475,14 +476,14 @@ def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -
         if swept is not None and varied.sweepable is swept and swept.moves_d:
             d = scenario.d(swept, design)
             shares.append(("d", (scenario.d(swept, critical) - d) / d))
-        for along, share in shares:
-            side, symbol = "below" if share < 0 else "above", "d" if along == "d" else along.symbol
+        for axis, share in shares:
+            side, symbol = "below" if share < 0 else "above", "d" if axis == "d" else axis.symbol
             yield ComparedQuantity(
                 QuantityGroup.MARGIN,
                 f"margin from the design point to the {kind} {side}, in {symbol}",
                 100 * share,
                 "%",
-                along=along,
+                along=axis,
                 family=margin["family"],
                 bound=100 * float(margin["error_bound"]) / abs(design),
                 # A margin is a ratio less 1. The critical and the design value may both be off by the tolerance, and a

@@ -166,11 +166,11 @@ def comparison_rows(
     for of in compared.values():
         cells = {name: scenario.quantity(of) for name, scenario in scenarios.items()}
         named = of.with_family() if of.family and alike[of.name] > 1 else of
-        known = sum(cell.value is not None for cell in cells.values())
+        with_value = sum(cell.value is not None for cell in cells.values())
         in_an_input = of.group is QuantityGroup.MARGIN and of.along != "d"
-        if known and (of.along is None or of.along in axes.always or in_an_input):
+        if with_value and (of.along is None or of.along in axes.always or in_an_input):
             row = _row(named, cells, tolerance, exactness)
-        elif known > 1 and of.along in axes.shared:
+        elif with_value > 1 and of.along in axes.shared:
             # Places in a parameter that only some sweep stand beside those in d, which say what a scenario lacks.
             row = _row(
                 named, {name: replace(cell, finding=False) for name, cell in cells.items()}, tolerance, exactness
@@ -198,16 +198,16 @@ def _row(
     if of.is_statement:
         differs = not all(same_statement(entries[0].value, cell.value) for cell in entries)
         return ComparisonRow(of.name, of.group, of.unit, entries, None, differs, "")
-    known = [cell for cell in entries if cell.value is not None]
-    values = [cell.value for cell in known]
+    with_value = [cell for cell in entries if cell.value is not None]
+    values = [cell.value for cell in with_value]
     absent = any(cell.finding for cell in entries)
     spread, size = max(values) - min(values), max(map(abs, values))
     # Any two values may be off by both their bounds: of more than two, the largest two bounds hold for every pair.
-    scale, bounds = max(size, *(cell.scale for cell in known)), sum(sorted(cell.bound for cell in known)[-2:])
+    scale, bounds = max(size, *(cell.scale for cell in with_value)), sum(sorted(cell.bound for cell in with_value)[-2:])
     apart = spread > max(tolerance, of.tolerance) * scale + bounds
     share = spread / size if apart else 0.0
-    types = of.group is QuantityGroup.DESIGN_POINT and len({cell.note for cell in known}) > 1
-    change = None if absent or len(known) < 2 else share
+    types = of.group is QuantityGroup.DESIGN_POINT and len({cell.note for cell in with_value}) > 1
+    change = None if absent or len(with_value) < 2 else share
     differs, sentence = absent or apart or types, side_by_side(of, cells, share, exactness)
     return ComparisonRow(of.name, of.group, of.unit, entries, change, differs, sentence)
 

@@ -127,12 +127,12 @@ class Chart(Struct, frozen=True, eq=False):
         """Words of motions that end on loci, and are stable neither in a region nor in a band that a sweep crosses."""
         if self.regions is None:
             return ()
-        known = {band.word for band in self.narrow}
-        known |= {letters for region in self.regions.every for _, letters, *_ in region.kinds or ()}
+        measured_words = {band.word for band in self.narrow}
+        measured_words |= {letters for region in self.regions.every for _, letters, *_ in region.kinds or ()}
         bounds = (pieces(locus)[1] for locus in self.loci)
         pairs = zip(self.loci, bounds, self.regions.edges, strict=True)
-        hidden = {locus.word for locus, own, edges in pairs if (own & ~edges).any()}
-        return tuple(sorted(hidden - known, key=lambda word: (len(word), word)))
+        hidden = {locus.word for locus, locus_kinds, edges in pairs if (locus_kinds & ~edges).any()}
+        return tuple(sorted(hidden - measured_words, key=lambda word: (len(word), word)))
 
     @property
     def not_followed(self) -> int:
@@ -146,7 +146,7 @@ def chart(
     limits: Limits,
     progress: Progress = lambda what: None,
     cuts: int = CUTS,
-    given: Sequence[ChartStart] = (),
+    starts: Sequence[ChartStart] = (),
 ) -> Chart:
     """Find the loci of the events of motions in a plane, and the points of codimension two.
 
@@ -159,7 +159,7 @@ def chart(
         Called with what is done next.
     cuts : int
         Sweeps along each input on which motions of any sequence are looked for; none where only 1:1 motions are wanted.
-    given : sequence of ChartStart
+    starts : sequence of ChartStart
         Motions that a sweep across the plane goes through as well.
 
     Raises
@@ -178,14 +178,14 @@ def chart(
         for start in _one_to_one_starts(line):
             network.explore(start)
     say = portion(progress, CLOSED_FORM_SHARE, 1.0)
-    through = [(StraightSweep(plane, own.varied, own.inputs[1 - own.varied]), own) for own in given]
+    through = [(StraightSweep(plane, began.varied, began.inputs[1 - began.varied]), began) for began in starts]
     lines = [*((line, None) for line in searched), *through]
-    for k, (line, own) in enumerate(lines):
+    for k, (line, began) in enumerate(lines):
         at = plane.inputs[1 - line.varied].given(line.other)
         say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(lines)))
         if not line.sweep.unresolved:
-            found = () if own is None else _given(line, own)
-            families = atlas(line.sweep, limits, found, finest=FINE)
+            motions = () if began is None else _given(line, began)
+            families = atlas(line.sweep, limits, motions, finest=FINE)
             crossed.append(Cut(line, _stable(families, line)))
             for start in _starts(families, line):
                 progress(f"loci of {start.motion.word.letters}")
@@ -214,13 +214,13 @@ def _given(line: StraightSweep, start: ChartStart) -> list[Motion]:
     sweep, word = line.sweep, start.word
     low, high = map(float, sweep.coordinate_range)
     coordinate = float(sweep.coordinate_of(line.swept(start.inputs[line.varied])))
-    found = motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate)
-    if not found:
+    motions = motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate)
+    if not motions:
         at = " and ".join(varied.given(value) for varied, value in zip(line.plane.inputs, start.inputs, strict=True))
         raise UsageError(
             f"motions.starts: no motion {word.name} was found at {at} (leave it out, or give another value)"
         )
-    return found
+    return motions
 
 
 def _between_restitutions(plane: Plane, word: Word, progress: Progress) -> Chart:

@@ -104,10 +104,10 @@ def charted_design(device: Device, plane: Plane, limits: Limits) -> ChartedDesig
     limits : Limits
         Of the motions.
     """
-    given = [device.value_of(varied) for varied in plane.inputs]
-    if any(value is None for value in given):
+    values = [device.value_of(varied) for varied in plane.inputs]
+    if any(value is None for value in values):
         return None
-    x, y = map(float, given)
+    x, y = map(float, values)
     if plane.room(np.array([x, y])) < 0:
         return None
     motions = stable_motions(plane, (x, y), limits)
@@ -124,9 +124,9 @@ def _margin(device: Device, plane: Plane, at: tuple[float, float], end: End, lim
     """The margin to the end of a motion, with what is stable beyond."""
     k, distance = end.varied, end.value - at[end.varied]
     limit = reach(device, plane.inputs[k])[distance > 0]
-    there = np.array(at)
-    there[k] = end.value + np.sign(distance) * min(BEYOND * plane.widths[k], abs(limit - end.value) / 2)
-    beyond = stable_motions(plane, (float(there[0]), float(there[1])), limits)
+    end_point = np.array(at)
+    end_point[k] = end.value + np.sign(distance) * min(BEYOND * plane.widths[k], abs(limit - end.value) / 2)
+    beyond = stable_motions(plane, (float(end_point[0]), float(end_point[1])), limits)
     return ChartMargin(k, end.event, end.value, distance, end.error_bound, end.taken_over, beyond)
 
 
@@ -134,7 +134,12 @@ def _ends(device: Device, plane: Plane, stable: StableMotion) -> list[End]:
     """Where the motions like a stable one end."""
     if not stable.one_to_one or stable.word.periods != device.period_ratio:
         followed = ((k, followed_motion(device, stable.motion, varied)) for k, varied in enumerate(plane.inputs))
-        pairs = ((k, *end) for k, own in followed if own for end in ((own.below, own.low), (own.above, own.high)))
+        pairs = (
+            (k, *end)
+            for k, ending in followed
+            if ending
+            for end in ((ending.below, ending.low), (ending.above, ending.high))
+        )
         return [End(k, event, value) for k, event, value in pairs if event not in (Event.SWEEP_END, Event.LOST)]
     motions, *_ = motions_at(device, Parameter.LENGTH)
     lines = list(dict.fromkeys(line_of(varied, device) for varied in plane.inputs))

@@ -72,22 +72,23 @@ def colored(chart: Chart) -> Colored:
     """The sets of regions of a chart with their colours."""
     colors, sets = iter(FILLS), chart.regions.sets if chart.regions is not None else ()
     return tuple(
-        (own, next(colors, OTHER_SETS) if own.kinds else OTHER_SETS if own.kinds is None else None) for own in sets
+        (region_set, next(colors, OTHER_SETS) if region_set.kinds else OTHER_SETS if region_set.kinds is None else None)
+        for region_set in sets
     )
 
 
 def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
     """Draw the figure of a chart, with its words."""
     said = Words("chart", templates)
-    given = words_given(chart, naming(chart, templates))
-    caption = said("caption", given, held_by(chart.plane.device, chart.plane.inputs))
+    words = words_given(chart, naming(chart, templates))
+    caption = said("caption", words, held_by(chart.plane.device, chart.plane.inputs))
     if not sheet().headed:  # a paper has no table of the bands
         caption = f"{caption} {said('narrow_note', chart.narrow, chart.unmeasured, chart.plane.inputs)}".rstrip()
-    return Picture("figure-chart", said("title"), caption, said("alt", given), _drawn(chart, templates))
+    return Picture("figure-chart", said("title"), caption, said("alt", words), _drawn(chart, templates))
 
 
 def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
-    plane, named, shown = chart.plane, naming(chart, templates), colored(chart)
+    plane, named, colors = chart.plane, naming(chart, templates), colored(chart)
     with style():
         figure, ((axes,),) = blank(1)
         axes.set(xlim=(plane.low[0], plane.high[0]), ylim=(plane.low[1], plane.high[1]))
@@ -96,33 +97,33 @@ def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
             varied = plane.inputs[k]
             axis.set_ticks(*round_ticks(float(plane.low[k]), float(plane.high[k]), room))
             axis.set_label_text(varied.label)
-        _fill(axes, chart, shown)
+        _fill(axes, chart, colors)
         paper, said = Paper(axes, panel_size(axes, height)), Words("chart", templates)
         _draw_curves(paper, chart)
         points = _numbered(chart)
         axes.add_artist(Line2D(*points.T, **MEETING))
         marked = _design(paper, chart, said)
-        areas = _names(paper, chart, shown, named, said)
+        areas = _names(paper, chart, colors, named, said)
         curves = _named_curves(paper, chart)
         if sheet().headed:
             for number, point in zip(_numbers(chart), points, strict=True):
                 paper.write(str(number), around(paper.inches(point), str(number)))
-        names, bands = _legend(chart, shown, named, said, (areas, curves, marked))
+        names, bands = _legend(chart, colors, named, said, (areas, curves, marked))
         # In one line where there is room.
         return finished(figure, height, [], [[*names, *bands]] if sheet().headed else [names, bands])
 
 
-def _fill(axes: Axes, chart: Chart, shown: Colored) -> None:
+def _fill(axes: Axes, chart: Chart, colors: Colored) -> None:
     """Colour the regions."""
     regions = chart.regions
     if regions is None:
         return
     # Beyond the frame, which cuts it, the outermost pixels go on.
     at = np.arange(-0.5, PIXELS + 1)
-    for own, color in shown:
+    for region_set, color in colors:
         if color is None:
             continue
-        pixels = np.pad(regions.within(own), 1, mode="edge")
+        pixels = np.pad(regions.within(region_set), 1, mode="edge")
         outlines = axes.contourf(at, at, pixels.T.astype(float), levels=[0.5, 1.5])
         loops = [loop for path in outlines.get_paths() for loop in path.to_polygons(closed_only=False)]
         outlines.remove()
@@ -158,20 +159,20 @@ def _named_curves(paper: Paper, chart: Chart) -> set[Event]:
 
     A curve without a clear place has none: others of its look have.
     """
-    found: list[tuple[float, str, Floats, Event]] = []
+    candidates: list[tuple[float, str, Floats, Event]] = []
     for locus, edges in zip(chart.loci, _edges(chart), strict=True):
         points = pieces(locus)[0]
         for rows in _runs(edges):
             length = float(np.hypot(*np.diff(paper.inches(points[rows]), axis=0).T).sum())
-            found.append((length, f"{locus.event.words} of {locus.word}", points[rows], locus.event))
-    told: set[str] = set()
+            candidates.append((length, f"{locus.event.words} of {locus.word}", points[rows], locus.event))
+    named_words: set[str] = set()
     events: set[Event] = set()
-    for length, text, points, event in sorted(found, key=lambda each: -each[0]):
-        if text in told or length < SHORT * len(text) * sheet().letter:
+    for length, text, points, event in sorted(candidates, key=lambda each: -each[0]):
+        if text in named_words or length < SHORT * len(text) * sheet().letter:
             continue
         color = Color.WARNING if event is Event.FOLD else Color.BLACK
         if paper.write(text, paper.along(points, text), color=color):
-            told.add(text)
+            named_words.add(text)
             events.add(event)
     return events
 
@@ -188,7 +189,7 @@ def _runs(part: Mask) -> Iterator[slice]:
         yield slice(first, after + 1)
 
 
-def _names(paper: Paper, chart: Chart, shown: Colored, named: Naming, said: Words) -> set[Kinds | None]:
+def _names(paper: Paper, chart: Chart, colors: Colored, named: Naming, said: Words) -> set[Kinds | None]:
     """Write what is stable in each part of the plane that has room; what has a name."""
     regions = chart.regions
     if regions is None:
@@ -198,12 +199,12 @@ def _names(paper: Paper, chart: Chart, shown: Colored, named: Naming, said: Word
         block(parted, regions.plane.shares(pieces(locus)[0]), edges)
     nothing = said("nothing") if paper.size[0] > WIDE else named.short(())
     return {
-        own.kinds
-        for own, _ in shown
+        region_set.kinds
+        for region_set, _ in colors
         if paper.name(
-            regions.within(own) & parted,
-            nothing if own.kinds == () else named.short(own.kinds),
-            weight="bold" if own.kinds else "normal",
+            regions.within(region_set) & parted,
+            nothing if region_set.kinds == () else named.short(region_set.kinds),
+            weight="bold" if region_set.kinds else "normal",
         )
     }
 
@@ -225,7 +226,7 @@ def margin_text(chart: Chart, margin: ChartMargin) -> str:
 
 def _numbers(chart: Chart) -> list[int]:
     """The numbers in the table of the points where curves meet on which regions end."""
-    on = [pieces(locus)[0][:-1][own] for locus, own in zip(chart.loci, _edges(chart), strict=True)]
+    on = [pieces(locus)[0][:-1][edges] for locus, edges in zip(chart.loci, _edges(chart), strict=True)]
     ends = np.concatenate([np.empty((0, 2)), *on])
     return [
         number
@@ -242,13 +243,15 @@ Told = tuple[set[Kinds | None], set[Event], bool]
 """What has a name in the figure: regions, curves, the design point."""
 
 
-def _legend(chart: Chart, shown: Colored, named: Naming, said: Words, told: Told) -> tuple[list[Entry], list[Entry]]:
+def _legend(
+    chart: Chart, colors: Colored, named: Naming, said: Words, statement: Told
+) -> tuple[list[Entry], list[Entry]]:
     """What colours, curves and marks mean that have no name in the figure, and the thin lines."""
-    areas, events, marked = told
-    unnamed = [(own, color) for own, color in shown if own.kinds not in areas]
+    areas, events, marked = statement
+    unnamed = [(region_set, color) for region_set, color in colors if region_set.kinds not in areas]
     entries: list[Entry] = [
-        (named.long(own.kinds, chart.limits), AREA | {"markerfacecolor": color or Color.WHITE})
-        for own, color in unnamed
+        (named.long(region_set.kinds, chart.limits), AREA | {"markerfacecolor": color or Color.WHITE})
+        for region_set, color in unnamed
         if color != OTHER_SETS
     ]
     if any(color == OTHER_SETS for _, color in unnamed):
@@ -257,7 +260,9 @@ def _legend(chart: Chart, shown: Colored, named: Naming, said: Words, told: Told
     drawn = {locus.event for locus, _, edge in pairs if edge.any()}
     entries += [(name, EDGE | look) for kind, (name, look) in LOCI.items() if kind in drawn and kind not in events]
     words = list(dict.fromkeys([*(band.word for band in chart.narrow), *chart.unmeasured]))
-    bands: list[Entry] = [(said("band", words), BAND)] if any((own & ~edge).any() for _, own, edge in pairs) else []
+    bands: list[Entry] = (
+        [(said("band", words), BAND)] if any((region_set & ~edge).any() for _, region_set, edge in pairs) else []
+    )
     if _numbers(chart):
         entries.append((said("meeting", sheet().headed), MEETING))
     if not marked:

@@ -76,12 +76,12 @@ class Locus(Path, frozen=True, eq=False, dict=True):
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions of motion and event, and their derivatives by unknowns over their scale."""
-        here = self.plane.here(x[2 * len(self.word) :].tolist())
-        values, matrix = linearised(self.word, x, here)
+        inputs = self.plane.here(x[2 * len(self.word) :].tolist())
+        values, matrix = linearised(self.word, x, inputs)
         if self.condition.event is Event.PITCHFORK:
             half = len(self.word) // 2
             values[2 * half :], matrix[2 * half :] = self._mirror(x), self._mirror_slopes()
-        value, gradient = self.condition.linearised(self.word, x, here.groups, here.gradients)
+        value, gradient = self.condition.linearised(self.word, x, inputs.groups, inputs.gradients)
         return np.append(values, value), np.vstack([matrix, gradient]) * self.scale
 
     def residuals(self, x: Sequence[Any], plane: Plane) -> list[Any]:
@@ -106,16 +106,16 @@ class Locus(Path, frozen=True, eq=False, dict=True):
         if self.condition.event is not Event.GRAZING:
             return nan
         count, kept = len(self.word), [i for i in range(len(self.word)) if i not in self.condition.rests]
-        own = [float(x[i]) for i in (*kept, *(count + i for i in kept))]
-        weight = prod(own[: len(kept)])
-        return weighted_trace(self.touched, own, self.groups(x)) / weight if weight else nan
+        unknowns = [float(x[i]) for i in (*kept, *(count + i for i in kept))]
+        weight = prod(unknowns[: len(kept)])
+        return weighted_trace(self.touched, unknowns, self.groups(x)) / weight if weight else nan
 
     def turns(self, x: Floats) -> list[Turn]:
         """The turning points of a motion, without touches that are impacts."""
         count, period = len(self.word), 2 * self.word.periods
         rests = x[[count + i for i in self.condition.rests]]
-        found = turns(self.motion(x), self.groups(x))
-        return [turn for turn in found if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
+        turning = turns(self.motion(x), self.groups(x))
+        return [turn for turn in turning if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
 
     def margins(self, x: Floats) -> Floats:
         """What is positive of a motion within the plane.
@@ -164,11 +164,11 @@ class Locus(Path, frozen=True, eq=False, dict=True):
 
     def coincidence(self, event: Event) -> Callable[[PathPoint], float]:
         """How far a motion is from another event besides that of the locus."""
-        condition, own = Condition(event, self.condition.rests), 2 * len(self.word)
+        condition, place = Condition(event, self.condition.rests), 2 * len(self.word)
 
         def value(point: PathPoint) -> float:
             x = point.x.tolist()
-            return float(condition.value(self.word, x[:own], self.plane.at(x[own:]), ARRAYS))
+            return float(condition.value(self.word, x[:place], self.plane.at(x[place:]), ARRAYS))
 
         return value
 
@@ -182,7 +182,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
         motion, widths = self.motion(point.x).times(2), self.plane.widths
         if np.abs(motion.velocity).min() < 10 * AMPLITUDE:
             return nan
-        x, own, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.word), point.x[-2:]
+        x, unknowns, p = np.concatenate([motion.velocity, motion.time]), 2 * len(motion.word), point.x[-2:]
         across = widths * np.array([-point.tangent[-1], point.tangent[-2]])
 
         def conditions(way: Floats, shift: Any = 0.0) -> tuple[Floats, Floats]:
@@ -190,15 +190,17 @@ class Locus(Path, frozen=True, eq=False, dict=True):
             return linearised(motion.word, np.append(x + way, inputs), self.plane.here(inputs.tolist()))
 
         matrix = conditions(0 * x)[1]
-        left, _, right = np.linalg.svd(matrix[:, :own])
+        left, _, right = np.linalg.svd(matrix[:, :unknowns])
         against, away = left[:, -1], right[-1]
 
         def change(way: Floats, shift: Any = 0.0) -> Floats:
-            ahead, behind = (conditions(step * way, step * shift)[1][:, :own] for step in (DIFFERENCE, -DIFFERENCE))
+            ahead, behind = (
+                conditions(step * way, step * shift)[1][:, :unknowns] for step in (DIFFERENCE, -DIFFERENCE)
+            )
             return np.asarray((ahead - behind) @ away / (2 * DIFFERENCE))
 
-        right_sides = np.stack([matrix[:, own:] @ across, change(away)], axis=1)
-        aside, bend = -np.linalg.lstsq(matrix[:, :own], right_sides, rcond=RANK)[0].T
+        right_sides = np.stack([matrix[:, unknowns:] @ across, change(away)], axis=1)
+        aside, bend = -np.linalg.lstsq(matrix[:, :unknowns], right_sides, rcond=RANK)[0].T
         ahead, behind = (conditions(step * away + step * step / 2 * bend)[0] for step in (AMPLITUDE, -AMPLITUDE))
         third = float(against @ (ahead - behind)) / (2 * AMPLITUDE**3)
         crossing = float(against @ change(aside, across))

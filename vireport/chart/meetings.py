@@ -115,13 +115,13 @@ def _conditions(
 
 def _at_grazing(motion: Motion, event: Event, plane: Plane, x: list[Any]) -> list[Any]:
     """The conditions where a membrane is touched, and touched again or another event happens."""
-    rests, own = motion.rests, 2 * len(motion.word)
+    rests, place = motion.rests, 2 * len(motion.word)
     # Of a symmetric motion the touches of the second half are those of the first.
     free = rests[: len(rests) // 2] if event is Event.PITCHFORK else rests
     conditions = [Condition(Event.GRAZING, (rest,)) for rest in free]
     if event is not Event.GRAZING:
         conditions.append(Condition(event, rests))
-    values = (condition.value(motion.word, x[:own], plane.at(x[own:]), plane.ops) for condition in conditions)
+    values = (condition.value(motion.word, x[:place], plane.at(x[place:]), plane.ops) for condition in conditions)
     return [*Locus(motion.word, plane, Condition(event)).residuals(x, plane), *values]
 
 

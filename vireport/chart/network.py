@@ -209,12 +209,12 @@ class Network(Struct):
 
     def _meet(self, path: Locus, x: Floats, event: Event) -> None:
         """Take up what happens on a locus: where it is a point of codimension two, start the loci through it."""
-        motion, p, own = path.motion(x), x[-2:], path.condition.event
+        motion, p, path_event = path.motion(x), x[-2:], path.condition.event
         if event in (Event.SWEEP_END, Event.CLOSED, Event.LOST) or self.plane.room(p) < AT_EDGE:
             return
-        if own is Event.NODE_FOCUS and event is Event.GRAZING:
+        if path_event is Event.NODE_FOCUS and event is Event.GRAZING:
             return
-        if own is Event.FOLD and event is Event.DEGENERATE_DOUBLING:  # which is a point of the period doublings
+        if path_event is Event.FOLD and event is Event.DEGENERATE_DOUBLING:  # which is a point of the period doublings
             doublings, guess = path.halved(x)
             y = doublings.nearest(guess) if self._wanted(doublings) else None
             if y is not None:
@@ -223,9 +223,9 @@ class Network(Struct):
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion = touching(motion, path.turns(x))
         motion = _distinct(motion).canonical()
-        if self._is_redundant(motion) or any(self._same(known, motion, p) for known in self.meetings):
+        if self._is_redundant(motion) or any(self._same(earlier, motion, p) for earlier in self.meetings):
             return
-        self.meetings.append(meeting(self.plane, motion, p, self._both(motion, own, event)))
+        self.meetings.append(meeting(self.plane, motion, p, self._both(motion, path_event, event)))
         if event is Event.DEGENERATE_DOUBLING:
             folds, y, way = path.doubled(x)
             self._leave(folds, y, [way])
@@ -242,17 +242,17 @@ class Network(Struct):
         if self._wanted(path):
             self._queue.extend((path, first) for way in ways for _, first in off(path, x, way))
 
-    def _both(self, motion: Motion, own: Event, other: Event) -> tuple[Event, Event]:
+    def _both(self, motion: Motion, first: Event, other: Event) -> tuple[Event, Event]:
         """The events of a point, from that of a locus and what happens on it."""
-        if Event.FOLD in (own, other) and self._symmetric(motion):
-            own, other = (Event.PITCHFORK if event is Event.FOLD else event for event in (own, other))
-        if own is Event.GRAZING:
+        if Event.FOLD in (first, other) and self._symmetric(motion):
+            first, other = (Event.PITCHFORK if event is Event.FOLD else event for event in (first, other))
+        if first is Event.GRAZING:
             return (Event.GRAZING if other is Event.ZERO_VELOCITY else other), Event.GRAZING
-        return (Event.DEGENERATE_GRAZING, Event.GRAZING) if other is Event.ZERO_VELOCITY else (own, other)
+        return (Event.DEGENERATE_GRAZING, Event.GRAZING) if other is Event.ZERO_VELOCITY else (first, other)
 
-    def _same(self, known: Meeting, motion: Motion, p: Floats) -> bool:
-        near = np.abs((np.array(known.inputs) - p) / self.plane.widths).max() < SAME_POINT
-        return bool(near) and known.motion.distance(motion, mirror=self.plane.horizontal) < SAME_MOTION
+    def _same(self, meeting: Meeting, motion: Motion, p: Floats) -> bool:
+        near = np.abs((np.array(meeting.inputs) - p) / self.plane.widths).max() < SAME_POINT
+        return bool(near) and meeting.motion.distance(motion, mirror=self.plane.horizontal) < SAME_MOTION
 
     def _symmetric(self, motion: Motion) -> bool:
         return self.plane.horizontal and motion.distance(motion.mirrored()) < IMAGE
@@ -278,9 +278,9 @@ class Network(Struct):
         if not rests or not self._symmetric(fast) or self._symmetric(motion):
             return path.tangent(x)
         kept = Locus(fast.word, self.plane, Condition(Event.PITCHFORK))
-        along = kept.tangent(np.concatenate([fast.velocity, fast.time, x[-2:]]))
+        tangent = kept.tangent(np.concatenate([fast.velocity, fast.time, x[-2:]]))
         both = np.linalg.svd(path.linearised(x)[1])[2][-2:]
-        first, second = both[:, -2:] @ [along[-1], -along[-2]]
+        first, second = both[:, -2:] @ [tangent[-1], -tangent[-2]]
         return np.asarray(second * both[0] - first * both[1]) / float(np.hypot(first, second))
 
     def _through(self, motion: Motion, p: Floats) -> Iterator[Locus]:
@@ -314,8 +314,8 @@ def _degenerate(path: Locus, points: list[PathPoint]) -> Iterator[PathPoint]:
         step, back = (float(end.tangent @ ((new.x - point.x) / path.scale)) for end in (point, new))
         # From the start of a locus tangents point both ways, and the criticality is of the side to the left of them.
         if ends[0] * ends[1] * step * back < 0:
-            there = new if step * back > 0 else replace(new, tangent=-new.tangent)
+            start = new if step * back > 0 else replace(new, tangent=-new.tangent)
             with suppress(NumericalError):
-                _, at = path.located(Arc(point, there), path.criticality)
+                _, at = path.located(Arc(point, start), path.criticality)
                 if abs(path.criticality(at)) < min(map(abs, ends)):  # and no pole
                     yield at

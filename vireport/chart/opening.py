@@ -30,10 +30,10 @@ def chart_opening(chart: Chart, named: Naming) -> Opening:
     named : Naming
         How its motions are named.
     """
-    given, design, run = words_given(chart, named), chart.design, chart.run
-    word = _said("word", given)
+    words, design, run = words_given(chart, named), chart.design, chart.run
+    word = _said("word", words)
     if design is None:
-        return Opening(Status.NEUTRAL, word, _said("opening_without_design"), gravest(_regions(given, chart)))
+        return Opening(Status.NEUTRAL, word, _said("opening_without_design"), gravest(_regions(words, chart)))
     if design.motions is None:
         return Opening(Status.CAUTION, word, _said("opening_not_resolved"))
     if not design.motions:
@@ -51,11 +51,11 @@ def chart_opening(chart: Chart, named: Naming) -> Opening:
     return Opening(status, word, run.opening.sentence, gravest([*ends, *run.opening.facts]), run.opening.tiles)
 
 
-def _regions(given: dict[str, Any], chart: Chart) -> Iterator[Statement]:
+def _regions(words: dict[str, Any], chart: Chart) -> Iterator[Statement]:
     """What is stable in the largest parts of a chart."""
-    for own in given["sets"][:MOST_KINDS]:
-        what = given["named"].long(own.kinds, chart.limits)
-        yield Statement(Status.NEUTRAL, _said("opening_region", what, own.share))
+    for region_set in words["sets"][:MOST_KINDS]:
+        what = words["named"].long(region_set.kinds, chart.limits)
+        yield Statement(Status.NEUTRAL, _said("opening_region", what, region_set.share))
 
 
 def _ends(chart: Chart, named: Naming) -> Iterator[Statement]:

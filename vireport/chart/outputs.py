@@ -63,8 +63,8 @@ def files(
     width_mm : float, optional
         Of the figure, for a column of a paper.
     """
-    provenance, found, asked = provenance_of(loaded, command), dict[str, bytes](), set(formats)
-    if asked & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
+    provenance, contents, wanted = provenance_of(loaded, command), dict[str, bytes](), set(formats)
+    if wanted & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
         from vireport.chart.figure import picture
         from vireport.chart.report import ChartReport
         from vireport.figures.style import Sheet, drawn_for
@@ -72,14 +72,14 @@ def files(
 
         with drawn_for(Sheet.of(width_mm)):
             drawn = picture(chart, templates)
-        origin = with_pages(provenance, drawn=True) if asked & {Task.HTML, Task.PDF} else provenance
+        origin = with_pages(provenance, drawn=True) if wanted & {Task.HTML, Task.PDF} else provenance
         report = ChartReport(chart, loaded, {drawn.name: drawn}, origin, templates)
-        found |= render_files(report, asked, templates, paper)
-    if Task.JSON in asked:
-        found["chart.json"] = chart_json(chart, provenance)
-    if Task.MARKDOWN in asked:
-        found["chart.md"] = markdown(chart, templates).encode()
-    return found
+        contents |= render_files(report, wanted, templates, paper)
+    if Task.JSON in wanted:
+        contents["chart.json"] = chart_json(chart, provenance)
+    if Task.MARKDOWN in wanted:
+        contents["chart.md"] = markdown(chart, templates).encode()
+    return contents
 
 
 def text(chart: Chart, templates: Path | None = None, tables: bool = False) -> str:
@@ -87,8 +87,8 @@ def text(chart: Chart, templates: Path | None = None, tables: bool = False) -> s
     opening = _opening(chart, templates)
     if opening is None:
         return plain_text(_parts(chart, templates)) + "\n"
-    told = [fact for _, fact in opening.facts[1:]]
-    rest = plain_text([*told, *_parts(chart, templates)]) if tables else ""
+    facts = [fact for _, fact in opening.facts[1:]]
+    rest = plain_text([*facts, *_parts(chart, templates)]) if tables else ""
     return "\n\n".join(filter(None, ("\n".join(opening.lines), rest))) + "\n"
 
 

@@ -50,14 +50,14 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
     UsageError
         If `over` does not name two inputs, with ranges that make sense.
     """
-    asked = loaded.scenario.motions
-    limits = LIMITS if asked is None else Limits(asked.impacts, asked.periods)
+    block = loaded.scenario.motions
+    limits = LIMITS if block is None else Limits(block.impacts, block.periods)
     plane = plane_of(loaded.scenario, over)
-    given = list(_starts(loaded.scenario, plane))
-    drawn = chart(plane, limits, portion(progress, 0.0, LOCI_SHARE), given=given)
-    told = loaded.scenario.tolerances
-    if told is not None:
-        drawn = replace(drawn, off=(told.off(plane.inputs[0]), told.off(plane.inputs[1])))
+    starts = list(_starts(loaded.scenario, plane))
+    drawn = chart(plane, limits, portion(progress, 0.0, LOCI_SHARE), starts=starts)
+    tolerances = loaded.scenario.tolerances
+    if tolerances is not None:
+        drawn = replace(drawn, off=(tolerances.off(plane.inputs[0]), tolerances.off(plane.inputs[1])))
     filled = with_regions(drawn, Device.of(loaded.scenario), portion(progress, LOCI_SHARE, 1.0))
     return filled if filled.design is None else replace(filled, run=_run_of(loaded))
 
@@ -83,18 +83,18 @@ def _starts(scenario: Scenario, plane: Plane) -> Iterator[ChartStart]:
     """
     device = Device.of(scenario)
     for k, row in enumerate(scenario.motions.starts if scenario.motions is not None else ()):
-        here, name = f"motions.starts.{k}", scenario.parameter.value
-        varied = next((n for n, own in enumerate(plane.inputs) if own.value == name), None)
+        path, name = f"motions.starts.{k}", scenario.parameter.value
+        varied = next((n for n, of_plane in enumerate(plane.inputs) if of_plane.value == name), None)
         if varied is None:
-            raise UsageError(f"--over: {here} is of {name}, which is none of the inputs (leave it out, or name {name})")
+            raise UsageError(f"--over: {path} is of {name}, which is none of the inputs (leave it out, or name {name})")
         if len(row.word) > LOOKED_FOR:
-            raise UsageError(f"--over: {here}: a chart takes words of up to {LOOKED_FOR} impacts (got {row.word})")
+            raise UsageError(f"--over: {path}: a chart takes words of up to {LOOKED_FOR} impacts (got {row.word})")
         other = device.value_of(plane.inputs[1 - varied])
         if other is None:
-            raise UsageError(f"--over: {here} needs a value of {plane.inputs[1 - varied].path} (give it one)")
+            raise UsageError(f"--over: {path} needs a value of {plane.inputs[1 - varied].path} (give it one)")
         at = np.insert([float(other)], varied, row.value)
         if plane.room(at) < 0:
-            raise UsageError(f"--over: {here} is not in the plane (widen its ranges, or leave it out)")
+            raise UsageError(f"--over: {path} is not in the plane (widen its ranges, or leave it out)")
         yield ChartStart(Word.of(row.word, row.periods), varied, (float(at[0]), float(at[1])))
 
 
@@ -134,15 +134,15 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
 
 
 def _axis(scenario: Scenario, part: str) -> tuple[DesignInput, tuple[float, float]]:
-    name, given, text = (word.strip() for word in part.partition("="))
-    varied = next((known for known in DesignInput if name in (known.value, known.path)), None)
+    name, limits, text = (word.strip() for word in part.partition("="))
+    varied = next((candidate for candidate in DesignInput if name in (candidate.value, candidate.path)), None)
     if varied is None:
         meant = for_key("", name, None, {x.value: x.unit.replace("°", "deg") for x in DesignInput})
         raise UsageError(f"--over: unknown input {name!r}{meant} (allowed: {', '.join(DesignInput)})")
     # Both restitutions together are their mean, and keep their difference.
     least, most = reach(Device.of(scenario), varied) if varied is DesignInput.RESTITUTION else varied.limits
     most = max(most, varied.limits[1]) if scenario.device.alike else most
-    low, high = _range(varied, text) if given else _usual_range(scenario, varied)
+    low, high = _range(varied, text) if limits else _usual_range(scenario, varied)
     if not least <= low < high <= most:
         allowed = f"ascending, from {least:g} to {most:g}"
         raise UsageError(f"--over: {varied}: {low:g}..{high:g} is no range of it (allowed: {allowed})")

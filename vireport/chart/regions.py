@@ -163,14 +163,19 @@ class Regions(Struct, frozen=True, eq=False):
     @property
     def sets(self) -> tuple[RegionSet, ...]:
         """Regions by what is stable in them, in the order of `RegionSet.rank`."""
-        found: dict[Kinds | None, list[ChartRegion]] = {}
+        by_kinds: dict[Kinds | None, list[ChartRegion]] = {}
         for region in self.every:
-            found.setdefault(region.kinds, []).append(region)
-        return tuple(sorted((RegionSet(kinds, tuple(own)) for kinds, own in found.items()), key=lambda own: own.rank))
+            by_kinds.setdefault(region.kinds, []).append(region)
+        return tuple(
+            sorted(
+                (RegionSet(kinds, tuple(regions)) for kinds, regions in by_kinds.items()),
+                key=lambda region_set: region_set.rank,
+            )
+        )
 
-    def within(self, own: RegionSet) -> Mask:
+    def within(self, region_set: RegionSet) -> Mask:
         """The pixels of some of the regions."""
-        return np.isin(self.number, [n for n, region in enumerate(self.every) if region in own.regions])
+        return np.isin(self.number, [n for n, region in enumerate(self.every) if region in region_set.regions])
 
     def at(self, inputs: Sequence[float]) -> ChartRegion | None:
         """The region around a point; None outside the plane."""
@@ -216,15 +221,17 @@ def narrow_bands(
     off : sequence of (float, float)
         The tolerance of each input, see `settable`.
     """
-    found: dict[tuple[int, str], list[tuple[float, float]]] = {}
+    intervals: dict[tuple[int, str], list[tuple[float, float]]] = {}
     for cut in cuts:
         k, other = cut.line.varied, cut.line.other
         most, ends = 2 * ROOM / PIXELS * float(regions.plane.widths[k]), (cut.stable[0][0], cut.stable[-1][1])
         for word, low, high in _ranges(cut.stable):
             region = regions.at(np.insert([other], k, (low + high) / 2).tolist())
-            shown = region is None or region.motions is None or word in {each.word.letters for each in region.motions}
-            if high - low < most and low > ends[0] and high < ends[1] and not shown:
-                found.setdefault((k, word), []).append((low, high))
+            resolved = (
+                region is None or region.motions is None or word in {each.word.letters for each in region.motions}
+            )
+            if high - low < most and low > ends[0] and high < ends[1] and not resolved:
+                intervals.setdefault((k, word), []).append((low, high))
     return tuple(
         NarrowBand(
             word,
@@ -233,16 +240,16 @@ def narrow_bands(
             max(high - low for low, high in bands),
             any(settable(low, high, off[k]) for low, high in bands),
         )
-        for (k, word), bands in sorted(found.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1]))
+        for (k, word), bands in sorted(intervals.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1]))
     )
 
 
 def _ranges(stable: Stable) -> Iterator[tuple[str, float, float]]:
     """The ranges of a sweep in which each word is stable: stretches beside one another are one."""
     for word in dict.fromkeys(chain.from_iterable(words for _, _, words in stable)):
-        own = [(low, high) for low, high, words in stable if word in words]
-        starts = [0, *(i for i in range(1, len(own)) if own[i][0] != own[i - 1][1]), len(own)]
-        yield from ((word, own[first][0], own[after - 1][1]) for first, after in pairwise(starts))
+        ranges = [(low, high) for low, high, words in stable if word in words]
+        starts = [0, *(i for i in range(1, len(ranges)) if ranges[i][0] != ranges[i - 1][1]), len(ranges)]
+        yield from ((word, ranges[first][0], ranges[after - 1][1]) for first, after in pairwise(starts))
 
 
 def regions_of(plane: Plane, limits: Limits, loci: Sequence[FollowedLocus], progress: Progress) -> Regions:
@@ -269,8 +276,8 @@ def regions_of(plane: Plane, limits: Limits, loci: Sequence[FollowedLocus], prog
         x, y = (plane.low + plane.widths * (np.array(inner[k]) + 0.5) / PIXELS).tolist()
         progress(counted("stable motions of the regions", n, len(order)))
         every.append(ChartRegion((x, y), float(shares[n - 1]), stable_motions(plane, (x, y), limits)))
-    found = Regions(plane, tuple(every), number, ())
-    return replace(found, edges=tuple(_edges(found, points) & bounds for points, bounds in drawn))
+    regions = Regions(plane, tuple(every), number, ())
+    return replace(regions, edges=tuple(_edges(regions, points) & bounds for points, bounds in drawn))
 
 
 def pieces(locus: FollowedLocus) -> tuple[Floats, Mask]:
@@ -295,8 +302,8 @@ def _farthest(parts: Ints, room: Floats, count: int) -> dict[int, tuple[int, int
     from scipy.ndimage import maximum_position
 
     numbers = np.arange(1, count + 1)
-    found = maximum_position(room, parts, numbers) if count else []
-    return {int(k): (int(i), int(j)) for k, (i, j) in zip(numbers, found, strict=True)}
+    positions = maximum_position(room, parts, numbers) if count else []
+    return {int(k): (int(i), int(j)) for k, (i, j) in zip(numbers, positions, strict=True)}
 
 
 def _edges(regions: Regions, points: Floats) -> Mask:
@@ -335,9 +342,9 @@ def stable_motions(plane: Plane, inputs: tuple[float, float], limits: Limits) ->
     if not plane.swept:
         (motions, *_), periods = motions_at(device, Parameter.LENGTH), device.period_ratio
         rows = motions.stable_mask.nonzero()[0]
-        found = [motions.motion(int(row), periods) for row in rows]
+        by_row = [motions.motion(int(row), periods) for row in rows]
         decay = float(device.groups(Parameter.LENGTH, device.length_m, FLOATS).decay((1, -1)))
-        solved = [(motion, float(motions.trace[row]), decay) for motion, row in zip(found, rows, strict=True)]
+        solved = [(motion, float(motions.trace[row]), decay) for motion, row in zip(by_row, rows, strict=True)]
     else:
         k = next(k for k in (1, 0) if is_swept(plane.inputs[k], plane.device.recoils))
         off = AROUND * plane.widths * np.eye(2)[k]

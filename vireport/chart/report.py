@@ -74,9 +74,9 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
         """What the words of the chart are told by."""
         return words_given(self.chart, self.named)
 
-    def say(self, macro: str, *given: Any) -> str:
+    def say(self, macro: str, *values: Any) -> str:
         """What a macro of the words of charts says."""
-        return Words("chart", self.templates)(macro, *given)
+        return Words("chart", self.templates)(macro, *values)
 
     @property
     def verdict(self) -> WordedOpening:

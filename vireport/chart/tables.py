@@ -28,9 +28,9 @@ def points_table(chart: Chart) -> Table:
 
 def name_of(point: Meeting) -> str:
     """What happens at a point."""
-    own, other = point.events
+    first, other = point.events
     if other is not Event.GRAZING:
         return other.words
-    if own is Event.GRAZING:
+    if first is Event.GRAZING:
         return "two grazings"
-    return own.words if own is Event.DEGENERATE_GRAZING else f"{own.words} with grazing"
+    return first.words if first is Event.DEGENERATE_GRAZING else f"{first.words} with grazing"

@@ -90,12 +90,12 @@ def _errors(work: WorkPrecision) -> Iterator[tuple[str, float]]:
 
 def _soft_membranes(study: Study) -> Statement:
     """Whether rigid impacts are good enough, or why that is not known."""
-    known = study.compliance
-    if known is None:
+    compliance = study.compliance
+    if compliance is None:
         why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
         return Statement(Status.NEUTRAL, _said("soft_membranes_left_out", why))
     statuses = {None: Status.NEUTRAL, Grade.GOOD: Status.GOOD, Grade.CARE: Status.CAUTION}
-    return Statement(statuses.get(known.grade, Status.BAD), _said("soft_membranes", verdict(known)))
+    return Statement(statuses.get(compliance.grade, Status.BAD), _said("soft_membranes", verdict(compliance)))
 
 
 def _of_runs(work: WorkPrecision) -> Iterator[Statement]:
@@ -113,8 +113,8 @@ def _of_runs(work: WorkPrecision) -> Iterator[Statement]:
 def text(study: Study, tables: bool = False, every: bool = False) -> str:
     """What was measured, for a terminal: the answer, and where asked for tables; with `every`, each run in a row."""
     opening = accuracy_opening(study).worded()
-    told = [fact for _, fact in opening.facts[1:]]
-    parts = plain_text([*told, *_parts(study, every)]).replace("*", "") if tables or every else ""
+    facts = [fact for _, fact in opening.facts[1:]]
+    parts = plain_text([*facts, *_parts(study, every)]).replace("*", "") if tables or every else ""
     return "\n\n".join(filter(None, ("\n".join(opening.lines), parts))) + "\n"
 
 

@@ -71,11 +71,11 @@ def _run(arguments: list[str]) -> int:
     except typer.TyperException as refused:
         interrupts.check()  # one that came while the arguments were read: nothing was done
         command, *_ = OLD_NAMES.get(arguments[0], [arguments[0]])
-        asked = command if command in program().commands else "run"
+        name = command if command in program().commands else "run"
         said = _meant(arguments) or refused.format_message()
         if said.startswith("Got unexpected extra"):
             said += "; what has spaces needs quotes"
-        tell([f"{PROGRAM}: error: {said}", f"{PROGRAM} {asked} --help lists the options"], RED)
+        tell([f"{PROGRAM}: error: {said}", f"{PROGRAM} {name} --help lists the options"], RED)
         return refused.exit_code
     return 0
 

@@ -73,8 +73,8 @@ def _added(name: str) -> typer.Typer:
     return _made(declared_command(name))
 
 
-def _version(shown: bool) -> None:
-    if shown:
+def _version(requested: bool) -> None:
+    if requested:
         print(f"vireport {__version__}")
         raise typer.Exit
 
@@ -301,8 +301,10 @@ def check(
         left_out = () if json else planned.left_out_lines()
     if json:
         steps = [dict(zip(("step", "runs", "what", "why"), row, strict=True)) for row in rows]
-        told = [alert.to_dict() for alert in alerts]
-        deliver(CommandOutcome(_json({"valid": True, "kind": kind, "mistakes": [], "alerts": told, "steps": steps})))
+        reported = [alert.to_dict() for alert in alerts]
+        deliver(
+            CommandOutcome(_json({"valid": True, "kind": kind, "mistakes": [], "alerts": reported, "steps": steps}))
+        )
         return
     width = max(len(step) for step, runs, *_ in rows if runs)
     lines = [f"{name}: valid {kind}", *(alert.text for alert in alerts)]

@@ -87,8 +87,8 @@ class Program(TyperGroup):
         for panel in CommandPanel:
             with formatter.section(panel):
                 commands: list[tuple[str, Any]] = list(self.commands.items())
-                of_panel = [(name, own) for name, own in commands if own.rich_help_panel is panel]
-                formatter.write_dl([(name, own.get_short_help_str(LONGEST_HELP)) for name, own in of_panel])
+                of_panel = [(name, command) for name, command in commands if command.rich_help_panel is panel]
+                formatter.write_dl([(name, command.get_short_help_str(LONGEST_HELP)) for name, command in of_panel])
 
     def _refuse_misspelt_command(self, word: str, others: list[str]) -> None:
         if word == "portrait":

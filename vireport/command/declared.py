@@ -81,11 +81,11 @@ def formats_of(formats: CommandFormats, requested: list[str] | None) -> tuple[Ta
     if not words:
         raise UsageError(f"--format: no format is named ({allowed})")
     if others := [word for word in words if word not in formats.allowed]:
-        known = [RUN, *(row for name in adding("command") for row in declared_command(name).formats)]
-        unknown = [word for word in others if not any(word in row.allowed for row in known)]
+        rows = [RUN, *(row for name in adding("command") for row in declared_command(name).formats)]
+        unknown = [word for word in others if not any(word in row.allowed for row in rows)]
         if unknown:
             raise UsageError(f"--format: unknown {', '.join(map(repr, unknown))} ({allowed})")
-        commands = ", ".join(row.command for row in known if others[0] in row.allowed)
+        commands = ", ".join(row.command for row in rows if others[0] in row.allowed)
         raise UsageError(
             f"--format: vireport {formats.command} has no {others[0]} ({allowed}; {others[0]} is written by vireport "
             f"{commands})"

@@ -177,14 +177,14 @@ def progress(quiet: bool, verbose: bool = False) -> Iterator[Progress]:
     """
     if quiet and verbose:
         raise UsageError("--quiet and --verbose: one of them (leave the other out)")
-    shown = nullcontext() if quiet or not sys.stderr.isatty() else _on_one_line()
-    with shown as show, _logged() if verbose else nullcontext() as log:
+    printer = nullcontext() if quiet or not sys.stderr.isatty() else _on_one_line()
+    with printer as show, _logged() if verbose else nullcontext() as log:
 
         def say(what: str) -> None:
             interrupts.check()
-            for told in (log, show):
-                if told is not None:
-                    told(what)
+            for reporter in (log, show):
+                if reporter is not None:
+                    reporter(what)
 
         yield say
 
@@ -198,18 +198,18 @@ def _on_one_line() -> Iterator[Progress]:
     from rich.table import Column, Table
     from rich.text import Text
 
-    known: list[tuple[float, float]] = []  # when a share was told, and which
+    reports: list[tuple[float, float]] = []  # when a share was told, and which
     # Redrawn only at each step: a thread that draws a spinner would be in the way where times are measured.
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as line:
 
         def show(what: str) -> None:
             step = WorkStep.of(what)
             if step.share is not None:
-                known.append((perf_counter(), step.share))
+                reports.append((perf_counter(), step.share))
             cells: list[RenderableType] = [Text(visible(step), overflow="ellipsis", no_wrap=True)]
-            if known:
+            if reports:
                 # From the first share that was told, which of a map that is resumed is what was there before.
-                (begun, before), (_, done) = known[0], known[-1]
+                (begun, before), (_, done) = reports[0], reports[-1]
                 seconds = (perf_counter() - begun) * (1 - done) / (done - before) if done - before > TELLING else None
                 left = "" if seconds is None else f", {timedelta(seconds=round(seconds))} left"
                 share = Text(f"{int(100 * done):3d} %{left}", no_wrap=True)

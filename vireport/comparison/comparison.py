@@ -217,7 +217,7 @@ def compare(
 
 def _exactness(studies: Sequence[Study]) -> Exactness:
     """The largest relative error of the numbers of all studies: those of a row are as exact as the least exact one."""
-    return max((study.evidence.exactness for study in studies), key=lambda own: own.relative)
+    return max((study.evidence.exactness for study in studies), key=lambda of_study: of_study.relative)
 
 
 def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Merit, ...]:
@@ -253,8 +253,8 @@ def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
     return missing
 
 
-def columns(count: int, beside: int = BESIDE_ONE_ANOTHER) -> list[slice]:
+def columns(count: int, per_page: int = BESIDE_ONE_ANOTHER) -> list[slice]:
     """Split so many columns into groups of nearly one size, such as 5 into 3 and 2, each of which fits on a page."""
-    groups = -(-count // beside)
+    groups = -(-count // per_page)
     ends = [-(-k * count // groups) for k in range(groups + 1)] if groups else []
     return [slice(first, last) for first, last in pairwise(ends)]

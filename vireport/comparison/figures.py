@@ -52,32 +52,32 @@ def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
 
 def _overlaid(comparison: Comparison) -> Iterator[Picture]:
     """Draw all scenarios on one axis, or the best of them; nothing where there are not two to draw."""
-    along = comparison.axes.always[0]
-    parameter = along if isinstance(along, Parameter) else None
-    shown: Columns = {}
+    axis_name = comparison.axes.always[0]
+    parameter = axis_name if isinstance(axis_name, Parameter) else None
+    drawn: Columns = {}
     for scenario in comparison.ranking:
         solution = scenario.study.solution
         # A sweep of the inclination or a restitution holds d: over d it would be a single point.
         if solution.sweep is not None and (parameter or solution.parameter.moves_d):
             drawing = _with_stable(drawing_of(scenario.study))
-            if drawing.parts and len(shown) < len(SCENARIO_COLORS):
-                shown[scenario.name] = drawing
-    if len(shown) < 2:
+            if drawing.parts and len(drawn) < len(SCENARIO_COLORS):
+                drawn[scenario.name] = drawing
+    if len(drawn) < 2:
         return
     axis = Message.OVER.format(parameter=parameter.quantity) if parameter else Message.OVER_D
-    others = [name for name in comparison.names if name not in shown]
+    others = [name for name in comparison.names if name not in drawn]
     remarks = [Message.NOT_DRAWN.format(names=listed(others))] if others else []
-    unstable = [name for name, drawing in shown.items() if not has_stable(drawing)]
-    if 0 < len(unstable) < len(shown):
+    unstable = [name for name, drawing in drawn.items() if not has_stable(drawing)]
+    if 0 < len(unstable) < len(drawn):
         remarks.append(Message.NO_STABLE_VOLTAGE.format(names=listed(unstable)))
     caption = Message.CAPTION.format(axis=axis)
     if remarks:
         caption = f"{caption} {capital('; '.join(remarks))}."
-    ranked = [scenario for scenario in comparison.ranking if scenario.name in shown]
+    ranked = [scenario for scenario in comparison.ranking if scenario.name in drawn]
     ranges = "; ".join(f"{scenario.name}: {scenario.show(Merit.RANGE)}" for scenario in ranked)
-    alt = Message.LINE_CHARTS.format(count=len(shown), axis=axis, overlaid=Message.OVERLAID, ranges=ranges)
+    alt = Message.LINE_CHARTS.format(count=len(drawn), axis=axis, overlaid=Message.OVERLAID, ranges=ranges)
 
-    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, overlay(shown, parameter))
+    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, overlay(drawn, parameter))
 
 
 def _with_stable(drawing: Drawing) -> Drawing:
@@ -96,12 +96,12 @@ def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
         Picture(
             figure if number == 1 else f"{figure}-{number}",
             title_of(figure),
-            _caption(figure, shown),
-            _alt(figure, shown),
-            _figure(figure, shown),
+            _caption(figure, page),
+            _alt(figure, page),
+            _figure(figure, page),
         )
         for figure in PANELS
-        for number, shown in enumerate(_pages(comparison, figure), 1)
+        for number, page in enumerate(_pages(comparison, figure), 1)
     )
 
 
@@ -138,16 +138,16 @@ def compare_figure(
         raise UsageError(f"there is no figure {name!r} of a comparison (allowed: {', '.join(COMPARED_FIGURES)})")
     figure = Task(name)
     with drawn_for(Sheet.of(width_mm, style)):
-        return tuple(_figure(figure, shown) for shown in _pages(comparison, figure))
+        return tuple(_figure(figure, page) for page in _pages(comparison, figure))
 
 
 def _pages(comparison: Comparison, figure: Task) -> Iterator[Columns]:
     """Part the scenarios of one kind of figure into groups of as many as fit beside one another."""
     skipped = {name for name, _ in left_out(comparison, figure)}
-    shown = [(name, study) for name, study in comparison.by_name.items() if name not in skipped]
+    drawn = [(name, study) for name, study in comparison.by_name.items() if name not in skipped]
     fitting = max(1, min(BESIDE_ONE_ANOTHER, int(sheet().across / NARROWEST)))
-    for part in columns(len(shown), fitting):
-        yield {name: _ranked(drawing_of(study, simulated_points(study))) for name, study in shown[part]}
+    for part in columns(len(drawn), fitting):
+        yield {name: _ranked(drawing_of(study, simulated_points(study))) for name, study in drawn[part]}
 
 
 def _ranked(drawing: Drawing) -> Drawing:
@@ -167,11 +167,11 @@ def _ranked(drawing: Drawing) -> Drawing:
     return replace(drawing, branches={number: f"{families[number]} {ranks[number]}" for number in ordered})
 
 
-def _figure(figure: Task, shown: Columns) -> Figure:
+def _figure(figure: Task, page: Columns) -> Figure:
     """Draw scenarios beside one another, with what all of them hold above them, and what each holds at its head."""
-    common, own = _conditions(list(shown.values()))
+    common, differing = _conditions(list(page.values()))
     lines = [(common, Color.BLACK)] if common else []
-    return sweep_figure(figure, list(shown.values()), [literal(name) for name in shown], own, lines)
+    return sweep_figure(figure, list(page.values()), [literal(name) for name in page], differing, lines)
 
 
 def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
@@ -181,24 +181,24 @@ def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
     return ", ".join(common), [", ".join(text for text in texts if text not in common) for texts in each]
 
 
-def _caption(figure: Task, shown: Columns) -> str:
+def _caption(figure: Task, page: Columns) -> str:
     """Say what the columns of a figure show, each with the letters of its panels."""
-    common, own = _conditions(list(shown.values()))
+    common, differing = _conditions(list(page.values()))
     columns = [common] if common else []
-    for column, (scenario, drawing) in enumerate(shown.items()):
+    for column, (scenario, drawing) in enumerate(page.items()):
         first, last = (letter_of(column * PANELS[figure] + row) for row in (0, PANELS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
-        known = [text for text in (own[column], swept_range(drawing.study)) if text]
-        columns.append(f"{letters} {scenario}: {', '.join(known)}")
-    return f"{about(figure)}{Message.SHARED_AXES if len(shown) > 1 else ''}. {'; '.join(columns)}."
+        parts = [text for text in (differing[column], swept_range(drawing.study)) if text]
+        columns.append(f"{letters} {scenario}: {', '.join(parts)}")
+    return f"{about(figure)}{Message.SHARED_AXES if len(page) > 1 else ''}. {'; '.join(columns)}."
 
 
-def _alt(figure: Task, shown: Columns) -> str:
+def _alt(figure: Task, page: Columns) -> str:
     """Describe a figure to those who cannot see it."""
-    columns, panels = len(shown), PANELS[figure]
+    columns, panels = len(page), PANELS[figure]
     head = Message.PANELS.format(columns=columns, cs="s" * (columns != 1), panels=panels, ps="s" * (panels != 1))
     columns_in_words = (
         f"{capital(scenario)}: {alt_text(figure, shown_along(drawing.study, figure, drawing.simulated))}"
-        for scenario, drawing in shown.items()
+        for scenario, drawing in page.items()
     )
     return " ".join([head, *columns_in_words])

@@ -70,8 +70,8 @@ def _number(scenario: Ranked, merit: Merit) -> str:
         # Those that are missed, not those that are met: 1 of 1 met comes before 3 of 4, and so does nothing required.
         count = len(scenario.study.criteria)
         return Message.OF_THEM.format(part=count - scenario.passed, count=count)
-    shown = scenario.show(merit)
-    return Message.NONE if shown == ABSENT else shown
+    text = scenario.show(merit)
+    return Message.NONE if text == ABSENT else text
 
 
 def _against(ranked: Sequence[Ranked]) -> Iterator[Statement]:
@@ -99,5 +99,5 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[Statement]:
         if mine > 0 and round(most / mine - 1, RANKED_DIGITS) > 0 and top.name not in named:
             named.add(top.name)
             more = percent(most / mine - 1, signed=True)
-            given = top.name, top.show(merit), more, top.show(Merit.MARGIN)
-            yield Statement(Status.NEUTRAL, _said(f"traded_{merit.name.lower()}", *given))
+            values = top.name, top.show(merit), more, top.show(Merit.MARGIN)
+            yield Statement(Status.NEUTRAL, _said(f"traded_{merit.name.lower()}", *values))

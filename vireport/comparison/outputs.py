@@ -45,9 +45,9 @@ def folder_of(comparison: Comparison, command: str) -> Path:
 
     That is `COMPARISON_FOLDER`, with a number where others have been.
     """
-    own = comparison_provenance(comparison, command).scenario_sha256
+    digest = comparison_provenance(comparison, command).scenario_sha256
     folder, number = Path(COMPARISON_FOLDER), 1
-    while folder.exists() and _compared_in(folder) != own:
+    while folder.exists() and _compared_in(folder) != digest:
         number += 1
         folder = Path(f"{COMPARISON_FOLDER}-{number}")
     return folder
@@ -70,9 +70,9 @@ def terminal_summary(comparison: Comparison, tables: bool = False, templates: Pa
         return "\n".join(lines)
     different, count = len(comparison.differences), len(comparison.quantities)
     counted = Message.COUNT.format(different=different, count=count)
-    told = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
+    sentences = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
     ranking = plain_text((ranking_table(comparison.ranking), " ".join(comparison.remarks)))
-    return "\n".join([*lines, "", ranking.rstrip("\n"), "", *told])
+    return "\n".join([*lines, "", ranking.rstrip("\n"), "", *sentences])
 
 
 def render_comparison(
@@ -157,5 +157,5 @@ def compare_outcome(
     """The files of a comparison, and which scenario is best; with `tables`, the numbers on the terminal too."""
     files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
     stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
-    beside = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
-    return CommandOutcome(files=files, stale=stale, beside=beside, summary=summary)
+    other_files = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
+    return CommandOutcome(files=files, stale=stale, beside=other_files, summary=summary)

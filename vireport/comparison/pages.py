@@ -169,9 +169,9 @@ def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityG
 
 def _numbers(row: ComparisonRow, part: slice, exactness: Exactness) -> Iterator[str]:
     """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
-    known = [value for value in row.values if value is not None]
-    printed = apart(known, exactness) if row.change != 0 else [shown(value, exactness) for value in known]
-    texts = dict(zip(known, printed, strict=True))
+    values = [value for value in row.values if value is not None]
+    printed = apart(values, exactness) if row.change != 0 else [shown(value, exactness) for value in values]
+    texts = dict(zip(values, printed, strict=True))
     for cell in row.cells[part]:
         if cell.value is None:
             yield Message.NONE if cell.finding else ABSENT
@@ -194,8 +194,8 @@ def _dashes(names: Sequence[str], part: slice, rows: Sequence[ComparisonRow]) ->
         for name, cell in zip(names, row.cells[part], strict=True):
             if cell.value is None and not cell.finding:
                 reasons.setdefault(cell.note, {})[name] = None
-    told = "; ".join(f"{reason} ({listed(list(whose))})" for reason, whose in reasons.items())
-    return Message.DASHES.format(reasons=told) if told else ""
+    said = "; ".join(f"{reason} ({listed(list(whose))})" for reason, whose in reasons.items())
+    return Message.DASHES.format(reasons=said) if said else ""
 
 
 def _file(name: str) -> str:

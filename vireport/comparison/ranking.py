@@ -144,14 +144,18 @@ class Ranked(Struct, frozen=True, eq=False):
     @property
     def room(self) -> tuple[str, str]:
         """The margin to use, and what limits it, in words; dashes where there is no stable motion at a design point."""
-        told = margin_said(self.study.verdict) if self.stable else None
-        return (ABSENT, ABSENT) if told is None else (told[0].words(), told[1].words())
+        said = margin_said(self.study.verdict) if self.stable else None
+        return (ABSENT, ABSENT) if said is None else (said[0].words(), said[1].words())
 
     def _disturbed(self, merit: Merit, value: float | None) -> str:
         """Print what becomes of the motion as the device is switched on, or bumped."""
-        found, withstood = self.study.disturbances, _withstood(self.study)
+        disturbances, withstood = self.study.disturbances, _withstood(self.study)
         if merit is Merit.FROM_REST:
-            return found.from_rest.name if found is not None and found.from_rest is not None else ABSENT
+            return (
+                disturbances.from_rest.name
+                if disturbances is not None and disturbances.from_rest is not None
+                else ABSENT
+            )
         if value is None:
             return ABSENT
         if merit is Merit.RECOVERY:
@@ -164,7 +168,7 @@ class Ranked(Struct, frozen=True, eq=False):
         """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
         rigid, verdict = _rigid_room(self.study), self.study.verdict
         use = verdict.margin.data.to_use if verdict.margin is not None else None
-        found, withstood = self.study.disturbances, _withstood(self.study)
+        disturbances, withstood = self.study.disturbances, _withstood(self.study)
         return {
             "scenario": self.name,
             "rank": self.rank,
@@ -180,19 +184,23 @@ class Ranked(Struct, frozen=True, eq=False):
             "margin_kind": None if self.margin is None else str(self.margin.event),
             "u_ave_v": self.merits[Merit.VOLTAGE],
             "u_per_second_v": self.merits[Merit.RATE],
-            "from_rest": None if found is None or found.from_rest is None else found.from_rest.destination,
-            "recovery_periods": None if found is None or found.recovery is None else found.recovery.periods,
+            "from_rest": None
+            if disturbances is None or disturbances.from_rest is None
+            else disturbances.from_rest.destination,
+            "recovery_periods": None
+            if disturbances is None or disturbances.recovery is None
+            else disturbances.recovery.periods,
             "least_jump_m_s": None if withstood is None else withstood.jump_m_s,
             "stable_range": [[part.start, part.end] for part in self.study.solution.stable_ranges],
         }
 
 
-def rank_studies(studies: Mapping[str, Study], asked: Sequence[Merit] = ()) -> tuple[Ranked, ...]:
+def rank_studies(studies: Mapping[str, Study], merits: Sequence[Merit] = ()) -> tuple[Ranked, ...]:
     """Rank scenarios, given by their names, the best first; those that differ in no merit stay in their order.
 
     What is asked for comes after stable motion, and before the margin.
     """
-    order = (*FIRST, *asked, *(merit for merit in ALWAYS if merit not in FIRST))
+    order = (*FIRST, *merits, *(merit for merit in ALWAYS if merit not in FIRST))
     swept = {study.solution.sweep.parameter for study in studies.values() if study.solution.sweep is not None}
     # Two that stand all that was tried cannot be told apart by how far that was: what is tried in all is compared.
     tried = min((size for study in studies.values() if (size := _withstands_all(study)) is not None), default=inf)
@@ -231,7 +239,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
         (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
     ]
     voltage = None if design is None else design.u_ave_v
-    found, withstood = study.disturbances, _withstood(study)
+    disturbances, withstood = study.disturbances, _withstood(study)
     shock = _withstands_all(study)
     if withstood is not None and withstood.jump_m_s is not None:
         shock = withstood.jump_m_s
@@ -239,8 +247,12 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     return margin, {
         Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
         Merit.STABILITY: float(stable and (check is None or check.passed)),
-        Merit.FROM_REST: None if found is None or found.from_rest is None else float(found.from_rest.reached),
-        Merit.RECOVERY: None if found is None or found.recovery is None else -found.recovery.periods,
+        Merit.FROM_REST: None
+        if disturbances is None or disturbances.from_rest is None
+        else float(disturbances.from_rest.reached),
+        Merit.RECOVERY: None
+        if disturbances is None or disturbances.recovery is None
+        else -disturbances.recovery.periods,
         Merit.SHOCK: None if shock is None else min(shock, tried),
         Merit.MARGIN: room,
         Merit.RANGE: max(widths, default=None) if room is None else None,
@@ -294,16 +306,16 @@ def remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
 def ranking_table(ranked: Sequence[Ranked]) -> Table:
     """Set the ranking with the numbers that it rests on."""
     order = ranked[0].order
-    asked = [merit for merit in RANKING_COLUMNS if merit in order]
-    shown = [merit for merit in asked if any(scenario.show(merit) != ABSENT for scenario in ranked)]
+    merits = [merit for merit in RANKING_COLUMNS if merit in order]
+    filled = [merit for merit in merits if any(scenario.show(merit) != ABSENT for scenario in ranked)]
     extra = "".join(f"{merit}, " for merit in order if merit in RANK_BY.values())
-    heads = [merit.head for merit in shown]
-    rows = [(scenario.name, str(scenario.rank), _verdict(scenario), *map(scenario.show, shown)) for scenario in ranked]
-    if Merit.MARGIN in shown:
+    heads = [merit.head for merit in filled]
+    rows = [(scenario.name, str(scenario.rank), _verdict(scenario), *map(scenario.show, filled)) for scenario in ranked]
+    if Merit.MARGIN in filled:
         # What limits the margin stands after it.
-        at = shown.index(Merit.MARGIN) + 1
+        at = filled.index(Merit.MARGIN) + 1
         heads.insert(at, LIMITED_BY)
-        at += len(rows[0]) - len(shown)
+        at += len(rows[0]) - len(filled)
         rows = [(*row[:at], scenario.room[1], *row[at:]) for row, scenario in zip(rows, ranked, strict=True)]
     columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *heads))
     return Table(Message.RANKING, columns, tuple(rows), Message.RANKED_BY.format(asked=extra))

@@ -59,9 +59,9 @@ def variants(
         Where one cannot be used.
     """
     one = str, bytes, Path, Mapping, Loaded, Study
-    given = list(items) if isinstance(items, Iterable) and not isinstance(items, one) else [items]
+    alternatives = list(items) if isinstance(items, Iterable) and not isinstance(items, one) else [items]
     axes, over = _axes(vary), as_texts(overrides)
-    count = len(given) * prod(len(values) for _, values in axes)
+    count = len(alternatives) * prod(len(values) for _, values in axes)
     if count > MOST_SCENARIOS:
         raise UsageError(f"{count} scenarios are too many to compare (allowed: at most {MOST_SCENARIOS})")
     grid = [
@@ -69,7 +69,7 @@ def variants(
         for texts in product(*(texts for _, texts in axes))
     ]
     loaded, failures = [], []
-    for item in given:
+    for item in alternatives:
         for extra in grid:
             try:
                 loaded.append(_variant(item, over, extra, allow_outside))
@@ -77,12 +77,14 @@ def variants(
                 failures.append((_words(extra), error))
     if failures:
         raise _all_mistakes(failures)
-    words = [_described(extra, one.loaded.scenario) for one, extra in zip(loaded, grid * len(given), strict=True)]
+    words = [
+        _described(extra, one.loaded.scenario) for one, extra in zip(loaded, grid * len(alternatives), strict=True)
+    ]
     if names is None:
-        return _renamed(loaded, words if len(given) == 1 and axes else _default_names(loaded, words))
+        return _renamed(loaded, words if len(alternatives) == 1 and axes else _default_names(loaded, words))
     if len(names) == len(loaded):
         return _renamed(loaded, names)
-    if len(names) == len(given):
+    if len(names) == len(alternatives):
         owners = [name for name in names for _ in grid]
         return _renamed(loaded, [_joined(*both) for both in zip(owners, words, strict=True)])
     raise UsageError(f"{len(names)} names for {len(loaded)} scenarios")
@@ -172,17 +174,17 @@ class _SeveralFiles(ScenarioError):
 
 def _described(extra: Iterable[str], scenario: Scenario) -> str:
     """Name a variant by its values with their units, ``inclination 15°``; what has no unit by its key."""
-    titled = {own.path: own for own in inputs(scenario) if own.unit and own.path.startswith(OF_DEVICE)}
-    shown = []
+    titled = {title.path: title for title in inputs(scenario) if title.unit and title.path.startswith(OF_DEVICE)}
+    parts = []
     for override in extra:
         path, _, text = (part.strip() for part in override.partition("="))
-        own = titled.get(path)
-        if own is None:
-            shown.append(_words([override]))
+        title = titled.get(path)
+        if title is None:
+            parts.append(_words([override]))
         else:
-            unit = {"1": "", "deg": "°"}.get(own.unit, f" {own.unit}")
-            shown.append(f"{own.title[0].lower()}{own.title[1:]} {text}{unit}")
-    return ", ".join(shown) if len(set(shown)) == len(shown) else _words(extra)
+            unit = {"1": "", "deg": "°"}.get(title.unit, f" {title.unit}")
+            parts.append(f"{title.title[0].lower()}{title.title[1:]} {text}{unit}")
+    return ", ".join(parts) if len(set(parts)) == len(parts) else _words(extra)
 
 
 def _words(extra: Iterable[str]) -> str:

@@ -195,14 +195,14 @@ def _end(
     return StabilityEnd(varied, point, design_value, swept, float(reached.x[2]), float(reached.errors[2]), None)
 
 
-def own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
+def own_stiffness_data(answer: OwnStiffness) -> dict[str, Any]:
     """The motion and its ends with the membranes' own stiffness, as plain data for JSON."""
-    motion = found.motion
+    motion = answer.motion
     return {
-        "parameter": found.rigid.parameter,
-        "value": found.rigid.value,
-        "at_design_point": found.at_design,
-        "margin_gone": found.margin_gone,
+        "parameter": answer.rigid.parameter,
+        "value": answer.rigid.value,
+        "at_design_point": answer.at_design,
+        "margin_gone": answer.margin_gone,
         "motion": None
         if motion is None
         else {
@@ -216,7 +216,7 @@ def own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
             "stable": motion.stable,
             "error_estimate": motion.error,
         },
-        **_absence_data(found.absence),
+        **_absence_data(answer.absence),
         "ends": [
             {
                 "parameter": end.parameter,
@@ -231,7 +231,7 @@ def own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
                 "rigid_margin": end.rigid_margin,
                 "compliant_margin": end.compliant_margin,
             }
-            for end in found.ends
+            for end in answer.ends
         ],
     }
 

@@ -344,7 +344,7 @@ def _weights(columns: int) -> tuple[tuple[int, float], ...]:
     Half those of Lagrange's polynomial in the square of the step.
     """
     squares = [(n, n * n) for n in SUBSTEPS[:columns]]
-    return tuple((n, prod(own / (own - other) for _, other in squares if other != own) / 2) for n, own in squares)
+    return tuple((n, prod(node / (node - other) for _, other in squares if other != node) / 2) for n, node in squares)
 
 
 def crossing(

@@ -54,9 +54,18 @@ def map_(
             refuse(context, "--no-figures writes the cells alone", "format_", "figure_width")
         from vireport.maps.outputs import MapOutput
 
-        asked = MapOutput(formats, command, templates, paper, figure_width_mm(figure_width, formats))
+        settings = MapOutput(formats, command, templates, paper, figure_width_mm(figure_width, formats))
         _cells(
-            file, set_ or (), output or default_folder(file), scheduler, workers, figures, asked, force, quiet, verbose
+            file,
+            set_ or (),
+            output or default_folder(file),
+            scheduler,
+            workers,
+            figures,
+            settings,
+            force,
+            quiet,
+            verbose,
         )
         return
     refuse(context, "--over draws curves, and computes no cells", "scheduler", "workers", "figures")
@@ -79,28 +88,28 @@ def map_(
     if json:
         deliver(CommandOutcome(charts.chart_json(result, provenance_of(loaded, command))))
         return
-    beside = file_names([task for task in charts.CHART_FILES if task not in formats], charts.CHART_FILES)
-    outcome = CommandOutcome(text=charts.text(result, templates, verbose), files=files, stale=names, beside=beside)
+    other_files = file_names([task for task in charts.CHART_FILES if task not in formats], charts.CHART_FILES)
+    outcome = CommandOutcome(text=charts.text(result, templates, verbose), files=files, stale=names, beside=other_files)
     deliver(outcome, folder, quiet)
 
 
 def _cells(
     file: str, over: Sequence[str], folder: Path, scheduler: str | None, workers: int | None, figures: bool,
-    asked: Any, force: bool, quiet: bool, verbose: bool,
+    value: Any, force: bool, quiet: bool, verbose: bool,
 ) -> None:  # fmt: skip
     """Compute a map file, or what is missing of it."""
     from vireport.command.outputs import file_names
     from vireport.maps.outputs import MAP_FILES
     from vireport.maps.run import run_map
 
-    require_writable(folder, file_names(asked.formats, MAP_FILES) if figures else (), force)
+    require_writable(folder, file_names(value.formats, MAP_FILES) if figures else (), force)
     try:
         with progress(quiet, verbose) as say:
 
             def show(done: int, total: int) -> None:
                 say(WorkStep("computing cells", done / total, f"{done:,} of {total:,}"))
 
-            summary = run_map(file, folder, scheduler, workers, show, figures, asked, over)
+            summary = run_map(file, folder, scheduler, workers, show, figures, value, over)
         interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None

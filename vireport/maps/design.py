@@ -62,7 +62,7 @@ def map_design(loaded: Loaded | None, plan: MapPlan) -> MapDesign | None:
         return None
     study = analyse(loaded, (Task.JSON,))
     device, mass = study.solution.device, study.scenario.device.ball_mass_kg
-    known = {each.value: device.value_of(each) for each in DesignInput} | {"ball_mass_kg": mass}
-    inputs = tuple(float(known[name]) for name in plan.names)
+    values = {each.value: device.value_of(each) for each in DesignInput} | {"ball_mass_kg": mass}
+    inputs = tuple(float(values[name]) for name in plan.names)
     inside = all(low <= value <= high for value, (low, high) in zip(inputs, plan.ends, strict=True))
     return MapDesign(study, inputs, inside)

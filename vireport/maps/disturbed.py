@@ -50,14 +50,14 @@ def shock_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int,
     jump, searched = np.full(len(groups.d), np.nan), np.full(len(groups.d), np.nan)
     stable, admissible = motions.stable(groups.restitution), motions.admissible
     for cell in np.unique(motions.cell[stable]).tolist():
-        here = motions.cell == cell
+        in_cell = motions.cell == cell
         attracting, others = (
-            [motions.motion(int(row), ratio) for row in np.flatnonzero(here & rows)]
+            [motions.motion(int(row), ratio) for row in np.flatnonzero(in_cell & rows)]
             for rows in (stable, admissible & ~stable)
         )
-        own = groups.each(itemgetter(cell)).as_floats()
+        cell_groups = groups.each(itemgetter(cell)).as_floats()
         try:
-            least = least_of(own, attracting, others, effort=SCAN)
+            least = least_of(cell_groups, attracting, others, effort=SCAN)
         except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce
             continue
         searched[cell] = least.searched_to

@@ -113,8 +113,8 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     values = dict(zip(plan.names, cell_values(plan, numbers), strict=True))
     count = len(numbers)
     device = plan.device.with_values(values)
-    known = device.groups(Parameter.LENGTH, device.length_m)
-    groups = known.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), count))
+    device_groups = device.groups(Parameter.LENGTH, device.length_m)
+    groups = device_groups.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), count))
     columns: dict[str, Any] = {**values, "d": groups.d, "gbar": groups.gbar}
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
         motions = find_motions(groups, plan.device.period_ratio)
@@ -194,7 +194,7 @@ def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, column
 
 
 def _simulated(
-    asked: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
+    block: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
 ) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
     from vireport.checks.crosscheck import is_one_to_one
@@ -205,9 +205,9 @@ def _simulated(
     np.maximum.at(fastest, motions.cell[real], np.maximum(orbit.velocity_bottom, -orbit.velocity_top)[real])
     cells = zip(numbers, groups.d, start_speed(groups.restitution, fastest), strict=True)
     # Seeded by the number of the cell: neither chunks nor workers nor interruptions change a result.
-    starts = np.concatenate([random_starts(at, speed, asked.starts, (SEED, int(k))) for k, at, speed in cells])
+    starts = np.concatenate([random_starts(at, speed, block.starts, (SEED, int(k))) for k, at, speed in cells])
     words, shares = [], np.empty(len(numbers))
-    for k, reached in enumerate(attractors(groups, starts, asked.impacts, workers=1)):
+    for k, reached in enumerate(attractors(groups, starts, block.impacts, workers=1)):
         counts = Counter(attractor.word or attractor.outcome.value for attractor in reached)
         # Ties are broken by the word, so that the order of the starts does not matter.
         words.append(min(counts, key=lambda word: (-counts[word], word)))

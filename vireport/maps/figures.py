@@ -142,7 +142,7 @@ class MapFigure(Struct, frozen=True, eq=False):
 
 
 def map_pictures(
-    plan: MapPlan, result: Path, found: MapFindings, design: MapDesign | None = None, templates: Path | None = None
+    plan: MapPlan, result: Path, findings: MapFindings, design: MapDesign | None = None, templates: Path | None = None
 ) -> tuple[Picture, ...]:
     """Draw the heat maps of a map, with their words.
 
@@ -151,7 +151,7 @@ def map_pictures(
     plan : MapPlan
     result : Path
         The finished map; it is read piece by piece.
-    found : MapFindings
+    findings : MapFindings
         Of this map.
     design : MapDesign, optional
         Is marked.
@@ -161,21 +161,21 @@ def map_pictures(
     if not plan.is_plane:
         return ()
     said = Words("map", templates)
-    shown = MapFigure(plan, _raster(plan, result), loci_of(plan), found, design, said)
-    given = {"plan": plan, "held": held_by(plan.device, plan.names), "found": found, "marked": shown.marked}
-    given |= {"curves": bool(shown.loci), "outcomes": outcomes_of(found)}
+    drawing = MapFigure(plan, _raster(plan, result), loci_of(plan), findings, design, said)
+    words = {"plan": plan, "held": held_by(plan.device, plan.names), "found": findings, "marked": drawing.marked}
+    words |= {"curves": bool(drawing.loci), "outcomes": outcomes_of(findings)}
     with style():
         return tuple(
             Picture(
-                name, said("title", name), said("caption", name, given), said("alt", name, given), DRAWN[name](shown)
+                name, said("title", name), said("caption", name, words), said("alt", name, words), DRAWN[name](drawing)
             )
             for name in picture_names(plan)
         )
 
 
-def outcomes_of(found: MapFindings) -> list[tuple[str, int]]:
+def outcomes_of(findings: MapFindings) -> list[tuple[str, int]]:
     """What cells come to from rest, by the names of the legend, and how many do; the most frequent first."""
-    return [(OUTCOMES[outcome][0], count) for outcome, count in found.from_rest.most_common() if count]
+    return [(OUTCOMES[outcome][0], count) for outcome, count in findings.from_rest.most_common() if count]
 
 
 def _raster(plan: MapPlan, result: Path) -> Raster:
@@ -199,82 +199,82 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
     return Raster(x, y, columns)
 
 
-def _stability(shown: MapFigure) -> Figure:
+def _stability(drawing: MapFigure) -> Figure:
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
-    figure, axes = _blank(shown)
-    _fill(axes, shown.raster, shown.raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
-    return _finished(figure, axes, shown, _types(shown, *STABILITIES))
+    figure, axes = _blank(drawing)
+    _fill(axes, drawing.raster, drawing.raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
+    return _finished(figure, axes, drawing, _types(drawing, *STABILITIES))
 
 
-def _types(shown: MapFigure, *kinds: Stability) -> list[Area]:
+def _types(drawing: MapFigure, *kinds: Stability) -> list[Area]:
     """The cells of each of some types of motion that there are."""
-    code = shown.raster.columns["stability"]
+    code = drawing.raster.columns["stability"]
     return [Area(*TYPES[kind], code == kind.code) for kind in kinds if (code == kind.code).any()]
 
 
 def _of_stable(
-    shown: MapFigure, values: Floats, colors: str, label: str, ends: tuple[float, float] | None = None
+    drawing: MapFigure, values: Floats, colors: str, label: str, ends: tuple[float, float] | None = None
 ) -> tuple[Figure, Axes]:
     """A figure with values where the motion is stable, from the least to the largest where no ends are given."""
-    figure, axes = _blank(shown)
-    code = shown.raster.columns["stability"]
+    figure, axes = _blank(drawing)
+    code = drawing.raster.columns["stability"]
     unstable = code == Stability.UNSTABLE_NODE.code
     flat = ListedColormap([TYPES[Stability.UNSTABLE_NODE][1]])
-    _fill(axes, shown.raster, np.where(unstable, 1.0, np.nan), flat, 0.0, 2.0)
+    _fill(axes, drawing.raster, np.where(unstable, 1.0, np.nan), flat, 0.0, 2.0)
     colored = np.where(np.isfinite(code) & ~unstable, values, np.nan)
-    known = colored[np.isfinite(colored)]
-    low, high = ends or ((float(known.min()), float(known.max())) if known.size else (0.0, 1.0))
-    _fill(axes, shown.raster, colored, colors, low, high if high > low else low + 1.0)
+    finite = colored[np.isfinite(colored)]
+    low, high = ends or ((float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0))
+    _fill(axes, drawing.raster, colored, colors, low, high if high > low else low + 1.0)
     bar: Any = figure.colorbar(axes.images[-1], ax=axes, label=label)
     bar.solids.set_edgecolor("face")  # without it the page shines through between the strips of colour
     return figure, axes
 
 
-def _margin(shown: MapFigure) -> Figure:
-    axes_of = dict(zip(shown.plan.names, (shown.raster.x, shown.raster.y[:, None]), strict=True))
-    restitution = restitution_at(shown.plan, axes_of)
-    shares = shown.raster.columns["multiplier_margin"] / largest_margin(restitution)
+def _margin(drawing: MapFigure) -> Figure:
+    axes_of = dict(zip(drawing.plan.names, (drawing.raster.x, drawing.raster.y[:, None]), strict=True))
+    restitution = restitution_at(drawing.plan, axes_of)
+    shares = drawing.raster.columns["multiplier_margin"] / largest_margin(restitution)
     determinant = "(r_bottom r_top)²" if isinstance(restitution, Restitutions) else "r⁴"
     label = f"1 − |tr|/(1 + {determinant}) [%]"
-    figure, axes = _of_stable(shown, 100 * shares, "viridis", label, (0.0, 100.0))
-    return _finished(figure, axes, shown, _types(shown, Stability.UNSTABLE_NODE))
+    figure, axes = _of_stable(drawing, 100 * shares, "viridis", label, (0.0, 100.0))
+    return _finished(figure, axes, drawing, _types(drawing, Stability.UNSTABLE_NODE))
 
 
-def _voltage(shown: MapFigure) -> Figure:
-    volts = shown.raster.columns["u_ave_v"]
+def _voltage(drawing: MapFigure) -> Figure:
+    volts = drawing.raster.columns["u_ave_v"]
     power = prefix([volts])
-    figure, axes = _of_stable(shown, volts / 10.0**power, "cividis", f"Uₐᵥₑ [{PREFIXES[power]}V]")
-    return _finished(figure, axes, shown, _types(shown, Stability.UNSTABLE_NODE))
+    figure, axes = _of_stable(drawing, volts / 10.0**power, "cividis", f"Uₐᵥₑ [{PREFIXES[power]}V]")
+    return _finished(figure, axes, drawing, _types(drawing, Stability.UNSTABLE_NODE))
 
 
-def _from_rest(shown: MapFigure) -> Figure:
-    code = shown.raster.columns["from_rest"]
-    figure, axes = _blank(shown)
+def _from_rest(drawing: MapFigure) -> Figure:
+    code = drawing.raster.columns["from_rest"]
+    figure, axes = _blank(drawing)
     colors = ListedColormap([OUTCOMES[each][1] for each in DESTINATIONS])
-    _fill(axes, shown.raster, code, colors, -0.5, len(DESTINATIONS) - 0.5)
+    _fill(axes, drawing.raster, code, colors, -0.5, len(DESTINATIONS) - 0.5)
     areas = [
         Area(OUTCOMES[each][0], Pixel.like(OUTCOMES[each][1]), code == k)
         for k, each in enumerate(DESTINATIONS)
         if (code == k).any()
     ]
     # A stable motion that is not reached is where a design may seem good and is not.
-    note = shown.said("missed", shown.found) if shown.found.missed else ""
-    return _finished(figure, axes, shown, areas, note)
+    note = drawing.said("missed", drawing.found) if drawing.found.missed else ""
+    return _finished(figure, axes, drawing, areas, note)
 
 
-def _shock(shown: MapFigure) -> Figure:
-    columns = shown.raster.columns
+def _shock(drawing: MapFigure) -> Figure:
+    columns = drawing.raster.columns
     jump, searched, code = columns["least_jump_m_s"], columns["jump_searched_to_m_s"], columns["stability"]
     power = prefix([jump])
-    figure, axes = _of_stable(shown, jump / 10.0**power, "viridis", f"least shock [{PREFIXES[power]}m/s]")
+    figure, axes = _of_stable(drawing, jump / 10.0**power, "viridis", f"least shock [{PREFIXES[power]}m/s]")
     stable = np.isfinite(code) & (code != Stability.UNSTABLE_NODE.code)
     flat = ((np.isnan(jump) & np.isfinite(searched), NONE_FOUND), (stable & np.isnan(searched), NOT_TOLD))
-    areas = _types(shown, Stability.UNSTABLE_NODE)
+    areas = _types(drawing, Stability.UNSTABLE_NODE)
     for cells, (words, color) in flat:
         if cells.any():
-            _fill(axes, shown.raster, np.where(cells, 1.0, np.nan), ListedColormap([color]), 0.0, 2.0)
+            _fill(axes, drawing.raster, np.where(cells, 1.0, np.nan), ListedColormap([color]), 0.0, 2.0)
             areas.append(Area(words, color, cells))
-    return _finished(figure, axes, shown, areas)
+    return _finished(figure, axes, drawing, areas)
 
 
 DRAWN = {
@@ -291,12 +291,12 @@ def _height() -> float:
     return HEIGHT * min(1.0, sheet().width / 5)
 
 
-def _blank(shown: MapFigure) -> tuple[Figure, Axes]:
+def _blank(drawing: MapFigure) -> tuple[Figure, Axes]:
     """A figure with the axes of a map."""
     figure, ((axes,),) = blank(1)
     axes.patch.set(**NO_CELL)
-    raster, room = shown.raster, min(HEIGHT, sheet().across)
-    for axis, name, values in zip((axes.xaxis, axes.yaxis), shown.plan.named, (raster.x, raster.y), strict=True):
+    raster, room = drawing.raster, min(HEIGHT, sheet().across)
+    for axis, name, values in zip((axes.xaxis, axes.yaxis), drawing.plan.named, (raster.x, raster.y), strict=True):
         edges = _edges(np.sort(values))
         axis.set_ticks(*round_ticks(edges.min(), edges.max(), room))
         axis.set_label_text(name.label)
@@ -306,9 +306,9 @@ def _blank(shown: MapFigure) -> tuple[Figure, Axes]:
 def _fill(axes: Axes, raster: Raster, values: Floats, colors: str | ListedColormap, low: float, high: float) -> None:
     """Colour the cells that have a value; the scale of the colours goes from `low` to `high`."""
     i, j = np.argsort(raster.x), np.argsort(raster.y)
-    shown = np.ma.masked_invalid(values[np.ix_(j, i)])
+    masked = np.ma.masked_invalid(values[np.ix_(j, i)])
     edges = _edges(raster.x[i]), _edges(raster.y[j])
-    axes.pcolorfast(*edges, shown, cmap=colors, norm=Normalize(low, high), zorder=0.5)
+    axes.pcolorfast(*edges, masked, cmap=colors, norm=Normalize(low, high), zorder=0.5)
 
 
 def _edges(values: Floats) -> Floats:
@@ -319,14 +319,14 @@ def _edges(values: Floats) -> Floats:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
-def _finished(figure: Figure, axes: Axes, shown: MapFigure, types: Sequence[Area], note: str = "") -> Figure:
+def _finished(figure: Figure, axes: Axes, drawing: MapFigure, types: Sequence[Area], note: str = "") -> Figure:
     """Draw the curves, white under each so that it shows on any colour, and the design point; name what there is.
 
     Parameters
     ----------
     figure : Figure
     axes : Axes
-    shown : MapFigure
+    drawing : MapFigure
     types : sequence of Area
         Of cells of one colour.
     note : str
@@ -334,27 +334,31 @@ def _finished(figure: Figure, axes: Axes, shown: MapFigure, types: Sequence[Area
     """
     limits = axes.get_xlim(), axes.get_ylim()
     paper = Paper(axes, panel_size(axes, _height()))
-    for locus in shown.loci:
+    for locus in drawing.loci:
         if locus.event is not Event.NODE_FOCUS:
             axes.plot(*locus.points.T, color=Color.WHITE, linewidth=HALO, zorder=2.0, solid_capstyle="round")
         look: Look = {"linewidth": LINE, "zorder": 2.5} | LOCI[locus.event][1]
         axes.plot(*locus.points.T, **look)
     axes.set(xlim=limits[0], ylim=limits[1])
-    for locus in shown.loci:
+    for locus in drawing.loci:
         paper.draw(locus.points)
     entries: list[Entry] = []
-    if shown.marked is not None:
-        names, at = shown.plan.names, shown.marked.inputs
-        by_axis = [[own for axis, own in shown.marked.ends(names) if axis == k] for k in (0, 1)]
-        nearest = [(k, min(found, key=lambda own: abs(own.distance))) for k, found in enumerate(by_axis) if found]
+    if drawing.marked is not None:
+        names, at = drawing.plan.names, drawing.marked.inputs
+        by_axis = [[nearest_end for axis, nearest_end in drawing.marked.ends(names) if axis == k] for k in (0, 1)]
+        nearest = [
+            (k, min(of_axis, key=lambda nearest_end: abs(nearest_end.distance)))
+            for k, of_axis in enumerate(by_axis)
+            if of_axis
+        ]
         ends = mark_design(axes, at, [(axis, end.sweep_value) for axis, end in nearest], on_pixels=True)
-        margins = [shown.said("margin", end.distance, shown.plan.named[axis]) for axis, end in nearest]
-        if not paper.mark(at, ends, margins, shown.said("design_point"), bbox=OVER_CELLS):
-            entries.append((shown.said("design_point"), DESIGN | {"markersize": 6.0}))
+        margins = [drawing.said("margin", end.distance, drawing.plan.named[axis]) for axis, end in nearest]
+        if not paper.mark(at, ends, margins, drawing.said("design_point"), bbox=OVER_CELLS):
+            entries.append((drawing.said("design_point"), DESIGN | {"markersize": 6.0}))
     for area in types:
-        if not paper.name(_pixels(axes, shown.raster, area.cells), area.name, every=False, color=area.ink):
+        if not paper.name(_pixels(axes, drawing.raster, area.cells), area.name, every=False, color=area.ink):
             entries.append((area.name, OF_CELLS | {"color": area.color}))
-    drawn = {locus.event for locus in shown.loci}
+    drawn = {locus.event for locus in drawing.loci}
     entries += [(of, {"linewidth": LINE} | look) for kind, (of, look) in LOCI.items() if kind in drawn]
     return finished(figure, _height(), [(note, Color.WARNING)] if note else [], [entries])
 

@@ -106,8 +106,8 @@ def findings_of(plan: MapPlan, result: Path) -> MapFindings:
 
 def quantities_of(plan: MapPlan) -> list[MapQuantity]:
     """The quantities that a map has."""
-    there = {MapQuantity.VOLTAGE: plan.membrane is not None, MapQuantity.SHOCK: plan.shock}
-    return [quantity for quantity in MapQuantity if there.get(quantity, True)]
+    available = {MapQuantity.VOLTAGE: plan.membrane is not None, MapQuantity.SHOCK: plan.shock}
+    return [quantity for quantity in MapQuantity if available.get(quantity, True)]
 
 
 def restitution_at(plan: MapPlan, axes: dict[str, Floats]) -> Any:

@@ -29,8 +29,8 @@ def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
     The ball's mass has no part in the motions: over it, curves are straight.
     """
     low, high = np.array([axis_ends(axis) for axis in plan.axes]).T
-    inputs = [next((known for known in DesignInput if known.value == name), None) for name in plan.names]
-    at = {known: value for known, value in zip(inputs, low.tolist(), strict=True) if known is not None}
+    inputs = [next((varied for varied in DesignInput if varied.value == name), None) for name in plan.names]
+    at = {varied: value for varied, value in zip(inputs, low.tolist(), strict=True) if varied is not None}
     device = plan.device.with_values(at)
     first, second = inputs
     if DesignInput.RESTITUTION in inputs and first in RESTITUTIONS and second in RESTITUTIONS:
@@ -39,7 +39,7 @@ def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
         drawn = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
         return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in drawn.loci)
     k = inputs.index(None)
-    parameter = next((known for known in DRIVING if known.value == plan.names[1 - k]), None)
+    parameter = next((varied for varied in DRIVING if varied.value == plan.names[1 - k]), None)
     if parameter is None:
         return ()
     sweep = Sweep(device, parameter, float(low[1 - k]), float(high[1 - k]))

@@ -50,7 +50,7 @@ class MapOutput(Struct, frozen=True):
     width_mm: float | None = None
 
 
-def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, asked: MapOutput) -> MapReport:
+def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, output: MapOutput) -> MapReport:
     """What a finished map comes to, with its figures drawn.
 
     Parameters
@@ -61,23 +61,23 @@ def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, asked: Map
         The map file.
     design : Loaded, optional
         Its design point.
-    asked : MapOutput
+    output : MapOutput
     """
     from vireport.figures.style import Sheet, drawn_for
     from vireport.maps.figures import map_pictures
 
     plan = store.plan
-    found, at_design = findings_of(plan, store.result), map_design(design, plan)
-    with drawn_for(Sheet.of(asked.width_mm)):
-        drawn = map_pictures(plan, store.result, found, at_design, asked.templates)
-    origin = with_pages(provenance_of(loaded, asked.command), drawn=bool(drawn))
+    findings, at_design = findings_of(plan, store.result), map_design(design, plan)
+    with drawn_for(Sheet.of(output.width_mm)):
+        drawn = map_pictures(plan, store.result, findings, at_design, output.templates)
+    origin = with_pages(provenance_of(loaded, output.command), drawn=bool(drawn))
     pictures = {picture.name: picture for picture in drawn}
     digest = store.digest.read_text(encoding="utf-8").split()[0]
-    return MapReport(plan, loaded, found, at_design, digest, pictures, origin, asked.templates)
+    return MapReport(plan, loaded, findings, at_design, digest, pictures, origin, output.templates)
 
 
-def files(report: MapReport, asked: MapOutput) -> dict[str, bytes]:
+def files(report: MapReport, output: MapOutput) -> dict[str, bytes]:
     """The report and the figures of a finished map by their names."""
     from vireport.report.rendering import render_files
 
-    return render_files(report, set(asked.formats), asked.templates, asked.paper)
+    return render_files(report, set(output.formats), output.templates, output.paper)

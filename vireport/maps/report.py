@@ -80,9 +80,9 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         """Title and name of the map file."""
         return " · ".join(tied(part) for part in (self.title, self.provenance.scenario_name) if part)
 
-    def say(self, macro: str, *given: Any) -> str:
+    def say(self, macro: str, *values: Any) -> str:
         """What a macro of the words of maps says."""
-        return Words("map", self.templates)(macro, *given)
+        return Words("map", self.templates)(macro, *values)
 
     @cached_property
     def verdict(self) -> WordedOpening:
@@ -90,8 +90,8 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         if self.design is not None:
             return self.design.study.opening.worded(self.templates)
         missed = (_said("sentence", _said("missed", self.found)),) if self.found.missed else ()
-        told = (_said("only_unstable", self.found), *missed, _said("give_design"))
-        facts = tuple(Statement(Status.NEUTRAL, fact) for fact in told)
+        bullets = (_said("only_unstable", self.found), *missed, _said("give_design"))
+        facts = tuple(Statement(Status.NEUTRAL, fact) for fact in bullets)
         headline = _said("headline", self.plan, self.found)
         return Opening(Status.NEUTRAL, _said("word"), headline, facts).worded(self.templates)
 

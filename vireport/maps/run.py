@@ -27,7 +27,7 @@ def run_map(
     workers: int | None = None,
     progress: CellProgress | None = None,
     draw: bool = True,
-    asked: MapOutput | None = None,
+    output: MapOutput | None = None,
     overrides: Overrides = (),
 ) -> str:
     """Compute a map, or what is missing of it, write its report and figures, and return a summary in words.
@@ -48,7 +48,7 @@ def run_map(
         Called with cells done and cells in all, now and then.
     draw : bool
         Whether to write a report, with heat maps where the map is a grid over two parameters.
-    asked : MapOutput, optional
+    output : MapOutput, optional
         What of it is written.
     overrides : sequence of str, or mapping of str to object
         Values set over those of the file, as in `load`.
@@ -85,8 +85,8 @@ def run_map(
             return "\n".join([*rejected, _counted(plan, counts), _written([store.result])])
         from vireport.maps import outputs
 
-        report = outputs.report_of(store, loaded, design, asked or outputs.MapOutput())
-        files = outputs.files(report, asked or outputs.MapOutput())
+        report = outputs.report_of(store, loaded, design, output or outputs.MapOutput())
+        files = outputs.files(report, output or outputs.MapOutput())
         with map_store.writing(folder):
             write_files(folder, files)
     # Of cells beside a design point the page has the counts.

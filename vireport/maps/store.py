@@ -286,9 +286,9 @@ def stored_chunks(store: Store, rejected: list[str]) -> set[int]:
 def _refuse_other_map(store: Store, identities: list[Identity]) -> None:
     """Refuse a folder with results of another map, or of this one by other versions."""
     words = {"map_sha256": "the map file", "vireport": "the version of vireport", "numpy": "the version of numpy"}
-    own = store.identity()
+    stored = store.identity()
     for identity in identities:
-        changed = [word for key, word in words.items() if getattr(identity, key) != getattr(own, key)]
+        changed = [word for key, word in words.items() if getattr(identity, key) != getattr(stored, key)]
         if changed:
             raise UsageError(
                 f"{store.folder}: holds the results of another map: {', '.join(changed)} changed since. They are not "

@@ -242,8 +242,8 @@ def require_address(scheduler: str) -> None:
     scheme, separator, place = scheduler.partition("://")
     try:
         parts = urlsplit(f"//{place if separator else scheduler}")
-        known = not separator or scheme in SCHEMES
-        right = known and parts.hostname and parts.port and not parts.path.strip("/")
+        accepted = not separator or scheme in SCHEMES
+        right = accepted and parts.hostname and parts.port and not parts.path.strip("/")
     except ValueError:  # a port that is no number, or brackets that do not match
         right = False
     if not right:
@@ -308,8 +308,8 @@ async def _require_scheduler(distributed: Any, address: str) -> None:
     from asyncio import timeout  # here, as each worker process imports this module, and none needs it
 
     security = distributed.Security().get_connection_args("client")
-    async with timeout(ANSWER), distributed.rpc(address, connection_args=security) as there:
-        kind = (await there.identity())["type"]
+    async with timeout(ANSWER), distributed.rpc(address, connection_args=security) as scheduler:
+        kind = (await scheduler.identity())["type"]
     if kind != "Scheduler":
         raise ValueError(f"it is a {kind}")
 
@@ -380,7 +380,7 @@ class _Watch:
     def _compare_versions(self) -> None:
         """Refuse a cluster on which other versions, or none, would compute: the results are not mixed."""
         versions = self._answer(self.client.get_versions, packages=list(self.needed))
-        own = versions["client"]["packages"]
+        client = versions["client"]["packages"]
         nodes = [("the scheduler", "vireport", versions["scheduler"])]  # it reads the tasks, but computes nothing
         nodes += [
             (f"worker {address}", package, node)
@@ -389,10 +389,10 @@ class _Watch:
         ]
         for name, package, node in nodes:
             version = node["packages"][package]
-            if version != own[package] and (version is None or package in SAME_VERSIONS):
+            if version != client[package] and (version is None or package in SAME_VERSIONS):
                 raise NumericalError(
                     f"--scheduler {self.scheduler}: {name} has {package} in version {version or 'none'}, this process "
-                    f"in version {own[package]} (install the same everywhere)"
+                    f"in version {client[package]} (install the same everywhere)"
                 )
 
     def _answer(self, ask: Callable[..., Any], **arguments: Any) -> Any:

@@ -82,10 +82,10 @@ class Inquiry(Struct, frozen=True):
 class Weights:
     """The covariance of the equations' values for errors of times as `Equations.spread` has them: M = L L'."""
 
-    def __init__(self, own: Equations) -> None:
+    def __init__(self, system: Equations) -> None:
         from scipy.linalg import LinAlgError, cholesky_banded  # type: ignore[import-untyped]
 
-        b, k = own.by_error, own.impacts
+        b, k = system.by_error, system.impacts
         m = len(k)
         band = np.zeros((3, m))
         band[0] = (1 + SLACK**2) * np.einsum("ij,ij->i", b, b)
@@ -107,8 +107,8 @@ class Weights:
         """L^-1 of columns: what each adds to those before it, over its standard deviation."""
         from scipy.linalg.lapack import dtbtrs  # type: ignore[import-untyped]
 
-        own = columns.reshape(len(columns), -1)
-        solved, _ = dtbtrs(self.factor, own, uplo="L")
+        flat = columns.reshape(len(columns), -1)
+        solved, _ = dtbtrs(self.factor, flat, uplo="L")
         return np.asarray(solved).reshape(columns.shape)
 
     def returned(self, columns: Array) -> Array:
@@ -194,7 +194,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
     times, shares, span = impacts.times, impacts.errors, impacts.span_s
     scales = np.array([model.scale_of(x, span) for x in unknowns])
     true = times.copy()
-    known = np.array([[p.value, p.deviation] for x in unknowns for p in priors if p.unknown is x]).reshape(-1, 2)
+    stated = np.array([[p.value, p.deviation] for x in unknowns for p in priors if p.unknown is x]).reshape(-1, 2)
     where = np.array([i for i, x in enumerate(unknowns) for p in priors if p.unknown is x], dtype=int)
     observed = {prior.unknown for prior in priors}
     square, done = 0.0, False
@@ -209,10 +209,10 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
             square = float(white @ white) / max(freedom, 1)
         # Unknowns of which something is known beforehand are observed once more, with a weight.
         values = np.array([model.value_of(x) for x in unknowns])
-        weight = np.sqrt(square) / known[:, 1] if len(known) else np.empty(0)
+        weight = np.sqrt(square) / stated[:, 1] if len(stated) else np.empty(0)
         more = np.zeros((len(where), len(unknowns)))
         more[np.arange(len(where)), where] = weight * scales[where]
-        rest = weight * (values[where] - known[:, 0]) if len(known) else np.empty(0)
+        rest = weight * (values[where] - stated[:, 0]) if len(stated) else np.empty(0)
         design, right = np.vstack([columns, more]), np.concatenate([white, rest])
         inverse, move = _solved(design, right, np.array([x not in observed for x in unknowns]))
         left = right + design @ move
@@ -267,10 +267,10 @@ def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
         kept = np.zeros((len(free), int(np.sum(s > LEAST_SHARE * s[0]))))
         kept[free] = v[: kept.shape[1]].T
         ways = np.hstack([kept, ways[:, ~free]])
-    own = design @ ways
-    size = np.linalg.norm(own, axis=0)
+    normal = design @ ways
+    size = np.linalg.norm(normal, axis=0)
     size[size == 0] = 1.0
-    inverse = ways / size @ np.linalg.pinv((own / size).T @ (own / size), hermitian=True) @ (ways / size).T
+    inverse = ways / size @ np.linalg.pinv((normal / size).T @ (normal / size), hermitian=True) @ (ways / size).T
     return inverse, -inverse @ (design.T @ right)
 
 

@@ -51,8 +51,10 @@ class Unknown(StrEnum):
     @property
     def unit(self) -> str:
         """Symbol of its unit, "" where it has none."""
-        known = self.design_input
-        return known.unit if known is not None else {"force_phase_rad": "rad", "clock_drift_per_s": "1/s"}.get(self, "")
+        varied = self.design_input
+        return (
+            varied.unit if varied is not None else {"force_phase_rad": "rad", "clock_drift_per_s": "1/s"}.get(self, "")
+        )
 
 
 RESTITUTIONS = Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
@@ -84,21 +86,21 @@ class ClockedDevice(Struct, frozen=True):
 
     def value_of(self, unknown: Unknown) -> float:
         """The value of an unknown, in its unit."""
-        known = unknown.design_input
-        if known is not None:
-            return float(self.device.value_of(known))
+        varied = unknown.design_input
+        if varied is not None:
+            return float(self.device.value_of(varied))
         return {Unknown.PHASE: self.phase, Unknown.EXPONENT: self.exponent, Unknown.DRIFT: self.drift}[unknown]
 
     def with_values(self, unknowns: tuple[Unknown, ...], values: Array) -> ClockedDevice:
         """The model with other values of some unknowns."""
-        given = dict(zip(unknowns, map(float, values), strict=True))
-        inputs = {known: given[x] for x in unknowns if (known := x.design_input) is not None}
+        new = dict(zip(unknowns, map(float, values), strict=True))
+        inputs = {varied: new[x] for x in unknowns if (varied := x.design_input) is not None}
         return replace(
             self,
             device=self.device.with_values(inputs),
-            phase=given.get(Unknown.PHASE, self.phase),
-            exponent=given.get(Unknown.EXPONENT, self.exponent),
-            drift=given.get(Unknown.DRIFT, self.drift),
+            phase=new.get(Unknown.PHASE, self.phase),
+            exponent=new.get(Unknown.EXPONENT, self.exponent),
+            drift=new.get(Unknown.DRIFT, self.drift),
         )
 
     def scale_of(self, unknown: Unknown, span_s: float) -> float:
@@ -386,12 +388,12 @@ def _column(
         return moved(device.frequency_hz * times * times)
     if unknown is Unknown.EXPONENT:
         return np.asarray(rebounds.restitution * w * np.log(np.maximum(np.abs(w), 1e-300) / model.speed))
-    known, groups = DesignInput(unknown.value), device.groups(Parameter.LENGTH, device.length_m)
-    by_d, by_gbar, by_bottom, by_top = device.slopes(known, float(groups.d), float(groups.gbar))
+    varied, groups = DesignInput(unknown.value), device.groups(Parameter.LENGTH, device.length_m)
+    by_d, by_gbar, by_bottom, by_top = device.slopes(varied, float(groups.d), float(groups.gbar))
     sides, duration, slope = impacts.walls[1:] - impacts.walls[:-1], flights.duration, rebounds.slope
     column = np.where(rebounds.wall > 0, by_bottom, by_top) * rebounds.share * w
     column = column + by_d / 2 * (sides[first] / duration[first] + slope * sides[last] / duration[last])
     column = column + by_gbar / 2 * (slope * duration[last] - duration[first])
-    if known is DesignInput.FREQUENCY:
+    if varied is DesignInput.FREQUENCY:
         column = column + moved(dimensionless(model, times) / device.frequency_hz)
     return np.asarray(column)

@@ -200,16 +200,16 @@ def fit(
     for k, start in enumerate(begun):
         say(counted("fitting the impacts", k + 1, len(begun)))
         tried.append(_settled(inquiry.begun_with(start), impacts, within_s))
-    fits = [found for found in tried if isinstance(found, Fitted)]
-    if Unknown.PHASE in unknowns and (doubted := [found for found in fits if found.gaps or found.false]):
+    fits = [fitted for fitted in tried if isinstance(fitted, Fitted)]
+    if Unknown.PHASE in unknowns and (doubted := [fitted for fitted in fits if fitted.gaps or fitted.false]):
         # What was missed may hide another answer from the search, or the only one: look for it in what is left.
-        clean = min(doubted, key=lambda found: found.lost).screened
+        clean = min(doubted, key=lambda fitted: fitted.lost).screened
         more = starts(inquiry, alike.rows(clean.kept, clean.flown).first(first))
         more = [start for start in more if not any(same_start(start, other, unknowns) for other in begun)]
         tried += [_settled(inquiry.begun_with(start), impacts, within_s) for start in more]
-        fits = [found for found in tried if isinstance(found, Fitted)]
+        fits = [fitted for fitted in tried if isinstance(fitted, Fitted)]
     if not fits:
-        failures = (found for found in tried if isinstance(found, NoFit))
+        failures = (fitted for fitted in tried if isinstance(fitted, NoFit))
         return min(failures, key=lambda failed: failed.value if failed.failure is Unfit.SCATTER else np.inf)
     return _only(fits, unknowns)
 
@@ -226,84 +226,84 @@ def _settled(inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float) -> Fit
     error = typical(equations(model, impacts), MANY)
     if error > min(LARGEST_TIMING_ERROR * period, 3 * within_s):
         return NoFit(Unfit.SCATTER, error)
-    known = whole(len(times))
+    previous = whole(len(times))
     through = doubted = np.empty(0, dtype=np.intp)  # rows with which flights begin that are not used
-    found: Adjusted | None = None
+    adjustment: Adjusted | None = None
     for _ in range(ROUNDS):
         # Exact times fail by rounding, which is not the same for all equations.
         now = screened(model, impacts, max(error, exact_below(model)))
         if len(flights := np.flatnonzero(now.flown & np.isin(now.kept[:-1], doubted))):
             now = without_flights(now, times, flights)
-        if found is not None and now.same_as(known) and found.settled:
+        if adjustment is not None and now.same_as(previous) and adjustment.settled:
             break
-        known = now
-        count = int(np.sum(known.flown[:-1] & known.flown[1:]))
+        previous = now
+        count = int(np.sum(previous.flown[:-1] & previous.flown[1:]))
         if count < len(inquiry.unknowns) + LEAST_EQUATIONS:
             return NoFit(Unfit.GAPS, 1 - count / (len(times) - 2))
-        kept = impacts.rows(known.kept, known.flown)
+        kept = impacts.rows(previous.kept, previous.flown)
         try:
-            found = adjusted(inquiry.begun_with(model), kept)
+            adjustment = adjusted(inquiry.begun_with(model), kept)
         except NumericalError:
             return NoFit(Unfit.NO_MOTION, error)
-        model = found.model
+        model = adjustment.model
         # What was not recognised yet makes the fit's own error larger, and would hide in it.
-        error = min(found.timing_error_s, 2 * typical(equations(model, kept), MANY))
+        error = min(adjustment.timing_error_s, 2 * typical(equations(model, kept), MANY))
         if error > LARGEST_TIMING_ERROR * period:
             return NoFit(Unfit.SCATTER, error)
         # An impact so slow that its loss is within the noise leaves a flight through a membrane.
-        through = np.union1d(through, known.kept[_through(Fitted(found, known, impacts))]).astype(np.intp)
+        through = np.union1d(through, previous.kept[_through(Fitted(adjustment, previous, impacts))]).astype(np.intp)
         if len(through) > MOST_THROUGH * len(times):
             return NoFit(Unfit.PATH, float(times[through[0]]))
-        doubted = np.union1d(np.union1d(doubted, through), known.kept[_beyond_noise(found)]).astype(np.intp)
-    if found is None or not found.settled:
+        doubted = np.union1d(np.union1d(doubted, through), previous.kept[_beyond_noise(adjustment)]).astype(np.intp)
+    if adjustment is None or not adjustment.settled:
         return NoFit(Unfit.NO_MOTION, error)
-    fitted = Fitted(found, known, impacts)
+    fitted = Fitted(adjustment, previous, impacts)
     if (unexplained := fitted.lost / (len(times) - 1)) > MOST_GAPS:
         return NoFit(Unfit.GAPS, unexplained)
-    return _impossible(found) or fitted
+    return _impossible(adjustment) or fitted
 
 
-def _impossible(found: Adjusted) -> NoFit | None:
+def _impossible(adjustment: Adjusted) -> NoFit | None:
     """Restitutions that are none, if a fit has such."""
-    for x in found.unknowns:
+    for x in adjustment.unknowns:
         if x in RESTITUTIONS:
-            value, margin = found.model.value_of(x), 5 * found.deviation_of(x)
+            value, margin = adjustment.model.value_of(x), 5 * adjustment.deviation_of(x)
             if value < -margin or value > 1 + margin:
                 return NoFit(Unfit.RESTITUTION, value)
     return None
 
 
-def _beyond_noise(found: Adjusted) -> Indices:
+def _beyond_noise(adjustment: Adjusted) -> Indices:
     """Flights on both sides of impacts that differ from the others by more than errors of the times do.
 
     Where several impacts were missed or false together, one that is left may keep within what screening lets pass, and
     would still outweigh hundreds.
     """
-    size = np.abs(found.innovations[: len(found.equations.impacts)])
-    most = LARGEST_INNOVATION * max(1.4826 * float(np.median(size)), exact_below(found.model))
-    own = found.equations.impacts[size > most]
-    return np.union1d(own - 1, own).astype(np.intp)
+    size = np.abs(adjustment.innovations[: len(adjustment.equations.impacts)])
+    most = LARGEST_INNOVATION * max(1.4826 * float(np.median(size)), exact_below(adjustment.model))
+    outliers = adjustment.equations.impacts[size > most]
+    return np.union1d(outliers - 1, outliers).astype(np.intp)
 
 
 def _through(fitted: Fitted) -> Indices:
     """Flights in which the ball is beyond a membrane."""
-    found, own = fitted.adjusted, fitted.explained
-    times, walls = own.times, own.walls
-    device = found.model.device
+    adjustment, explained = fitted.adjusted, fitted.explained
+    times, walls = explained.times, explained.walls
+    device = adjustment.model.device
     groups = device.groups(Parameter.LENGTH, device.length_m)
-    flown = np.flatnonzero(own.flown)
+    flown = np.flatnonzero(explained.flown)
     start, end = times[flown], times[flown + 1]
     with np.errstate(all="ignore"):  # flights that are not used may be of any length
-        after, before = (speeds[flown] for speeds in velocities(found.model, times, walls))
+        after, before = (speeds[flown] for speeds in velocities(adjustment.model, times, walls))
     unit = 2 * device.frequency_hz
-    left = dimensionless(found.model, start)
-    begun = groups.wave(pi * left + found.model.phase, ARRAYS)
+    left = dimensionless(adjustment.model, start)
+    begun = groups.wave(pi * left + adjustment.model.phase, ARRAYS)
     # A ball that is beyond a membrane for less than the timing error may not be.
-    room = float(groups.d) / 2 + 6 * found.timing_error_s * unit * max(np.abs(after).max(), np.abs(before).max())
+    room = float(groups.d) / 2 + 6 * adjustment.timing_error_s * unit * max(np.abs(after).max(), np.abs(before).max())
     beyond = np.zeros(len(flown), dtype=bool)
     for share in np.arange(1, SAMPLES) / SAMPLES:
-        t = dimensionless(found.model, start + share * (end - start))
-        now = groups.wave(pi * t + found.model.phase, ARRAYS)
+        t = dimensionless(adjustment.model, start + share * (end - start))
+        now = groups.wave(pi * t + adjustment.model.phase, ARRAYS)
         gone = flight.displacement(t - left, after, begun.impulse, begun.path, now.path, groups.gbar)
         beyond |= np.abs(walls[flown] * groups.d / 2 + gone) > room * (1 + 1e-9)
     return flown[beyond]
@@ -314,23 +314,23 @@ def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
 
     Of a motion that repeats itself only a stable one lasts.
     """
-    least = min(found.adjusted.timing_error_s for found in fits)
+    least = min(fitted.adjusted.timing_error_s for fitted in fits)
     most = max(AS_GOOD * least, exact_below(fits[0].adjusted.model))
-    good = [found for found in fits if found.adjusted.timing_error_s <= most]
-    good = [found for k, found in enumerate(good) if not any(_alike(found, other) for other in good[:k])]
-    lasting = [found for found in good if not _unstable(found)]
+    good = [fitted for fitted in fits if fitted.adjusted.timing_error_s <= most]
+    good = [fitted for k, fitted in enumerate(good) if not any(_alike(fitted, other) for other in good[:k])]
+    lasting = [fitted for fitted in good if not _unstable(fitted)]
     if not lasting:  # the lasting one may have been missed
-        for found in good:
-            _require_information(found.adjusted, unknowns)
+        for fitted in good:
+            _require_information(fitted.adjusted, unknowns)
         raise Unidentifiable(Open(unstable=True))
     # A fit that gets rid of more of the record explains less of it.
-    fewest = min(found.lost for found in lasting)
-    good = [found for found in lasting if found.lost <= 1.5 * fewest + 3]
-    for found in good:
-        _require_information(found.adjusted, unknowns)
+    fewest = min(fitted.lost for fitted in lasting)
+    good = [fitted for fitted in lasting if fitted.lost <= 1.5 * fewest + 3]
+    for fitted in good:
+        _require_information(fitted.adjusted, unknowns)
     if len(good) > 1:
         raise Unidentifiable(
-            Open(answers=tuple(tuple((x, found.adjusted.model.value_of(x)) for x in unknowns) for found in good))
+            Open(answers=tuple(tuple((x, fitted.adjusted.model.value_of(x)) for x in unknowns) for fitted in good))
         )
     return good[0]
 
@@ -343,13 +343,13 @@ def _alike(one: Fitted, other: Fitted) -> bool:
     return bool(turned) and all(abs(x - y) <= max(deviation, 1e-6 * abs(x)) for x, y, deviation in values)
 
 
-def _require_information(found: Adjusted, unknowns: tuple[Unknown, ...]) -> None:
+def _require_information(adjustment: Adjusted, unknowns: tuple[Unknown, ...]) -> None:
     """Refuse what the fitted motion does not depend on."""
     count = len(unknowns)
-    scales = found.scales[:count]
-    information = found.information[:count, :count] * np.outer(scales, scales)
+    scales = adjustment.scales[:count]
+    information = adjustment.information[:count, :count] * np.outer(scales, scales)
     values, vectors = np.linalg.eigh(information)
-    deviation = found.timing_error_s / np.sqrt(max(float(values[0]), 1e-300))
+    deviation = adjustment.timing_error_s / np.sqrt(max(float(values[0]), 1e-300))
     if values[0] > LEAST_SHARE**2 * values[-1] and deviation < WIDEST:
         return
     worst = vectors[:, 0] / vectors[np.argmax(np.abs(vectors[:, 0])), 0]
@@ -357,40 +357,40 @@ def _require_information(found: Adjusted, unknowns: tuple[Unknown, ...]) -> None
     raise Unidentifiable(Open(combination=parts))
 
 
-def _unstable(found: Fitted) -> bool:
+def _unstable(fitted: Fitted) -> bool:
     """Whether a record repeats a pattern of impacts, within the timing error, that the fitted device leaves at once.
 
     That is, for so long that a deviation that was far below the timing error would have grown beyond it.
     """
-    kept = found.kept
+    kept = fitted.kept
     walls, flown = kept.walls, kept.flown
     flights, together = np.diff(kept.times), np.cumsum(~flown)
-    rates = growth_rates(found)
+    rates = growth_rates(fitted)
     for count in range(1, min(LONGEST_PATTERN, len(flights) - 2) + 1):
         # Only where no flight was lost between the one and the other.
         both = flown[:-count] & (together[count:] == together[:-count])
-        off = np.abs(flights[count:] - flights[:-count]) > 10 * found.adjusted.timing_error_s
+        off = np.abs(flights[count:] - flights[:-count]) > 10 * fitted.adjusted.timing_error_s
         off |= walls[count:-1] != walls[: -count - 1]
         # Ends of the stretches of flights that are as those before them.
         ends = np.concatenate([[-1], np.flatnonzero(off | ~both), [len(off)]])
         for start in np.flatnonzero(np.diff(ends) > 2 * count):
-            low, high = np.searchsorted(found.adjusted.equations.impacts, ends[start : start + 2] + count)
+            low, high = np.searchsorted(fitted.adjusted.equations.impacts, ends[start : start + 2] + count)
             if rates[low:high].sum() > MOST_GROWN:
                 return True
     return False
 
 
-def growth(found: Fitted) -> float:
+def growth(fitted: Fitted) -> float:
     """Rate at which small deviations from the fitted motion grow, per impact: negative where it is stable."""
-    return float(growth_rates(found).mean())
+    return float(growth_rates(fitted).mean())
 
 
-def growth_rates(found: Fitted) -> Array:
+def growth_rates(fitted: Fitted) -> Array:
     """Logarithms of the growth of small deviations from the fitted motion at each of its equations."""
-    last, here, rates = 0.3, 1.0, []
-    for b, c, d in found.adjusted.equations.by_time.tolist():
-        last, here = here, -(b * last + c * here) / d
-        size = abs(last) + abs(here)
-        last, here = last / size, here / size
+    last, current, rates = 0.3, 1.0, []
+    for b, c, d in fitted.adjusted.equations.by_time.tolist():
+        last, current = current, -(b * last + c * current) / d
+        size = abs(last) + abs(current)
+        last, current = last / size, current / size
         rates.append(log(size))
     return np.array(rates or [0.0])

@@ -86,12 +86,12 @@ class Identification(Struct, frozen=True, eq=False):
 
         adjusted = self.found.adjusted
         wide = float(stdtrit(adjusted.freedom, (1 + CONFIDENCE) / 2))
-        known = []
+        inputs = []
         for unknown in self.inquiry.unknowns:
             value, error = adjusted.model.value_of(unknown), adjusted.deviation_of(unknown)
             value = value % (2 * np.pi) if unknown is Unknown.PHASE else value
-            known.append(IdentifiedInput(unknown, value, error, value - wide * error, value + wide * error))
-        return tuple(known)
+            inputs.append(IdentifiedInput(unknown, value, error, value - wide * error, value + wide * error))
+        return tuple(inputs)
 
     @property
     def timing_error_s(self) -> float | None:
@@ -138,15 +138,15 @@ def known_inputs(block: TolerancesBlock | None, device: Device, unknowns: tuple[
         return ()
     taken = set(unknowns) | (set(RESTITUTIONS) if set(RESTITUTIONS) & set(unknowns) else set())
     normal = block.distribution is Distribution.NORMAL
-    known = []
+    priors = []
     for varied in DesignInput:
         if Unknown(varied.value) in taken or varied not in device.inputs:
             continue
         value = float(device.value_of(varied))
         half = block.half_width(varied, value)
         if half > 0:
-            known.append(Prior(Unknown(varied.value), value, half / (3 if normal else sqrt(3))))
-    return tuple(known)
+            priors.append(Prior(Unknown(varied.value), value, half / (3 if normal else sqrt(3))))
+    return tuple(priors)
 
 
 def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress = lambda what: None) -> Identification:
@@ -166,16 +166,16 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
     if rounding is not None and rounding.error_s < exact_below(inquiry.model):
         rounding = None
     try:
-        found = fit(inquiry, impacts, fitting)
+        fitted = fit(inquiry, impacts, fitting)
     except Unidentifiable:
         if rounding is None:
             raise
-        found = NoFit(Unfit.NO_MOTION, np.inf)
+        fitted = NoFit(Unfit.NO_MOTION, np.inf)
     if rounding is not None:
-        if isinstance(found, Fitted) and found.adjusted.timing_error_s > FAR_ABOVE * rounding.error_s:
+        if isinstance(fitted, Fitted) and fitted.adjusted.timing_error_s > FAR_ABOVE * rounding.error_s:
             rounding = None
         else:
             impacts = impacts.at(rounding.independent(impacts.times))
-            found = fit(inquiry, impacts, fitting)
-    misfit = judged(found, inquiry, impacts, portion(say, FITTING_SHARE, 1.0))
-    return Identification(inquiry, found, misfit, origin, rounding)
+            fitted = fit(inquiry, impacts, fitting)
+    misfit = judged(fitted, inquiry, impacts, portion(say, FITTING_SHARE, 1.0))
+    return Identification(inquiry, fitted, misfit, origin, rounding)

@@ -84,8 +84,8 @@ def _of_older(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapping[st
     titles = wanted(list(kinds))
     # Of cells and structures, which may be nested without end, nothing is looked at.
     numeric = [title for title in titles if kinds[title] in NUMERIC]
-    found = loadmat(io.BytesIO(plain), variable_names=numeric) if numeric else {}
-    return {title: found[title] if title in numeric else _nothing() for title in titles}
+    arrays = loadmat(io.BytesIO(plain), variable_names=numeric) if numeric else {}
+    return {title: arrays[title] if title in numeric else _nothing() for title in titles}
 
 
 def _unpacked(name: str, data: bytes, budget: int) -> bytes:
@@ -97,16 +97,16 @@ def _unpacked(name: str, data: bytes, budget: int) -> bytes:
     while place + TAG <= len(data):
         kind, count = struct.unpack_from(f"{order}II", data, place)
         end = place + TAG + count
-        own = data[place:end]
+        packed = data[place:end]
         if kind == PACKED:
             packing = zlib.decompressobj()
-            own = packing.decompress(data[place + TAG : end], left + 1)
-            if len(own) <= left and not packing.eof:
+            packed = packing.decompress(data[place + TAG : end], left + 1)
+            if len(packed) <= left and not packing.eof:
                 raise UsageError(f"{name}: the file is cut off (allowed: one that is complete)")
-        left -= len(own)
+        left -= len(packed)
         if left < 0:
             raise _too_large(name)
-        parts.append(own)
+        parts.append(packed)
         place = end
     return b"".join(parts)
 
@@ -126,10 +126,14 @@ def _of_version_7_3(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapp
             if not isinstance(file.get(title, getlink=True), h5py.HardLink):
                 raise UsageError(f"{name}: {title}: is a link (allowed: the vector itself, in this file)")
         stored = {title: file[title] for title in titles}
-        numeric = {title: own for title, own in stored.items() if isinstance(own, h5py.Dataset) and _is_numeric(own)}
+        numeric = {
+            title: variable
+            for title, variable in stored.items()
+            if isinstance(variable, h5py.Dataset) and _is_numeric(variable)
+        }
         # All of them are looked at before any is read.
-        for title, own in numeric.items():
-            budget -= _unfolded(f"{name}: {title}", own, data, budget)
+        for title, variable in numeric.items():
+            budget -= _unfolded(f"{name}: {title}", variable, data, budget)
         return {title: np.asarray(numeric[title][()]).T if title in numeric else _nothing() for title in titles}
 
 
@@ -137,8 +141,8 @@ def _is_numeric(stored: Any) -> bool:
     """Whether a variable of version 7.3 is an array of numbers that has some."""
     if "MATLAB_class" not in stored.attrs or "MATLAB_empty" in stored.attrs or not stored.shape:
         return False
-    known = stored.attrs.get_id("MATLAB_class")
-    if known.shape != () or known.get_storage_size() > LONGEST_CLASS or stored.dtype.kind not in "fiu":
+    attribute = stored.attrs.get_id("MATLAB_class")
+    if attribute.shape != () or attribute.get_storage_size() > LONGEST_CLASS or stored.dtype.kind not in "fiu":
         return False
     kind = stored.attrs["MATLAB_class"]
     return (kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)) in NUMERIC
@@ -179,12 +183,12 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
     stored.id.chunk_iter(chunks.append)
     if len(chunks) != parts:
         raise unwritten
-    for own in chunks:
-        if ZLIB not in kinds or own.filter_mask >> kinds.index(ZLIB) & 1:
+    for piece in chunks:
+        if ZLIB not in kinds or piece.filter_mask >> kinds.index(ZLIB) & 1:
             continue
-        if own.size > len(data):
+        if piece.size > len(data):
             raise unwritten
-        _, raw = stored.id.read_direct_chunk(own.chunk_offset)
+        _, raw = stored.id.read_direct_chunk(piece.chunk_offset)
         if len(zlib.decompressobj().decompress(raw, each + 1)) > each:
             raise _too_large(name)
     return taken

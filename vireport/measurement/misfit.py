@@ -165,32 +165,32 @@ class Misfit(Struct, frozen=True):
 
 
 def judged(
-    found: Fitted | NoFit, inquiry: Inquiry, impacts: MeasuredImpacts, say: Progress = lambda what: None
+    fitted: Fitted | NoFit, inquiry: Inquiry, impacts: MeasuredImpacts, say: Progress = lambda what: None
 ) -> Misfit:
     """Test a fit, and look for what would fit where it does not; parameters are those of `fit`."""
     say(WorkStep("testing the model", 0.0))
-    if isinstance(found, NoFit):
+    if isinstance(fitted, NoFit):
         instead = _explanation(np.inf, inquiry, impacts, ALTERNATIVES)
-        searched = found.failure in (Unfit.NO_MOTION, Unfit.GAPS) or Unknown.PHASE in inquiry.unknowns
+        searched = fitted.failure in (Unfit.NO_MOTION, Unfit.GAPS) or Unknown.PHASE in inquiry.unknowns
         if instead is None and searched:
-            raise Unidentifiable(Open(failed=found))  # it may be the search that failed, and not the model
-        return Misfit(None, None, False, failure=found, explanation=instead)
-    said, likely = tested(found, {*inquiry.fitted})
-    error = found.adjusted.timing_error_s
+            raise Unidentifiable(Open(failed=fitted))  # it may be the search that failed, and not the model
+        return Misfit(None, None, False, failure=fitted, explanation=instead)
+    said, likely = tested(fitted, {*inquiry.fitted})
+    error = fitted.adjusted.timing_error_s
     if said.accepted:
-        instead = _of_flights_left_out(found, inquiry, impacts) if found.lost >= FLIGHTS_EXPLAINED else None
+        instead = _of_flights_left_out(fitted, inquiry, impacts) if fitted.lost >= FLIGHTS_EXPLAINED else None
         if instead is not None:
-            flights = found.lost
+            flights = fitted.lost
             return replace(said, accepted=False, alternative=instead.unknown, explanation=instead, by_flights=flights)
         unseen = _exchanged(inquiry, impacts, max(AS_GOOD * error, exact_below(inquiry.model))) is not None
         return replace(said, swapped_untested=unseen)
     return replace(said, explanation=_explanation(error, inquiry, impacts, likely))
 
 
-def tested(found: Fitted, known: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
+def tested(fitted: Fitted, fitted_unknowns: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
     """Test a fit in which some unknowns were fitted: what the tests say, and the alternatives that they find likely."""
-    tests, untested, hidden = _tests(found, known)
-    unseen = _hides_distortion(found)
+    tests, untested, hidden = _tests(fitted, fitted_unknowns)
+    unseen = _hides_distortion(fitted)
     if not tests:
         return Misfit(None, None, True, untested=untested, distortion_untested=unseen), ()
     tests = sorted(tests, key=lambda test: test[0])
@@ -198,45 +198,45 @@ def tested(found: Fitted, known: set[Unknown]) -> tuple[Misfit, tuple[Unknown, .
     p = min(1.0, p * len(tests))
     if p >= LEVEL:
         return Misfit(statistic, p, True, untested=untested, distortion_untested=unseen, hidden=hidden), ()
-    likely = tuple(x for own, _, x in tests if x and own * len(tests) < LEVEL)
+    likely = tuple(x for entry, _, x in tests if x and entry * len(tests) < LEVEL)
     return Misfit(statistic, p, False, alternative, untested=untested), likely
 
 
 def _tests(
-    found: Fitted, known: set[Unknown]
+    fitted: Fitted, fitted_unknowns: set[Unknown]
 ) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...], tuple[Hidden, ...]]:
     """Probability, statistic and alternative of each test; the alternatives that do not show, and that hardly do."""
     from scipy.special import chdtrc, fdtrc  # type: ignore[import-untyped]
 
-    own, explained = found.adjusted, found.explained
-    model = replace(own.model, speed=float(np.median(np.abs(own.equations.before))))
-    possible = tuple(x for x in ALTERNATIVES if x not in known)
+    adjustment, explained = fitted.adjusted, fitted.explained
+    model = replace(adjustment.model, speed=float(np.median(np.abs(adjustment.equations.before))))
+    possible = tuple(x for x in ALTERNATIVES if x not in fitted_unknowns)
     columns = equations(model, explained, possible).by_unknown
     scales = np.array([model.scale_of(x, explained.span_s) for x in possible])
-    white = np.zeros((len(own.innovations), len(possible)))
-    white[: len(columns)] = own.weights.whitened(columns * scales)
-    rest = _beyond_fitted(own, white)
+    white = np.zeros((len(adjustment.innovations), len(possible)))
+    white[: len(columns)] = adjustment.weights.whitened(columns * scales)
+    rest = _beyond_fitted(adjustment, white)
     size, rest_size = np.linalg.norm(white, axis=0), np.linalg.norm(rest, axis=0)
-    told = rest_size > LEAST_SHARE * np.maximum(size, 1e-300)
-    untested = tuple(x for x, tells in zip(possible, told, strict=True) if not tells)
-    if own.timing_error_s < exact_below(model):
+    distinguishable = rest_size > LEAST_SHARE * np.maximum(size, 1e-300)
+    untested = tuple(x for x, tells in zip(possible, distinguishable, strict=True) if not tells)
+    if adjustment.timing_error_s < exact_below(model):
         return [], untested, ()
-    square = own.cost
+    square = adjustment.cost
     tests: list[tuple[float, float, Unknown | None]] = []
     hidden: list[Hidden] = []
     for x, column, length, scale, change in zip(possible, rest.T, rest_size, scales, white.T, strict=True):
         if x in untested:
             continue
-        off = _accepted_up_to(own.freedom) * own.timing_error_s / length
+        off = _accepted_up_to(adjustment.freedom) * adjustment.timing_error_s / length
         if x in MAY_HIDE and off > HARDLY:
             # Beyond its whole value, or 90 degrees, an input cannot be off.
             off = min(off, 90.0 / scale if x is Unknown.INCLINATION else 1.0)
-            hidden.append(Hidden(x, float(off * scale), _made_up_for(own, off * change)))
-        less = float(column @ own.innovations / length) ** 2
-        freedom = own.freedom - 1
+            hidden.append(Hidden(x, float(off * scale), _made_up_for(adjustment, off * change)))
+        less = float(column @ adjustment.innovations / length) ** 2
+        freedom = adjustment.freedom - 1
         f = less / max((square - less) / freedom, 1e-300)
         tests.append((float(fdtrc(1, freedom, f)), f, x))
-    left = own.innovations[: len(columns)]
+    left = adjustment.innovations[: len(columns)]
     count = len(left)
     correlated = [float(left[k:] @ left[:-k]) / float(left @ left) for k in range(1, LAGS + 1)]
     q = count * (count + 2) * sum(r * r / (count - k) for k, r in enumerate(correlated, 1))
@@ -245,10 +245,10 @@ def _tests(
     return tests, untested, tuple(hidden)
 
 
-def _made_up_for(own: Adjusted, change: Array) -> tuple[tuple[Unknown, float], ...]:
+def _made_up_for(adjustment: Adjusted, change: Array) -> tuple[tuple[Unknown, float], ...]:
     """By how much restitutions that are fitted move with a change of what the equations fail by."""
-    moved = -own.scales * np.linalg.lstsq(own.scaled_design, change, rcond=None)[0]
-    return tuple((x, float(by)) for x, by in zip(own.unknowns, moved, strict=True) if x in RESTITUTIONS)
+    moved = -adjustment.scales * np.linalg.lstsq(adjustment.scaled_design, change, rcond=None)[0]
+    return tuple((x, float(by)) for x, by in zip(adjustment.unknowns, moved, strict=True) if x in RESTITUTIONS)
 
 
 def _accepted_up_to(freedom: int) -> float:
@@ -259,25 +259,27 @@ def _accepted_up_to(freedom: int) -> float:
     return float(np.sqrt(fdtri(1, freedom, 1 - LEVEL / (len(ALTERNATIVES) + 1))))
 
 
-def _beyond_fitted(own: Adjusted, white: Array) -> Array:
+def _beyond_fitted(adjustment: Adjusted, white: Array) -> Array:
     """What whitened columns have that no change of what was fitted makes."""
-    basis = np.linalg.qr(own.scaled_design)[0] if own.scaled_design.shape[1] else np.zeros((len(white), 0))
+    basis = (
+        np.linalg.qr(adjustment.scaled_design)[0] if adjustment.scaled_design.shape[1] else np.zeros((len(white), 0))
+    )
     # Twice, as columns that are nearly within what was fitted lose their digits the first time.
     rest = white - basis @ (basis.T @ white)
     return np.asarray(rest - basis @ (basis.T @ rest))
 
 
-def _hides_distortion(found: Fitted) -> bool:
+def _hides_distortion(fitted: Fitted) -> bool:
     """Whether some second harmonic of the force changes no more than what was fitted makes up for."""
-    own, explained = found.adjusted, found.explained
-    device, base = own.model.device, equations(own.model, explained).value
-    white = np.zeros((len(own.innovations), 2))
+    adjustment, explained = fitted.adjusted, fitted.explained
+    device, base = adjustment.model.device, equations(adjustment.model, explained).value
+    white = np.zeros((len(adjustment.innovations), 2))
     for k, (cosine, sine) in enumerate(((1.0, 0.0), (0.0, 1.0))):
         harmonics = (*device.harmonics, Harmonic(2, cosine, sine))
         # Flights, and with them the equations, are linear in the force.
-        more = equations(replace(own.model, device=replace(device, harmonics=harmonics)), explained).value - base
-        white[: len(base), k] = own.weights.whitened(more)
-    rest = _beyond_fitted(own, white)
+        more = equations(replace(adjustment.model, device=replace(device, harmonics=harmonics)), explained).value - base
+        white[: len(base), k] = adjustment.weights.whitened(more)
+    rest = _beyond_fitted(adjustment, white)
     return bool(np.linalg.norm(rest, 2) == 0 or np.linalg.norm(rest, -2) <= LEAST_SHARE * np.linalg.norm(white, 2))
 
 
@@ -289,14 +291,14 @@ def _exchanged(
     One that is to be `explaining` leaves nothing but noise as well.
     """
     try:
-        found = fit(inquiry, impacts.exchanged(), within_s=within_s)
+        swapped = fit(inquiry, impacts.exchanged(), within_s=within_s)
     except Unidentifiable:
         return None
-    if isinstance(found, NoFit) or found.adjusted.timing_error_s > within_s:
+    if isinstance(swapped, NoFit) or swapped.adjusted.timing_error_s > within_s:
         return None
-    if explaining and not _explains(found, None, inquiry):
+    if explaining and not _explains(swapped, None, inquiry):
         return None
-    return BetterFit(True, None, 0.0, 0.0, found.adjusted.timing_error_s)
+    return BetterFit(True, None, 0.0, 0.0, swapped.adjusted.timing_error_s)
 
 
 def _explanation(
@@ -306,15 +308,17 @@ def _explanation(
     exchanged = _exchanged(inquiry, impacts, FEWER * error, True)
     if exchanged is not None:
         return exchanged
-    return _best(found for found in _explaining(inquiry, impacts, likely) if found[1].adjusted.timing_error_s < error)
+    return _best(
+        better for better in _explaining(inquiry, impacts, likely) if better[1].adjusted.timing_error_s < error
+    )
 
 
-def _of_flights_left_out(found: Fitted, inquiry: Inquiry, impacts: MeasuredImpacts) -> BetterFit | None:
+def _of_flights_left_out(fitted: Fitted, inquiry: Inquiry, impacts: MeasuredImpacts) -> BetterFit | None:
     """What explains flights that an accepted fit has left out as if impacts were missing there.
 
     What is left of a record that settles may be its periodic motion alone, to which wrong inputs can be fitted.
     """
-    most = found.lost - FLIGHTS_EXPLAINED
+    most = fitted.lost - FLIGHTS_EXPLAINED
     return _best(other for other in _explaining(inquiry, impacts, ALTERNATIVES) if other[1].lost <= most)
 
 
@@ -332,22 +336,24 @@ def _explaining(
         except Unidentifiable:
             continue
         if isinstance(other, Fitted) and _explains(other, x, inquiry):
-            own = other.adjusted
-            one = BetterFit(False, x, own.model.value_of(x), own.deviation_of(x), own.timing_error_s)
+            adjustment = other.adjusted
+            one = BetterFit(
+                False, x, adjustment.model.value_of(x), adjustment.deviation_of(x), adjustment.timing_error_s
+            )
             if x is Unknown.FREQUENCY:
-                one = _of_clock(one, float(model.device.frequency_hz), own.freedom)
-            yield one if x is not Unknown.EXPONENT else _stated(one, own.model, inquiry.unknowns), other
+                one = _of_clock(one, float(model.device.frequency_hz), adjustment.freedom)
+            yield one if x is not Unknown.EXPONENT else _stated(one, adjustment.model, inquiry.unknowns), other
 
 
 def _best(fits: Iterable[tuple[BetterFit, Fitted]]) -> BetterFit | None:
     """Of some fits that which leaves out the fewest flights with the least error, with what would fit as well."""
-    found = list(fits)
-    if not found:
+    candidates = list(fits)
+    if not candidates:
         return None
-    best, fitted = min(found, key=lambda own: (own[1].lost, own[0].timing_error_s))
+    best, fitted = min(candidates, key=lambda pair: (pair[1].lost, pair[0].timing_error_s))
     others = tuple(
         one.unknown
-        for one, other in found
+        for one, other in candidates
         if one is not best
         and one.unknown
         and other.lost == fitted.lost
@@ -367,11 +373,11 @@ def _explains(other: Fitted, alternative: Unknown | None, inquiry: Inquiry) -> b
 
     One that leaves more has another cause, which it makes up for in part: a harmonic of the force, friction.
     """
-    own = other.adjusted
-    if alternative is Unknown.EXPONENT and own.model.exponent > SURELY * own.deviation_of(alternative):
+    adjustment = other.adjusted
+    if alternative is Unknown.EXPONENT and adjustment.model.exponent > SURELY * adjustment.deviation_of(alternative):
         return False  # no restitution grows with speed
-    known = {*inquiry.fitted, *([] if alternative is None else [alternative])}
-    return tested(other, known)[0].accepted
+    explained_by = {*inquiry.fitted, *([] if alternative is None else [alternative])}
+    return tested(other, explained_by)[0].accepted
 
 
 def _stated(one: BetterFit, model: ClockedDevice, unknowns: tuple[Unknown, ...]) -> BetterFit:

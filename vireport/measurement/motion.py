@@ -173,27 +173,27 @@ def measured(
         if maximum is not None and maximum.error_s > 0:
             priors = (*priors, Prior(Unknown.PHASE, 0.0, 2 * pi * float(device.frequency_hz) * maximum.error_s))
         try:
-            found = fit(Inquiry(ClockedDevice(device), unknowns, priors), impacts, say)
+            fitted = fit(Inquiry(ClockedDevice(device), unknowns, priors), impacts, say)
         except Unidentifiable:
             if unknowns == questions[-1]:
                 raise
             continue
-        return found if isinstance(found, NoFit) else _read(found, unknowns, origin)
+        return fitted if isinstance(fitted, NoFit) else _read(fitted, unknowns, origin)
     raise AssertionError("there is a question")
 
 
-def _read(found: Fitted, unknowns: tuple[Unknown, ...], origin_s: float) -> Measured:
-    own, impacts = found.adjusted, found.kept
-    values, by_time = _values(own.model, impacts), _by_time(own.model, impacts)
+def _read(fitted: Fitted, unknowns: tuple[Unknown, ...], origin_s: float) -> Measured:
+    adjustment, impacts = fitted.adjusted, fitted.kept
+    values, by_time = _values(adjustment.model, impacts), _by_time(adjustment.model, impacts)
     around = np.pad(impacts.errors, 1, mode="edge")
     by_time *= np.stack([around[:-2], around[1:-1], around[2:]], axis=1)  # by errors, each in its own standard error
-    by_unknown = _by_unknown(own, impacts)
+    by_unknown = _by_unknown(adjustment, impacts)
     # Of a single impact what its own times do to what is fitted to all is left out.
-    variance = own.timing_error_s**2 * np.einsum("qkj,qkj->qk", by_time, by_time)
-    variance += np.einsum("qkp,pr,qkr->qk", by_unknown, own.covariance, by_unknown)
+    variance = adjustment.timing_error_s**2 * np.einsum("qkj,qkj->qk", by_time, by_time)
+    variance += np.einsum("qkp,pr,qkr->qk", by_unknown, adjustment.covariance, by_unknown)
     motion = None
-    if (repeating := _repeating(found)) is not None:
-        motion = _mean(own, repeating, impacts, (values, by_time, by_unknown))
+    if (repeating := _repeating(fitted)) is not None:
+        motion = _mean(adjustment, repeating, impacts, (values, by_time, by_unknown))
         motion = replace(motion, from_s=motion.from_s + origin_s)
     return Measured(
         impacts.times + origin_s,
@@ -201,9 +201,9 @@ def _read(found: Fitted, unknowns: tuple[Unknown, ...], origin_s: float) -> Meas
         values,
         np.sqrt(variance),
         motion,
-        own.timing_error_s,
-        sum(gap.missed_s is not None for gap in found.gaps),
-        len(found.false),
+        adjustment.timing_error_s,
+        sum(gap.missed_s is not None for gap in fitted.gaps),
+        len(fitted.false),
         unknowns,
     )
 
@@ -237,15 +237,15 @@ def _by_time(model: ClockedDevice, impacts: MeasuredImpacts) -> Array:
         later, earlier = (impacts.at(impacts.times + way * moved) for way in (1, -1))
         change = _values(model, later) - _values(model, earlier)
         for offset in range(3):
-            own = (place + offset - 1) % 3 == first
-            by_time[:, own, offset] = change[:, own] / (2 * step)
+            of_wall = (place + offset - 1) % 3 == first
+            by_time[:, of_wall, offset] = change[:, of_wall] / (2 * step)
     return by_time
 
 
-def _by_unknown(own: Adjusted, impacts: MeasuredImpacts) -> Array:
+def _by_unknown(adjustment: Adjusted, impacts: MeasuredImpacts) -> Array:
     """Derivatives of the quantities of each impact by what was fitted, (6, n, p)."""
-    model, columns = own.model, []
-    for x, scale in zip(own.unknowns, own.scales, strict=True):
+    model, columns = adjustment.model, []
+    for x, scale in zip(adjustment.unknowns, adjustment.scales, strict=True):
         if x in RESTITUTIONS:
             columns.append(np.zeros((len(Quantity), len(impacts))))
             continue
@@ -264,14 +264,14 @@ class _Repeating(Struct, frozen=True, eq=False):
     places: Indices
 
 
-def _repeating(found: Fitted) -> _Repeating | None:
+def _repeating(fitted: Fitted) -> _Repeating | None:
     """The end of a record over which its impacts repeat themselves as a stable motion, with the fewest of them."""
-    own, impacts = found.adjusted, found.kept
+    adjustment, impacts = fitted.adjusted, fitted.kept
     times, walls = impacts.times, impacts.walls.astype(int)
-    frequency = float(own.model.device.frequency_hz)
-    same = SAME * np.maximum(own.timing_error_s * impacts.errors, exact_below(own.model))
+    frequency = float(adjustment.model.device.frequency_hz)
+    same = SAME * np.maximum(adjustment.timing_error_s * impacts.errors, exact_below(adjustment.model))
     lost = np.concatenate([[0], np.cumsum(~impacts.flown)])
-    rates, of_rates = growth_rates(found), own.equations.impacts
+    rates, of_rates = growth_rates(fitted), adjustment.equations.impacts
     for count in range(1, min(LONGEST_WORD, len(times) // LEAST_REPEATS) + 1):
         first = np.flatnonzero(lost[count:] == lost[:-count])
         if len(first) < LEAST_REPEATS * count:
@@ -289,7 +289,7 @@ def _repeating(found: Fitted) -> _Repeating | None:
         if not decay > 0:
             continue
         start += _dying(decay, count, len(times) - start)
-        return _steady(found, lost, (start, count, periods))
+        return _steady(fitted, lost, (start, count, periods))
     return None
 
 
@@ -305,17 +305,17 @@ def _dying(decay: float, count: int, impacts: int) -> int:
     return min(wanted, impacts // 2)
 
 
-def _steady(found: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repeating | None:
+def _steady(fitted: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repeating | None:
     """What is left of impacts that repeat themselves where nothing of a transient is seen any more.
 
     `lost` has the flights before each impact that are not known, `tail` the first impact, and impacts and forcing
     periods after which it comes again.
     """
     start, count, periods = tail
-    impacts = found.kept
+    impacts = fitted.kept
     times, walls = impacts.times, impacts.walls.astype(int)
-    errors = found.adjusted.timing_error_s * impacts.errors
-    period = periods / float(found.adjusted.model.device.frequency_hz)
+    errors = fitted.adjusted.timing_error_s * impacts.errors
+    period = periods / float(fitted.adjusted.model.device.frequency_hz)
     # Each impact by the one of the first whole period whose phase it has; missed ones leave a gap and no mistake.
     whole = next(k for k in range(start, len(times) - count) if lost[k + count] == lost[k])
     letters = Word(tuple(walls[whole : whole + count].tolist()), periods)
@@ -338,17 +338,17 @@ def _steady(found: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repeat
         apart_by = [abs(off[a].mean() - off[b].mean()) for a, b in halves]
         spread = [np.hypot(*(np.linalg.norm(errors[rows[half]]) / half.sum() for half in pair)) for pair in halves]
         rounding = np.spacing(times[-1]) * 8
-        if all(own <= STEADY * error + rounding for own, error in zip(apart_by, spread, strict=True)):
+        if all(difference <= STEADY * error + rounding for difference, error in zip(apart_by, spread, strict=True)):
             return _Repeating(canonical, rows, (places - turned) % count)
         start += max(len(rows) // 4, 1)
 
 
 def _mean(
-    own: Adjusted, repeating: _Repeating, impacts: MeasuredImpacts, known: tuple[Array, Array, Array]
+    adjustment: Adjusted, repeating: _Repeating, impacts: MeasuredImpacts, cycle: tuple[Array, Array, Array]
 ) -> MeasuredMotion:
     """The mean of each impact of a motion, with the covariance of all."""
-    values, by_time, by_unknown = known
-    count, n, p = len(repeating.word), len(impacts), len(own.unknowns)
+    values, by_time, by_unknown = cycle
+    count, n, p = len(repeating.word), len(impacts), len(adjustment.unknowns)
     turn, shape = 2 * pi, (len(Quantity), count)
     means = np.empty(shape)
     of_times, of_unknowns = np.zeros((*shape, n)), np.zeros((*shape, p))
@@ -367,31 +367,31 @@ def _mean(
                 np.add.at(of_times[quantity, place], near[inside], share)
             of_unknowns[quantity, place] = by_unknown[quantity, chosen].mean(axis=0)
     # The restitutions, as far as they were fitted.
-    bottom, top = (own.model.value_of(x) for x in RESTITUTIONS[1:])
+    bottom, top = (adjustment.model.value_of(x) for x in RESTITUTIONS[1:])
     chosen_unknowns = np.zeros((2, p))
-    for k, x in enumerate(own.unknowns):
+    for k, x in enumerate(adjustment.unknowns):
         chosen_unknowns[0, k] = x in (RESTITUTIONS[0], RESTITUTIONS[1])
         chosen_unknowns[1, k] = x in (RESTITUTIONS[0], RESTITUTIONS[2])
     flat_times = np.vstack([of_times.reshape(-1, n), np.zeros((2, n))])
     flat_unknowns = np.vstack([of_unknowns.reshape(-1, p), chosen_unknowns])
-    covariance = _covariance(own, flat_times, flat_unknowns)
+    covariance = _covariance(adjustment, flat_times, flat_unknowns)
     means[Quantity.PHASE] %= turn
     from_s = float(impacts.times[repeating.rows[0]])
     return MeasuredMotion(repeating.word, from_s, len(repeating.rows), means, np.array([bottom, top]), covariance)
 
 
-def _covariance(own: Adjusted, of_times: Array, of_unknowns: Array) -> Array:
+def _covariance(adjustment: Adjusted, of_times: Array, of_unknowns: Array) -> Array:
     """Covariance of what depends on the errors of times directly, (k, n), and on what is fitted to them, (k, p)."""
-    square = own.timing_error_s**2
+    square = adjustment.timing_error_s**2
     if square == 0:
         return np.zeros((len(of_times), len(of_times)))
     # What is fitted moves by -inverse design' (L^-1 B e), with e the errors of the times, and that of each prior.
-    gain = (own.covariance / square / own.scales) @ own.scaled_design.T
-    m = len(own.equations.impacts)
-    on_equations = own.weights.returned(np.ascontiguousarray(gain[:, :m].T))
+    gain = (adjustment.covariance / square / adjustment.scales) @ adjustment.scaled_design.T
+    m = len(adjustment.equations.impacts)
+    on_equations = adjustment.weights.returned(np.ascontiguousarray(gain[:, :m].T))
     moved = np.zeros((of_times.shape[1], gain.shape[0]))
-    around = own.equations.impacts[:, None] + np.arange(-1, 2)
-    np.add.at(moved, around, -own.equations.by_error[:, :, None] * on_equations[:, None, :])
+    around = adjustment.equations.impacts[:, None] + np.arange(-1, 2)
+    np.add.at(moved, around, -adjustment.equations.by_error[:, :, None] * on_equations[:, None, :])
     whole = of_times + of_unknowns @ moved.T
     priors = of_unknowns @ gain[:, m:]
     return np.asarray(square * (whole @ whole.T + priors @ priors.T))

@@ -175,7 +175,7 @@ class Picked(Struct, frozen=True, eq=False):
     @property
     def delay_s(self) -> float:
         """By how much all times together may be late or early, as the shape of a rise is not known [s]."""
-        return max(own.rise_samples for own in self.heard) * self.recording.step_s
+        return max(beginnings.rise_samples for beginnings in self.heard) * self.recording.step_s
 
 
 def picked(recording: Recording, frequency_hz: float, say: Progress = lambda what: None) -> Picked:
@@ -210,7 +210,7 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
             f"{recording.name}: {len(times)} impact{'s' * (len(times) != 1)} stand out of the noise (at least {FEWEST} "
             "are needed, and some tens to be of use)"
         )
-    findings = [finding for own in heard for finding in _findings(own)]
+    findings = [finding for beginnings in heard for finding in _findings(beginnings)]
     if both:
         findings.append(RecordFinding(Doubt.BOTH, "", both))
     if len(recording.stretches) > 1:
@@ -229,9 +229,9 @@ def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Arr
     begun = sosfilt_zi(sections)
     out = np.empty_like(channel.values)
     for stretch in recording.stretches:
-        own = channel.values[stretch.first : stretch.last]
+        values = channel.values[stretch.first : stretch.last]
         # As if the first sample had been there for ever; slow oscillations need their time to go.
-        out[stretch.first : stretch.last] = sosfilt(sections, own, zi=begun * own[0])[0]
+        out[stretch.first : stretch.last] = sosfilt(sections, values, zi=begun * values[0])[0]
     return out
 
 
@@ -247,19 +247,19 @@ def _heard(recording: Recording, channel: Channel, frequency_hz: float) -> Heard
 
     signal = filtered(recording, channel, frequency_hz)
     wait = max(2, round(WAIT / (frequency_hz * recording.step_s)))
-    own = _beginnings(recording, channel, signal, wait, 1)
-    if (over := round(own.rise_samples / SMOOTHED)) > 2:
+    beginnings = _beginnings(recording, channel, signal, wait, 1)
+    if (over := round(beginnings.rise_samples / SMOOTHED)) > 2:
         for stretch in recording.stretches:
             part = signal[stretch.first : stretch.last]
             part[:] = uniform_filter1d(part, over)
-        own = _beginnings(recording, channel, signal, wait, over)
-    if channel.place in (HeardPlace.EITHER, HeardPlace.CAPSULE) and own.rise_samples < STEPS_OF_SIGN:
+        beginnings = _beginnings(recording, channel, signal, wait, over)
+    if channel.place in (HeardPlace.EITHER, HeardPlace.CAPSULE) and beginnings.rise_samples < STEPS_OF_SIGN:
         raise UsageError(
             f"{recording.name}: {channel.name} is sampled too slowly for the sign of an impact, which tells the "
             f"membrane: half of its rise is of one sample (allowed: some {STEPS_OF_RISE:g} samples; or a channel for "
             "each membrane)"
         )
-    return own
+    return beginnings
 
 
 def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int, over: int) -> Heard:
@@ -280,9 +280,9 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
     noise = max(1.4826 * float(np.median(size[::every])), _resolution(channel.values) / sqrt(12), 1e-7 * largest)
     rows: list[tuple[float, float, float, float, int]] = []
     for stretch in recording.stretches:
-        own = size[stretch.first : stretch.last]
-        peaks, _ = find_peaks(own, height=OUT_OF_NOISE * noise)
-        for first in _first_peaks(own, peaks, wait):
+        loudness = size[stretch.first : stretch.last]
+        peaks, _ = find_peaks(loudness, height=OUT_OF_NOISE * noise)
+        for first in _first_peaks(loudness, peaks, wait):
             row = _onset(signal[stretch.first : stretch.last], int(first), wait, noise, over)
             if row is not None:
                 begun, error, height, length, place = row
@@ -334,14 +334,14 @@ def _onset(
     highest = float(np.abs(part[start:]).max())
     # The first swing that counts, and its end.
     early = max(start - wait, 0)
-    here = early + int(np.argmax(np.abs(part[early:]) >= max(SEEN * noise, FIRST_SWING * highest)))
-    own = whole = part if part[here] > 0 else -part
-    top = np.maximum.accumulate(own[here:])
-    fell = own[here:] < top - np.maximum(5 * noise, TURNED * top)
+    loud = early + int(np.argmax(np.abs(part[early:]) >= max(SEEN * noise, FIRST_SWING * highest)))
+    wave = whole = part if part[loud] > 0 else -part
+    top = np.maximum.accumulate(wave[loud:])
+    fell = wave[loud:] < top - np.maximum(5 * noise, TURNED * top)
     end = int(np.argmax(fell)) if fell.any() else len(top)
-    peak = here + int(np.argmax(own[here : here + end]))
-    height = _vertex(own, peak)
-    rise = _rise(own, peak, height)
+    peak = loud + int(np.argmax(wave[loud : loud + end]))
+    height = _vertex(wave, peak)
+    rise = _rise(wave, peak, height)
     if rise is None:
         return None
     begin, stop = rise
@@ -349,15 +349,15 @@ def _onset(
     fine = ceil(FINE / (stop - begin))
     if fine > 1:  # between samples a signal without what is beyond half of their rate is known
         first = max(begin - BESIDE, 0)
-        own = resample_poly(own[first : peak + BESIDE], fine, 1, padtype="line")
+        wave = resample_poly(wave[first : peak + BESIDE], fine, 1, padtype="line")
         near = (peak - first) * fine
-        near = near - fine + int(np.argmax(own[near - fine : near + fine + 1]))
-        rise = _rise(own, near, float(own[near]))
+        near = near - fine + int(np.argmax(wave[near - fine : near + fine + 1]))
+        rise = _rise(wave, near, float(wave[near]))
         if rise is None:
             return None
         begin, stop = rise
     x = np.arange(begin, stop + 1)
-    y = own[begin : stop + 1]
+    y = wave[begin : stop + 1]
     count, middle = len(x), float(x.mean())
     spread = float(((x - middle) ** 2).sum())
     slope = float((x - middle) @ y) / spread
@@ -366,29 +366,29 @@ def _onset(
     begun = middle - float(y.mean()) / slope
     variance = min(over * fine, count) / slope**2 * (1 / count + (begun - middle) ** 2 / spread)
     if fine > 1:
-        begun, variance, own = first + begun / fine, variance / fine**2, whole
+        begun, variance, wave = first + begun / fine, variance / fine**2, whole
     # What rings from an impact before adds to the noise.
     clear = max(origin - 2 * int(length), 0)
-    ringing = float(np.abs(own[max(clear - wait, 0) : clear]).max(initial=0.0))
+    ringing = float(np.abs(wave[max(clear - wait, 0) : clear]).max(initial=0.0))
     around = max(noise, ringing / sqrt(2) if ringing > 5 * noise else 0.0)
     variance *= around**2
-    return low + begun, sqrt(variance), height if part[here] > 0 else -height, length, low + origin
+    return low + begun, sqrt(variance), height if part[loud] > 0 else -height, length, low + origin
 
 
-def _rise(own: Array, peak: int, height: float) -> tuple[int, int] | None:
+def _rise(wave: Array, peak: int, height: float) -> tuple[int, int] | None:
     """The last sample below the line's part of a rise and the first above it; None where the record begins within."""
-    below = np.flatnonzero(own[:peak] <= RISE[0] * height)
+    below = np.flatnonzero(wave[:peak] <= RISE[0] * height)
     if not len(below):
         return None
     begin = int(below[-1])
-    return begin, begin + 1 + int(np.argmax(own[begin + 1 : peak + 1] >= RISE[1] * height))
+    return begin, begin + 1 + int(np.argmax(wave[begin + 1 : peak + 1] >= RISE[1] * height))
 
 
-def _vertex(own: Array, peak: int) -> float:
+def _vertex(wave: Array, peak: int) -> float:
     """Height of a peak between samples, by the parabola through three."""
-    if not 0 < peak < len(own) - 1:
-        return float(own[peak])
-    before, at, after = own[peak - 1 : peak + 2]
+    if not 0 < peak < len(wave) - 1:
+        return float(wave[peak])
+    before, at, after = wave[peak - 1 : peak + 2]
     bend = before - 2 * at + after
     return float(at - (after - before) ** 2 / (8 * bend)) if bend < 0 else float(at)
 
@@ -399,7 +399,7 @@ def _clipped(values: Array, places: Indices, wait: int) -> int:
     count = 0
     for place in places:
         at = [values[place : place + wait] == rail for rail in (low, high)]
-        count += any(bool((own[2:] & own[1:-1] & own[:-2]).any()) for own in at)
+        count += any(bool((sample[2:] & sample[1:-1] & sample[:-2]).any()) for sample in at)
     return count if count > 1 else 0
 
 
@@ -421,11 +421,16 @@ def _merged(heard: list[Heard], apart_s: float) -> tuple[Array, Array, Array, in
     The last number counts those of which neither is clearly stronger.
     """
     times, errors, sampled = (
-        np.concatenate(parts) for parts in zip(*((own.times, own.errors, own.sampled) for own in heard), strict=True)
+        np.concatenate(parts)
+        for parts in zip(
+            *((beginnings.times, beginnings.errors, beginnings.sampled) for beginnings in heard), strict=True
+        )
     )
     times, errors = _alike(times, errors, sampled)
-    strength = np.concatenate([np.abs(own.sizes) / np.quantile(np.abs(own.sizes), 0.9) for own in heard])
-    walls = np.concatenate([_walls(own) for own in heard])
+    strength = np.concatenate(
+        [np.abs(beginnings.sizes) / np.quantile(np.abs(beginnings.sizes), 0.9) for beginnings in heard]
+    )
+    walls = np.concatenate([_walls(beginnings) for beginnings in heard])
     order = np.argsort(times, kind="stable")
     times, walls, errors, strength = times[order], walls[order], errors[order], strength[order]
     if len(heard) == 1:
@@ -450,28 +455,30 @@ def _alike(times: Array, errors: Array, sampled: Array) -> tuple[Array, Array]:
     return times + added * np.random.default_rng(SEED).standard_normal(len(times)), np.hypot(errors, added)
 
 
-def _walls(own: Heard) -> Array:
-    match own.channel.place:
+def _walls(beginnings: Heard) -> Array:
+    match beginnings.channel.place:
         case HeardPlace.BOTTOM:
-            return np.ones(len(own.times))
+            return np.ones(len(beginnings.times))
         case HeardPlace.TOP:
-            return -np.ones(len(own.times))
+            return -np.ones(len(beginnings.times))
         case HeardPlace.CAPSULE:  # the ball pushes the capsule down where it strikes the bottom
-            return -np.sign(own.sizes)
+            return -np.sign(beginnings.sizes)
         case HeardPlace.EITHER:
-            return np.sign(own.sizes)
+            return np.sign(beginnings.sizes)
 
 
-def _findings(own: Heard) -> list[RecordFinding]:
-    name = own.channel.name
-    found = []
-    if own.clipped:
-        found.append(RecordFinding(Doubt.CLIPPED, name, own.clipped))
-    if own.rise_samples < STEPS_OF_RISE:
-        found.append(RecordFinding(Doubt.SLOW, name, own.rise_samples))
-    if own.high_share > FOLDED:
-        found.append(RecordFinding(Doubt.FOLDED, name, own.high_share))
-    offset = float(np.median(own.channel.values[:: max(1, len(own.channel.values) // 1_000_000)]))
-    if own.channel.place is not HeardPlace.CAPSULE and abs(offset) > 0.2 * float(np.median(np.abs(own.sizes))):
-        found.append(RecordFinding(Doubt.OFFSET, name, offset))
-    return found
+def _findings(beginnings: Heard) -> list[RecordFinding]:
+    name = beginnings.channel.name
+    findings = []
+    if beginnings.clipped:
+        findings.append(RecordFinding(Doubt.CLIPPED, name, beginnings.clipped))
+    if beginnings.rise_samples < STEPS_OF_RISE:
+        findings.append(RecordFinding(Doubt.SLOW, name, beginnings.rise_samples))
+    if beginnings.high_share > FOLDED:
+        findings.append(RecordFinding(Doubt.FOLDED, name, beginnings.high_share))
+    offset = float(np.median(beginnings.channel.values[:: max(1, len(beginnings.channel.values) // 1_000_000)]))
+    if beginnings.channel.place is not HeardPlace.CAPSULE and abs(offset) > 0.2 * float(
+        np.median(np.abs(beginnings.sizes))
+    ):
+        findings.append(RecordFinding(Doubt.OFFSET, name, offset))
+    return findings

@@ -249,7 +249,7 @@ def _require_known(name: str, titles: list[str], timed: bool) -> None:
             mistakes.add(1, visible(title[:LONGEST_SHOWN]), "stands twice (each once)")
     if mistakes:
         raise ScenarioError(name, mistakes.told, mistakes.more)
-    places = [known[0] for title in taken if (known := _known(title))]
+    places = [title_name[0] for title in taken if (title_name := _known(title))]
     if timed and places.count(None) != 1:
         raise _refused(
             name, "", f"one column of times is needed (allowed: time_s, time_ms or time_us, as in {EXAMPLE})"
@@ -269,9 +269,9 @@ def _require_known(name: str, titles: list[str], timed: bool) -> None:
 
 def _meant(title: str, alike: float = ALIKE) -> str:
     """The name that is spelled most alike, or that lacks a unit here; "" where there is none."""
-    own = title[:LONGEST_SHOWN]
-    lacking = next((known for known in _allowed() if own in (known.rpartition("_")[0], known[:-5])), "")
-    return next(iter(get_close_matches(own, _allowed(), 1, alike)), lacking)
+    short = title[:LONGEST_SHOWN]
+    lacking = next((allowed for allowed in _allowed() if short in (allowed.rpartition("_")[0], allowed[:-5])), "")
+    return next(iter(get_close_matches(short, _allowed(), 1, alike)), lacking)
 
 
 def _unknown(title: str, column: int, hinted: set[str]) -> str:
@@ -279,7 +279,7 @@ def _unknown(title: str, column: int, hinted: set[str]) -> str:
     allowed = f"(allowed: names such as {EXAMPLE}, or {UNUSED}_...)"
     if not title:
         return f"column {column} has no name {allowed}"
-    lacks = any(title in (known.rpartition("_")[0], known[:-5]) for known in _allowed())
+    lacks = any(title in (accepted.rpartition("_")[0], accepted[:-5]) for accepted in _allowed())
     meant = _meant(title)
     hint = f"; did you mean '{meant}'?" if meant and meant not in hinted else ""
     hinted.add(meant)
@@ -290,10 +290,10 @@ Located = Callable[[int], tuple[int, Callable[[str], str]]]
 """Of a sample the line of the file, and what stands there in a column."""
 
 
-def _at(name: str, title: str, row: int, given: float, message: str, located: Located | None) -> VireportError:
+def _at(name: str, title: str, row: int, number: float, message: str, located: Located | None) -> VireportError:
     """What is wrong with a sample: its line and cell where the file has some, or else its number and value."""
     if located is None:
-        return _refused(name, title, f"sample {row + 1}, {given!r}, {message}")
+        return _refused(name, title, f"sample {row + 1}, {number!r}, {message}")
     line, cell = located(row)
     return _refused(name, title, f"'{visible(cell(title)[:LONGEST_SHOWN])}' {message}", line)
 
@@ -309,28 +309,28 @@ def _recorded(
     """A recording of columns, with times or else with a rate; names are known already."""
     channels = []
     for title, column in zip(titles, columns, strict=True):
-        known = None if title.startswith(UNUSED) else _known(title)
-        if known is None:
+        signal = None if title.startswith(UNUSED) else _known(title)
+        if signal is None:
             continue
         with np.errstate(over="ignore"):
-            values = column if known[1] == 1.0 else column * known[1]
+            values = column if signal[1] == 1.0 else column * signal[1]
         largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
         if not isfinite(largest):
             row = int(np.flatnonzero(~np.isfinite(values))[0])
             raise _at(name, title, row, float(column[row]), "is not a finite number (allowed: finite ones)", located)
-        if known[0] is None:
+        if signal[0] is None:
             continue
         if largest > LARGEST_VALUE:
             row, allowed = int(np.abs(values).argmax()), f"(allowed: at most {LARGEST_VALUE:g} in SI units)"
             raise _at(name, title, row, float(column[row]), f"is no measured value {allowed}", located)
-        channels.append(Channel(title, known[0], values))
+        channels.append(Channel(title, signal[0], values))
     count = len(channels[0].values)
     if count < FEWEST_SAMPLES:
         raise _refused(name, "", f"{count} samples (at least {FEWEST_SAMPLES} are needed, and seconds of them for use)")
     if times is None:
         _require_clock(name, 1 / rate_hz)
         return Recording(name, 1 / rate_hz, (Unbroken(0, count, 0.0),), tuple(channels))
-    title = next(title for title in titles if (known := _known(title)) and known[0] is None)
+    title = next(title for title in titles if (signal := _known(title)) and signal[0] is None)
     step, stretches, uneven = _clock(name, title, times, located)
     return Recording(name, step, stretches, tuple(channels), uneven)
 
@@ -363,8 +363,8 @@ def _clock(name: str, title: str, times: Array, located: Located | None) -> tupl
     ends = np.concatenate([[0], gaps + 1, [len(times)]]).tolist()
     stretches, worst = [], 0.0
     for first, last in pairwise(ends):
-        own = times[first:last]
-        late = own - step * np.arange(len(own))
+        stretch_times = times[first:last]
+        late = stretch_times - step * np.arange(len(stretch_times))
         start = float((late.min() + late.max()) / 2)
         worst = max(worst, float(late.max() - late.min()) / 2)
         stretches.append(Unbroken(first, last, start))
@@ -404,7 +404,7 @@ def _of_csv(name: str, data: bytes) -> Recording:
     columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
     del rows
     names = [titles[k] for k in used]
-    (k, size), *_ = ((k, known[1]) for k, title in enumerate(names) if (known := _known(title)) and known[0] is None)
+    (k, size), *_ = ((k, column[1]) for k, title in enumerate(names) if (column := _known(title)) and column[0] is None)
     with np.errstate(over="ignore"):
         times = columns[k] * size
     return _recorded(name, names, columns, times, 0.0, partial(_cell_of, data, titles))
@@ -417,8 +417,8 @@ def _rows(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 def _cell_of(data: bytes, titles: list[str], row: int) -> tuple[int, Callable[[str], str]]:
     """Line of a sample in a file, and what stands there in a column."""
-    line, found = next(own for k, own in enumerate(_rows(data)) if k == row)
-    cells = found.decode("utf-8", "replace").split(",")
+    line, cells_of_row = next(row_cells for k, row_cells in enumerate(_rows(data)) if k == row)
+    cells = cells_of_row.decode("utf-8", "replace").split(",")
     return line, lambda title: cells[titles.index(title)].strip()
 
 
@@ -469,13 +469,13 @@ def _wrong_row(name: str, data: bytes, titles: list[str], used: list[int]) -> Vi
             message = f"{len(cells)} values for {len(titles)} columns.{comma} (allowed: points in numbers)"
             return _refused(name, "", message, line)
         for k in used:
-            own = cells[k].strip().strip('"').strip()
+            cell = cells[k].strip().strip('"').strip()
             try:
-                known = own.isascii() and "_" not in own and isfinite(float(own))
+                numeric = cell.isascii() and "_" not in cell and isfinite(float(cell))
             except ValueError:
-                known = False
-            if not known:
-                return _refused(name, titles[k], no_number(own), line)
+                numeric = False
+            if not numeric:
+                return _refused(name, titles[k], no_number(cell), line)
     return _refused(name, "", "rows cannot be read as numbers (allowed: numbers, with commas between columns)")
 
 
@@ -484,7 +484,7 @@ def _of_wav(name: str, data: bytes, notes: Notes) -> Recording:
     if len(sound.channels) != len(notes.full_scales):
         count = f"names {len(notes.full_scales)} channels, and the file has {len(sound.channels)}"
         raise _refused(notes.name, "channels", f"{count} (allowed: all of them)", notes.line)
-    columns = [full * own for full, own in zip(notes.full_scales.values(), sound.channels, strict=True)]
+    columns = [full * samples for full, samples in zip(notes.full_scales.values(), sound.channels, strict=True)]
     return _recorded(name, list(notes.full_scales), columns, None, sound.rate_hz)
 
 
@@ -513,7 +513,7 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
     UsageError, ScenarioError
         If there are none, or something is wrong with them.
     """
-    shown = visible(place.path_of(f"{path}.yaml"))
+    file_name = visible(place.path_of(f"{path}.yaml"))
     allowed = "channels: with a line for each channel in its order, such as bottom_sound_fs: 1 or acceleration_m_s2: 49"
     try:
         text = place.read(f"{path}.yaml", LARGEST_FILE)
@@ -521,30 +521,30 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
         if isinstance(error.__cause__, FileNotFoundError):
             name = visible(place.path_of(path))
             raise UsageError(
-                f"{name} does not say what its channels are: {shown} is missing (allowed there: {allowed})"
+                f"{name} does not say what its channels are: {file_name} is missing (allowed there: {allowed})"
             ) from error
         raise
-    document = read_document(text, shown)
+    document = read_document(text, file_name)
     if document.mistakes:
         # The others of a few lines follow from it, or are alike.
-        raise ScenarioError(shown, sorted(document.mistakes, key=lambda mistake: mistake.line)[:1])
-    own = document.data
-    channels = own.get("channels") if isinstance(own, dict) and set(own) == {"channels"} else None
+        raise ScenarioError(file_name, sorted(document.mistakes, key=lambda mistake: mistake.line)[:1])
+    keys = document.data
+    channels = keys.get("channels") if isinstance(keys, dict) and set(keys) == {"channels"} else None
     if not isinstance(channels, dict) or not channels:
-        raise _refused(shown, "", f"has no channels (allowed: {allowed})", document.line_of(""))
+        raise _refused(file_name, "", f"has no channels (allowed: {allowed})", document.line_of(""))
     titles = list(channels)
-    _require_known(shown, titles, timed=False)
+    _require_known(file_name, titles, timed=False)
     line = document.line_of("channels")
     if any(title.startswith("time") for title in titles):
-        raise _refused(shown, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
+        raise _refused(file_name, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
     for title, full in channels.items():
         if isinstance(full, bool) or not isinstance(full, int | float) or not 0 < abs(full) <= LARGEST_VALUE:
             key = join("channels", title)
-            given = visible(document.written.get(key, "a block of keys or a list"), LONGEST_SHOWN)
-            given = f"'{given}'" if isinstance(full, str) and given[:1] not in "'\"" else given
-            message = f"got {given} (allowed: full scale in the unit, negative if turned about)"
-            raise _refused(shown, key, message, document.line_of(key))
-    return Notes(shown, line, {title: float(full) for title, full in channels.items()})
+            value_text = visible(document.written.get(key, "a block of keys or a list"), LONGEST_SHOWN)
+            value_text = f"'{value_text}'" if isinstance(full, str) and value_text[:1] not in "'\"" else value_text
+            message = f"got {value_text} (allowed: full scale in the unit, negative if turned about)"
+            raise _refused(file_name, key, message, document.line_of(key))
+    return Notes(file_name, line, {title: float(full) for title, full in channels.items()})
 
 
 def _of_mat(name: str, data: bytes) -> Recording:
@@ -555,25 +555,25 @@ def _of_mat(name: str, data: bytes) -> Recording:
         _require_known(name, names, timed=False)
         return [title for title in titles if not title.startswith(UNUSED)]
 
-    own = vectors(name, data, wanted, LARGEST_RECORDING)
-    used = [title for title in own if title != RATE]
+    vectors_of_file = vectors(name, data, wanted, LARGEST_RECORDING)
+    used = [title for title in vectors_of_file if title != RATE]
     columns = []
     for title in used:
-        values = own[title]
+        values = vectors_of_file[title]
         if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu" or values.size != max(values.shape):
             raise _refused(name, title, "is no vector of real numbers (allowed: one)")
         columns.append(np.asarray(values, dtype=float).ravel())
     if len(lengths := {len(column) for column in columns}) > 1:
         raise _refused(name, "", f"vectors of {min(lengths)} to {max(lengths)} samples (allowed: all of one length)")
     timed = [k for k, title in enumerate(used) if title.startswith("time")]
-    if len(timed) + (RATE in own) != 1:
+    if len(timed) + (RATE in vectors_of_file) != 1:
         raise _refused(name, "", f"either the vector time_s or the number {RATE} is needed (allowed: one of them)")
     if timed:
         size = UNITS["time"][used[timed[0]].removeprefix("time_")]
         with np.errstate(over="ignore"):
             times = columns[timed[0]] * size
         return _recorded(name, used, columns, times, 0.0)
-    rate = own[RATE]
+    rate = vectors_of_file[RATE]
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not isfinite(hertz := float(rate.ravel()[0])) or hertz <= 0:
         raise _refused(name, RATE, "is no positive number (allowed: samples in a second)")
     return _recorded(name, used, columns, None, hertz)

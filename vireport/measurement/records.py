@@ -203,10 +203,10 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
         raise _refused(
             name, lines[-1] if lines else 1, "", f"{count} (at least {FEWEST} are needed, and some tens to be of use)"
         )
-    own, along = (np.array(column) if column else None for column in (errors, values))
-    record = Record(name, np.array(times), np.array(walls), unused, swept=along, errors=own)
-    if along is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
-        frequency_hz = float(np.median(along))
+    stated_errors, swept_values = (np.array(column) if column else None for column in (errors, values))
+    record = Record(name, np.array(times), np.array(walls), unused, swept=swept_values, errors=stated_errors)
+    if swept_values is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
+        frequency_hz = float(np.median(swept_values))
     _require_seconds(record, lines[0], frequency_hz)
     return record
 
@@ -227,17 +227,17 @@ def _columns(
         what = "semicolons" if ";" in head[0] else "tabs"
         raise _refused(name, line, "", f"columns are separated by {what} (allowed: commas, and points in numbers)")
     titles = [cell.strip() for cell in head]
-    known = COLUMNS if swept is None else (*COLUMNS, swept.parameter.value)
+    allowed = COLUMNS if swept is None else (*COLUMNS, swept.parameter.value)
     # What is no record at all, of which nothing is shown: it may be a file that was not meant to be read.
-    alike = (get_close_matches(title[:LONGEST_SHOWN], known, 1, ALIKE) for title in titles[: len(known)])
-    if set(titles).isdisjoint(known) and not any(alike):
+    alike = (get_close_matches(title[:LONGEST_SHOWN], allowed, 1, ALIKE) for title in titles[: len(allowed)])
+    if set(titles).isdisjoint(allowed) and not any(alike):
         raise _refused(name, line, "", f"no column is known by its name ({example}, an impact on each that follows)")
     mistakes = Mistakes()
     for title in titles:
-        if title not in known:
-            mistakes.add(line, visible(title[:LONGEST_SHOWN]), partial(_unknown, title, known))
+        if title not in allowed:
+            mistakes.add(line, visible(title[:LONGEST_SHOWN]), partial(_unknown, title, allowed))
     count = Counter(titles)
-    for title in known:
+    for title in allowed:
         if count[title] > 1:
             mistakes.add(line, title, "the column stands twice (allowed: once)")
     for title in (TIME, MEMBRANE):
@@ -248,11 +248,11 @@ def _columns(
     return {title: k for k, title in enumerate(titles)}, tuple(x for x in UNUSED if x in count), len(titles)
 
 
-def _unknown(title: str, known: tuple[str, ...]) -> str:
-    close = get_close_matches(title[:LONGEST_SHOWN], known, 1, ALIKE)
+def _unknown(title: str, allowed: tuple[str, ...]) -> str:
+    close = get_close_matches(title[:LONGEST_SHOWN], allowed, 1, ALIKE)
     hint = f"; did you mean '{close[0]}'?" if close else ""
     what = f"unknown column{hint}" if title else "a column without a name"
-    return f"{what} (allowed: {', '.join(known)})"
+    return f"{what} (allowed: {', '.join(allowed)})"
 
 
 def _values(
@@ -268,7 +268,7 @@ def _values(
     What is wrong with them is added to the mistakes.
     """
     times, walls, errors, values, lines = [], [], [], [], []
-    along = None if swept is None else places.get(swept.parameter.value)
+    swept_column = None if swept is None else places.get(swept.parameter.value)
     time, membrane, others = places[TIME], places[MEMBRANE], [(name, places[name]) for name in unused]
     for line, row in rows:
         if not row or (len(row) == 1 and not row[0].strip()):
@@ -285,8 +285,8 @@ def _values(
         for name, place in others:
             if row[place].strip():
                 _number(row[place], line, name, mistakes)
-        if swept is not None and along is not None:
-            value = _number(row[along], line, swept.parameter.value, mistakes)
+        if swept is not None and swept_column is not None:
+            value = _number(row[swept_column], line, swept.parameter.value, mistakes)
             if value is not None and not swept.holds(value):
                 mistakes.add(line, swept.parameter.value, f"got {value:g}, {swept.allowed}")
             values.append(np.nan if value is None else value)
@@ -309,21 +309,21 @@ def _wrong_count(row: list[str], head: int) -> str:
 
 
 def _no_membrane(text: str) -> str:
-    given = visible(text.strip()[:LONGEST_CELL])
-    close = get_close_matches(given.lower(), SIDES, 1)
+    cell = visible(text.strip()[:LONGEST_CELL])
+    close = get_close_matches(cell.lower(), SIDES, 1)
     hint = f"; did you mean '{close[0]}'?" if close else ""
-    return f"'{given}' is no membrane{hint} (allowed: bottom, top)"
+    return f"'{cell}' is no membrane{hint} (allowed: bottom, top)"
 
 
 def _number(text: str, line: int, column: str, mistakes: Mistakes) -> float | None:
     """A number of a cell; None where it is none, which is added to the mistakes."""
-    own = text.strip()
+    cell = text.strip()
     try:
-        value = float(own) if own.isascii() and "_" not in own else None
+        value = float(cell) if cell.isascii() and "_" not in cell else None
     except ValueError:
         value = None
     if value is None or not isfinite(value):
-        mistakes.add(line, column, partial(no_number, own))
+        mistakes.add(line, column, partial(no_number, cell))
         return None
     return value
 

@@ -67,12 +67,12 @@ def whole(count: int) -> Screened:
     return Screened(np.arange(count), np.ones(count - 1, dtype=bool), ())
 
 
-def typical(own: Equations, share: float = MOST) -> float:
+def typical(system: Equations, share: float = MOST) -> float:
     """Timing error that most equations agree on [s], by that which a share of them keeps to.
 
     A smaller share than usual would not do for a fit: of the four equations of a 3:1 motion three can always be met.
     """
-    size = np.abs(own.value) / own.spread
+    size = np.abs(system.value) / system.spread
     if not len(size):
         return np.inf
     k = min(int(share * len(size)), len(size) - 1)
@@ -84,9 +84,9 @@ def screened(model: ClockedDevice, impacts: MeasuredImpacts, timing_error_s: flo
     kept = _without_false(model, impacts, timing_error_s)
     left = impacts.rows(kept)
     t, flown = left.times, left.flown.copy()
-    own = equations(model, left)
+    system = equations(model, left)
     stretches = []
-    for run in _runs(own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]):
+    for run in _runs(system.impacts[np.abs(system.value) > FAILED * timing_error_s * system.spread]):
         every = np.arange(run[0], run[-1])
         if len(run) == 1:  # at an end of the record, or next to what is hardly beyond the noise: one of its flights
             every = np.array([run[0] if run[0] + 2 >= len(t) else run[0] - 1])
@@ -103,21 +103,21 @@ def screened(model: ClockedDevice, impacts: MeasuredImpacts, timing_error_s: flo
             gaps += [Gap(float(t[k]), float(t[k + 1]), None) for k in every]
         else:
             gaps += [Gap(float(t[k]), float(t[k + 1]), missed[k]) for k in single]
-    found = Screened(kept, flown, tuple(gaps))
+    result = Screened(kept, flown, tuple(gaps))
     # Of two rows at one time, one is none: the flight between them has any velocity, and keeps to any equation.
     close = np.flatnonzero(np.diff(t) < SHORTEST * timing_error_s * np.maximum(left.errors[1:], left.errors[:-1]))
     around = np.unique(np.clip(close[:, None] + np.arange(-1, 2), 0, len(flown) - 1))
     around = around[flown[around]]
-    return without_flights(found, impacts.times, around) if len(around) else found
+    return without_flights(result, impacts.times, around) if len(around) else result
 
 
-def without_flights(known: Screened, times: Array, flights: Indices) -> Screened:
+def without_flights(screening: Screened, times: Array, flights: Indices) -> Screened:
     """A screened record without some more flights, of which nothing is known."""
-    flown = known.flown.copy()
+    flown = screening.flown.copy()
     flown[flights] = False
-    own = times[known.kept]
-    more = tuple(Gap(float(own[k]), float(own[k + 1]), None) for k in flights)
-    return Screened(known.kept, flown, (*known.gaps, *more))
+    kept_times = times[screening.kept]
+    more = tuple(Gap(float(kept_times[k]), float(kept_times[k + 1]), None) for k in flights)
+    return Screened(screening.kept, flown, (*screening.gaps, *more))
 
 
 def _runs(failed: Indices) -> list[Indices]:
@@ -128,8 +128,8 @@ def _runs(failed: Indices) -> list[Indices]:
 def _without_false(model: ClockedDevice, impacts: MeasuredImpacts, timing_error_s: float) -> Indices:
     """Rows that are left where each that explains all failures around it, as one that is no impact, is taken away."""
     count = len(impacts)
-    own = equations(model, impacts)
-    failed = own.impacts[np.abs(own.value) > FAILED * timing_error_s * own.spread]
+    system = equations(model, impacts)
+    failed = system.impacts[np.abs(system.value) > FAILED * timing_error_s * system.spread]
     taken = []
     for run in _runs(failed):
         best = FAILED
@@ -153,7 +153,7 @@ def _missed(
     model: ClockedDevice, impacts: MeasuredImpacts, flights: list[int], timing_error_s: float
 ) -> dict[int, float | None]:
     """Time [s] of the one missed impact, on either membrane, that explains both ends of each of some flights."""
-    found: dict[int, float | None] = dict.fromkeys(flights)
+    missing: dict[int, float | None] = dict.fromkeys(flights)
     alike: dict[tuple[int, int], list[int]] = {}
     times, flown = impacts.times, impacts.flown
     for k in flights:
@@ -174,8 +174,8 @@ def _missed(
                 a, b = tried[row, np.maximum(i - 1, 0)], tried[row, np.minimum(i + 1, PLACES - 1)]
             better = worst[row, i] < best
             best, at = np.where(better, worst[row, i], best), np.where(better, tried[row, i], at)
-        found |= {k: float(t) for k, t in zip(some, at, strict=True) if np.isfinite(t)}
-    return found
+        missing |= {k: float(t) for k, t in zip(some, at, strict=True) if np.isfinite(t)}
+    return missing
 
 
 def _misfit(
@@ -204,7 +204,7 @@ def _misfit(
     rows[:, place] = tried.ravel()
     within = np.tile(np.arange(width) < width - 1, count)[:-1]
     with np.errstate(all="ignore"):  # between two small records there may be no time
-        own = equations(model, MeasuredImpacts(rows.ravel(), sides.ravel(), within, relative.ravel()))
+        system = equations(model, MeasuredImpacts(rows.ravel(), sides.ravel(), within, relative.ravel()))
     worst = np.zeros(count)
-    np.maximum.at(worst, own.impacts // width, np.abs(own.value) / own.spread)
+    np.maximum.at(worst, system.impacts // width, np.abs(system.value) / system.spread)
     return worst.reshape(tried.shape)

@@ -178,7 +178,10 @@ class ShakerMotion(Struct, frozen=True, eq=False):
     def at(self, times: Array) -> Array:
         """What is fitted, at some times [m/s^2]."""
         x = 2 * pi * self.frequency_hz * (times - self.maximum_s)
-        more = (own.percent / 100 * np.cos(own.order * x + np.radians(own.phase_deg)) for own in self.harmonics)
+        more = (
+            harmonic.percent / 100 * np.cos(harmonic.order * x + np.radians(harmonic.phase_deg))
+            for harmonic in self.harmonics
+        )
         return np.asarray(self.offset + self.amplitude * (np.cos(x) + sum(more)))
 
     @property
@@ -252,8 +255,8 @@ def _means(recording: Recording, channel: Channel, together: int) -> tuple[Array
     times, values = [], []
     for stretch in recording.stretches:
         count = (stretch.last - stretch.first) // together
-        own = channel.values[stretch.first : stretch.first + count * together]
-        values.append(own.reshape(count, together).mean(axis=1))
+        samples = channel.values[stretch.first : stretch.first + count * together]
+        values.append(samples.reshape(count, together).mean(axis=1))
         times.append(stretch.start_s + (np.arange(count) * together + (together - 1) / 2) * recording.step_s)
     return np.concatenate(times), np.concatenate(values)
 
@@ -273,7 +276,7 @@ def _line(name: str, t: Array, values: Array, step: float, span: float, expected
     power = np.abs(np.fft.rfft(even, size)) ** 2
     lines = np.fft.rfftfreq(size, step)
     near = np.abs(lines / expected - 1) < WITHIN
-    found = float(lines[near][np.argmax(power[near])])
+    peak = float(lines[near][np.argmax(power[near])])
     # Twice and half the frequency would be of another motion: the line must be the strongest of all slow ones.
     slow = (lines > max(0.2 * expected, 3 / span)) & (lines < 5 * expected)
     strongest = float(lines[slow][np.argmax(power[slow])])
@@ -282,7 +285,7 @@ def _line(name: str, t: Array, values: Array, step: float, span: float, expected
             f"{name}: its strongest line is at {strongest:.4g} Hz, and excitation.frequency_hz is {expected:g} "
             f"(allowed: within {WITHIN:.0%} of it; is it the right channel, unit of time and frequency?)"
         )
-    return found
+    return peak
 
 
 def _design(t: Array, omega: float, step: float, together: int) -> Array:
@@ -322,9 +325,9 @@ def _noise(t: Array, left: Array, step: float, omega: float, span: float, count:
     far = int(min(far, max(near + 3, omega / (2 * pi) * span / 3)))
     noise = []
     for line in np.round(at).astype(int):
-        beside = np.concatenate([np.arange(line - far, line - near + 1), np.arange(line + near, line + far + 1)])
-        beside = beside[(beside > 0) & (beside < len(power))]
-        noise.append(float(power[beside].mean()))
+        neighbours = np.concatenate([np.arange(line - far, line - near + 1), np.arange(line + near, line + far + 1)])
+        neighbours = neighbours[(neighbours > 0) & (neighbours < len(power))]
+        noise.append(float(power[neighbours].mean()))
     return np.array(noise)
 
 
@@ -342,9 +345,12 @@ def _motion(
 ) -> ShakerMotion:
     a, b = coefficients[1:3]
     amplitude, lag = hypot(a, b), atan2(b, a)
-    own = covariance[1:3, 1:3]
-    along, across = np.array([a, b]) / amplitude, np.array([-b, a]) / amplitude
-    amplitude_error, phase_error = sqrt(along @ own @ along), sqrt(across @ own @ across) / amplitude
+    covariance_block = covariance[1:3, 1:3]
+    in_phase, across = np.array([a, b]) / amplitude, np.array([-b, a]) / amplitude
+    amplitude_error, phase_error = (
+        sqrt(in_phase @ covariance_block @ in_phase),
+        sqrt(across @ covariance_block @ across) / amplitude,
+    )
     harmonics = []
     for order in range(2, ORDERS + 1):
         k = 2 * order - 1
@@ -389,37 +395,42 @@ def shaker_findings(recording: Recording, shaker: ShakerMotion, device: Device) 
 
 def _of_unit(shaker: ShakerMotion, device: Device) -> Iterator[ShakerFinding]:
     """Whether the record fits the scenario with a factor, of a unit or of a reversed axis."""
-    name, given = shaker.channel.name, float(device.amplitude_n) / float(device.capsule_mass_kg)
-    ratio = given / shaker.amplitude
-    factor = next((own for own in FACTORS if abs(ratio / own - 1) < SAME_FACTOR), 1.0)
-    along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
-    reversed_ = (along > 1 and abs(shaker.offset * factor + along) < TILTED * along) or _turned(shaker, device)
+    name, stated = shaker.channel.name, float(device.amplitude_n) / float(device.capsule_mass_kg)
+    ratio = stated / shaker.amplitude
+    factor = next((unit_factor for unit_factor in FACTORS if abs(ratio / unit_factor - 1) < SAME_FACTOR), 1.0)
+    along_slope = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
+    reversed_ = (along_slope > 1 and abs(shaker.offset * factor + along_slope) < TILTED * along_slope) or _turned(
+        shaker, device
+    )
     if factor != 1:
         signed = -factor if reversed_ else factor
-        yield ShakerFinding(ShakerDoubt.FACTOR, name, signed, recorded=shaker.amplitude, given=given)
+        yield ShakerFinding(ShakerDoubt.FACTOR, name, signed, recorded=shaker.amplitude, given=stated)
         return
     if not 1 / NO_FACTOR < ratio < NO_FACTOR:
-        yield ShakerFinding(ShakerDoubt.FORCE, name, ratio, recorded=shaker.amplitude, given=given)
+        yield ShakerFinding(ShakerDoubt.FORCE, name, ratio, recorded=shaker.amplitude, given=stated)
     if reversed_:
-        yield ShakerFinding(ShakerDoubt.REVERSED, name, -1.0, recorded=shaker.amplitude, given=given)
+        yield ShakerFinding(ShakerDoubt.REVERSED, name, -1.0, recorded=shaker.amplitude, given=stated)
 
 
 def _turned(shaker: ShakerMotion, device: Device) -> bool:
     """Whether the even harmonics that a scenario says have the other sign in a record: a sine alone has none."""
-    measured = {own.order: own for own in shaker.harmonics if own.significant}
+    measured = {harmonic.order: harmonic for harmonic in shaker.harmonics if harmonic.significant}
     off = [
-        (measured[own.order].phase_deg - degrees(atan2(-own.sine, own.cosine))) % 360
-        for own in device.harmonics
-        if own.order % 2 == 0 and own.order in measured
+        (measured[harmonic.order].phase_deg - degrees(atan2(-harmonic.sine, harmonic.cosine))) % 360
+        for harmonic in device.harmonics
+        if harmonic.order % 2 == 0 and harmonic.order in measured
     ]
-    return bool(off) and all(abs(own - 180) < TURNED_DEG for own in off)
+    return bool(off) and all(abs(harmonic - 180) < TURNED_DEG for harmonic in off)
 
 
 def _lone(recording: Recording, shaker: ShakerMotion) -> Iterator[ShakerFinding]:
     """Single samples that are much farther from what is fitted than all others."""
     values = shaker.channel.values
     times = np.concatenate(
-        [own.start_s + np.arange(own.last - own.first) * recording.step_s for own in recording.stretches]
+        [
+            stretch.start_s + np.arange(stretch.last - stretch.first) * recording.step_s
+            for stretch in recording.stretches
+        ]
     )
     off = np.abs(values - shaker.at(times))
     most = np.argsort(-off, kind="stable")[: MOST_LONE + 1]
@@ -437,11 +448,11 @@ def _clipping(shaker: ShakerMotion) -> Iterator[ShakerFinding]:
     step = float(steps[steps > 0].min(initial=np.inf))
     cut = 0
     for rail, inward in ((float(values.max()), -1.0), (float(values.min()), 1.0)):
-        there = values == rail
-        beside = np.count_nonzero((inward * (values - rail) > 0) & (inward * (values - rail) < 1.5 * step))
-        runs = there[2:] & there[1:-1] & there[:-2]
+        at_rail = values == rail
+        near_rail = np.count_nonzero((inward * (values - rail) > 0) & (inward * (values - rail) < 1.5 * step))
+        runs = at_rail[2:] & at_rail[1:-1] & at_rail[:-2]
         begun = np.count_nonzero(runs & ~np.concatenate([[False], runs[:-1]]))
-        if begun > 1 and np.count_nonzero(there) > FULLER * beside:
-            cut += int(np.count_nonzero(there))
+        if begun > 1 and np.count_nonzero(at_rail) > FULLER * near_rail:
+            cut += int(np.count_nonzero(at_rail))
     if cut:
         yield ShakerFinding(ShakerDoubt.CLIPPED, shaker.channel.name, cut / len(values))

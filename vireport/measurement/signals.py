@@ -43,9 +43,15 @@ class Signals(Struct, frozen=True, eq=False):
     @property
     def record(self) -> Record:
         """What is identified from."""
-        own = self.picked
+        beginnings = self.picked
         maximum = self.shaker.maximum_s if self.shaker is not None else None
-        return Record(own.recording.name, own.times, own.walls, force_maximum_s=maximum, errors=own.errors)
+        return Record(
+            beginnings.recording.name,
+            beginnings.times,
+            beginnings.walls,
+            force_maximum_s=maximum,
+            errors=beginnings.errors,
+        )
 
 
 def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None) -> Signals:
@@ -105,9 +111,9 @@ def shaker_of(recording: Recording, device: Device, say: Progress = lambda what:
 
 def shaken(device: Device, shaker: ShakerMotion) -> Device:
     """The device with the force of a shaker's motion as it was measured, and those harmonics that are significant."""
-    own = device.with_values({DesignInput(x.value): value for x, value in _values(shaker, device.capsule_mass_kg)})
+    driven = device.with_values({DesignInput(x.value): value for x, value in _values(shaker, device.capsule_mass_kg)})
     harmonics = tuple(Harmonic.of(h.order, h.percent, h.phase_deg) for h in shaker.harmonics if h.significant)
-    return replace(own, harmonics=harmonics)
+    return replace(driven, harmonics=harmonics)
 
 
 def _require_upright(name: str, shaker: ShakerMotion, device: Device) -> None:
@@ -117,8 +123,8 @@ def _require_upright(name: str, shaker: ShakerMotion, device: Device) -> None:
     ------
     UsageError
     """
-    along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
-    if along > 1 and abs(shaker.offset + along) < TILTED * along:
+    along_slope = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
+    if along_slope > 1 and abs(shaker.offset + along_slope) < TILTED * along_slope:
         raise UsageError(
             f"{name}: its mean of {shaker.offset:.4g} m/s² is that of gravity times -1: the sensor points "
             "to the bottom (allowed: positive towards the top, so that at rest it shows gravity positive)"
@@ -140,17 +146,17 @@ def with_shaker(inquiry: Inquiry, shaker: ShakerMotion, delay_s: float) -> Inqui
     UsageError
         If what was measured is asked for.
     """
-    if asked := [x for x in OF_SHAKER if x in inquiry.unknowns]:
-        raise UsageError(f"--free: {asked[0]} is measured by the record's acceleration (leave one of them out)")
+    if of_shaker := [x for x in OF_SHAKER if x in inquiry.unknowns]:
+        raise UsageError(f"--free: {of_shaker[0]} is measured by the record's acceleration (leave one of them out)")
     device = inquiry.model.device
     mass = float(device.capsule_mass_kg)
     model = replace(inquiry.model, device=shaken(device, shaker), phase=0.0)
     measured = {Unknown.AMPLITUDE: mass * shaker.amplitude_error, Unknown.FREQUENCY: shaker.frequency_error_hz}
     # What the scenario says of the same input, of the sensor's calibration for one, is uncertain on its own.
-    given = {prior.unknown: prior.deviation for prior in inquiry.priors}
+    deviations = {prior.unknown: prior.deviation for prior in inquiry.priors}
     values = dict(_values(shaker, mass))
     priors = [prior for prior in inquiry.priors if prior.unknown not in OF_SHAKER]
-    priors += [Prior(x, values[x], hypot(error, given.get(x, 0.0))) for x, error in measured.items()]
+    priors += [Prior(x, values[x], hypot(error, deviations.get(x, 0.0))) for x, error in measured.items()]
     priors.append(Prior(Unknown.PHASE, 0.0, hypot(shaker.phase_error, 2 * pi * shaker.frequency_hz * delay_s)))
     return Inquiry(model, tuple(x for x in inquiry.unknowns if x is not Unknown.PHASE), tuple(priors))
 

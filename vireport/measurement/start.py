@@ -110,11 +110,11 @@ def _best_around(inquiry: Inquiry, part: MeasuredImpacts) -> list[ClockedDevice]
     """Models at the phases around which impacts fit best, with the restitutions that most of them agree on there."""
     model, phases = inquiry.model, np.arange(PHASES) * 2 * pi / PHASES
     free = [x for x in inquiry.unknowns if x in RESTITUTIONS]
-    known = [np.full(PHASES, model.value_of(x)) for x in RESTITUTIONS[1:]]
+    trial = [np.full(PHASES, model.value_of(x)) for x in RESTITUTIONS[1:]]
 
     def profile(single: Array, sides: Array) -> Array:
         """The middle of those of single impacts, for each membrane that is unknown."""
-        bottom, top = known
+        bottom, top = trial
         for x in free:
             middle = _middle(single[:, _counts(x, sides)])
             bottom = middle if x != Unknown.RESTITUTION_TOP else bottom
@@ -155,10 +155,10 @@ def _with_typical_restitutions(inquiry: Inquiry, part: MeasuredImpacts) -> Clock
     model, free = inquiry.model, [x for x in inquiry.unknowns if x in RESTITUTIONS]
     if not free:
         return model
-    own = equations(model, part)
-    wall = part.walls[own.impacts]
+    system = equations(model, part)
+    wall = part.walls[system.impacts]
     with np.errstate(all="ignore"):
-        single = np.where(wall * own.before > 0, -own.after / own.before, np.nan)
+        single = np.where(wall * system.before > 0, -system.after / system.before, np.nan)
     values = [float(_middle(single[None, _counts(x, wall)])[0]) for x in free]
     return model.with_values(tuple(free), np.array(values))
 
@@ -202,21 +202,21 @@ def _descended(inquiry: Inquiry, part: MeasuredImpacts, share: float) -> Clocked
     tail = set(unknowns) <= {*RESTITUTIONS, Unknown.PHASE}
     best, least = model, np.inf
     for _ in range(STEPS):
-        own = equations(model, part, every)
-        error = max(typical(own, share), 1e-18)
+        system = equations(model, part, every)
+        error = max(typical(system, share), 1e-18)
         if error < least:
             best, least = model, error
-        off = own.value / (own.spread * error)
+        off = system.value / (system.spread * error)
         size = np.maximum(np.abs(off), 1e-300)
         root = np.clip(1 - (off / TUNING) ** 2, 0, None) if tail else np.sqrt(np.minimum(1.0, HUBER / size))
         values = np.array([model.value_of(x) for x in every])
-        columns = own.by_unknown * scales / own.spread[:, None] * root[:, None]
-        known = np.zeros((len(priors), len(every)))
+        columns = system.by_unknown * scales / system.spread[:, None] * root[:, None]
+        offsets = np.zeros((len(priors), len(every)))
         weight = np.array([error / prior.deviation for prior in priors])
-        known[:, len(unknowns) :] = np.diag(weight * scales[len(unknowns) :])
+        offsets[:, len(unknowns) :] = np.diag(weight * scales[len(unknowns) :])
         rest = weight * (values[len(unknowns) :] - [prior.value for prior in priors])
-        right = -np.concatenate([own.value / own.spread * root, rest])
-        move = np.linalg.lstsq(np.vstack([columns, known]), right, rcond=LEAST_MOVED)[0]
+        right = -np.concatenate([system.value / system.spread * root, rest])
+        move = np.linalg.lstsq(np.vstack([columns, offsets]), right, rcond=LEAST_MOVED)[0]
         move /= max(1.0, float(np.abs(move).max()) / 0.2)
         values = within(every, values + scales * move)
         for i, x in enumerate(every):

@@ -102,11 +102,11 @@ class Boxes(Struct, frozen=True, eq=False):
     def __getitem__(self, rows: Any) -> Boxes:
         return Boxes(self.low[:, rows], self.high[:, rows])
 
-    def halved(self, along: Ints) -> Boxes:
+    def halved(self, axes: Ints) -> Boxes:
         """Both halves of each, one after the other, cut across a coordinate of its own."""
         low, high = np.repeat(self.low, 2, axis=1), np.repeat(self.high, 2, axis=1)
         rows, lower_half = np.arange(self.count), 2 * np.arange(self.count)
-        high[along, lower_half] = low[along, lower_half + 1] = (self.low[along, rows] + self.high[along, rows]) / 2
+        high[axes, lower_half] = low[axes, lower_half + 1] = (self.low[axes, rows] + self.high[axes, rows]) / 2
         return Boxes(low, high)
 
     def cut(self) -> Boxes:
@@ -308,15 +308,15 @@ def _bounds(
 
     picture = drawn([first, *others] if together else [first], slice(None))
     fastest, slowest = picture.over(first.boxes)
-    there, excluded = fastest[0] > 0, []
+    flies, excluded = fastest[0] > 0, []
     for place in others:
-        rows = np.flatnonzero(there & place.applies)
+        rows = np.flatnonzero(flies & place.applies)
         if rows.size:
             looked_up = picture if together else drawn([place], rows)
-            there[rows] = looked_up.over(place.boxes[rows])[0][0] > 0
-        excluded.append(rows.size - np.count_nonzero(there[rows]))
+            flies[rows] = looked_up.over(place.boxes[rows])[0][0] > 0
+        excluded.append(rows.size - np.count_nonzero(flies[rows]))
     bound = np.full(boxes.count, -np.inf)
-    rows = np.flatnonzero(there)
+    rows = np.flatnonzero(flies)
     with np.errstate(all="ignore"):  # no impacts, no efficiency
         value, meets = _values(problem, boxes[rows], fastest[:, rows], slowest[:, rows])
     bound[rows] = np.where(meets, value * (1 + ROUNDING), -np.inf)

@@ -55,10 +55,10 @@ def optimise(
         study = outputs.run_of(result, pages, say)
         files = {} if json else outputs.files(result, study, provenance, formats, width_mm, templates)
         if study is not None and pages:
-            opens, told = outputs.opening(result, study), outputs.section(result, templates)
-            files |= run_files(study, command, templates, say, None, paper, *told, opens=opens)
+            opens, section = outputs.opening(result, study), outputs.section(result, templates)
+            files |= run_files(study, command, templates, say, None, paper, *section, opens=opens)
     failure = outputs.shortcoming(result, templates)
-    beside = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
+    other_files = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
     outcome = CommandOutcome(
         outputs.optimise_json(result, study, provenance) if json else "",
         "" if json else outputs.text(result, study, templates, verbose),
@@ -66,7 +66,7 @@ def optimise(
         failure=failure,
         exit_code=bool(failure),
         stale=stale,
-        beside=beside,
+        beside=other_files,
     )
     deliver(outcome, folder, quiet)
 

@@ -121,17 +121,17 @@ def files(
     """
     written = {"optimise.json": optimise_json(result, study, provenance)}
     if result.best is not None:
-        shown = result.best if result.built is None else result.built
-        written[BEST] = result.problem.scenario_text(shown.t).encode()
+        design = result.best if result.built is None else result.built
+        written[BEST] = result.problem.scenario_text(design.t).encode()
         if result.built is not None:
             written[UNROUNDED] = result.problem.scenario_text(result.best.t).encode()
-    asked = [task for task in FIGURE_FORMATS if task in formats]
-    if len(result.front) > 1 and asked:
+    formats_asked = [task for task in FIGURE_FORMATS if task in formats]
+    if len(result.front) > 1 and formats_asked:
         from vireport.figures.style import Sheet, drawn_for
 
         with drawn_for(Sheet.of(width_mm)):
             drawn = picture_front(result, templates)
-        for (name,) in (OPTIMISE_FILES[task] for task in asked):
+        for (name,) in (OPTIMISE_FILES[task] for task in formats_asked):
             written[name] = getattr(drawn, name.rpartition(".")[2])
     return written
 
@@ -144,10 +144,10 @@ def section(result: SearchResult, templates: Path | None = None) -> tuple[tuple[
 
 def optimise_json(result: SearchResult, study: Study | None, provenance: Provenance) -> bytes:
     """The result as JSON, one top-level key a line; `study` is `run_of` it."""
-    problem, evidence, shown = result.problem, result.evidence, result.shown
+    problem, evidence, design = result.problem, result.evidence, result.shown
 
     def data(point: JudgedDesign | None) -> dict[str, Any] | None:
-        return None if point is None else _data(result, point, study if point is shown else point.study)
+        return None if point is None else _data(result, point, study if point is design else point.study)
 
     return json_bytes(
         {
@@ -244,8 +244,8 @@ def opening(result: SearchResult, study: Study | None) -> Opening:
     ]
     limits = [Statement(Status.NEUTRAL, _said("limits", ends))] if ends else []
     grave = [fact for fact in run.facts if fact.status in (Status.BAD, Status.CAUTION)]
-    met = [fact for fact in run.facts if fact.said.macro == "requirements_met"]
-    facts = [Statement(run.status, run.sentence), *grave[: MOST_FACTS - 1 - len(limits)], *limits, *met]
+    fulfilled = [fact for fact in run.facts if fact.said.macro == "requirements_met"]
+    facts = [Statement(run.status, run.sentence), *grave[: MOST_FACTS - 1 - len(limits)], *limits, *fulfilled]
     named = [f"{_named(path)} {value}" for path, value in zip(result.problem.paths, values, strict=True)]
     sentence = _said("best", named) if len(named) <= MOST_NAMED else _said("best_of_many", named)
     return Opening(run.status, run.word, sentence, tuple(facts[:MOST_FACTS]), tuple(_tiles(result, study)))
@@ -253,14 +253,14 @@ def opening(result: SearchResult, study: Study | None) -> Opening:
 
 def _tiles(result: SearchResult, study: Study) -> Iterator[Statement]:
     """Those of a run; the objective instead of the range, where neither the sentence nor another number is that."""
-    objective, shown, run = result.problem.objective, cast(JudgedDesign, result.shown), study.opening
+    objective, design, run = result.problem.objective, cast(JudgedDesign, result.shown), study.opening
     if objective.path is not None or objective is Objective.U_AVE:
         yield from run.tiles
         return
     exactness, large = study.evidence.exactness, _said("large" if result.problem.sign > 0 else "small")
-    value = _in_unit(result, shown.value, exactness)
+    value = _in_unit(result, design.value, exactness)
     if objective.unit in PREFIXED:
-        value = quantity(abs(shown.value), objective.unit, exactness)
+        value = quantity(abs(design.value), objective.unit, exactness)
     yield Statement(Status.NEUTRAL, _said("tile_objective", objective, value, large))
     yield from run.tiles[-3:]
 
@@ -271,13 +271,13 @@ def _extreme(result: SearchResult) -> Said:
 
 def _named(path: DesignPath) -> str:
     """What an input is called within a sentence."""
-    known = next((own.quantity for own in DesignInput if own.path == path), None)
-    return known or (key_of(path).title or path).lower()
+    quantity = next((varied.quantity for varied in DesignInput if varied.path == path), None)
+    return quantity or (key_of(path).title or path).lower()
 
 
 def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
     """The inputs of a design with their units."""
-    units = {own.path: own for own in DesignInput}
+    units = {varied.path: varied for varied in DesignInput}
     values = zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)
     return [units[path].given(value) if path in units else _with_unit(path, value) for path, value in values]
 
@@ -331,20 +331,20 @@ def _in_unit(result: SearchResult, value: float, exactness: Exactness = OF_A_MOD
 
 def _evidence(result: SearchResult, say: Words) -> Iterator[str]:
     """What is known of other designs; optimise.json has all numbers."""
-    evidence, cells, shown = result.evidence, f"{prod(result.evidence.counts):,}", result.shown
+    evidence, cells, design = result.evidence, f"{prod(result.evidence.counts):,}", result.shown
     if evidence.yielding is not None:
         yield say("yielding", percent(evidence.yielding))
     elif evidence.tolerated == 0:
         yield say("none_tolerates", percent(evidence.tolerances))
     if evidence.widest is not None:
         yield say("widest", _not_less(evidence.widest))
-    if result.best is None or shown is None:
+    if result.best is None or design is None:
         pass
     elif evidence.bound is not None:
-        above = ROUNDED_UP * evidence.bound / shown.value - 1
+        above = ROUNDED_UP * evidence.bound / design.value - 1
         yield say("proved", _not_less(above)) if above > SAME_VALUE else say("proved_best")
     elif evidence.best_cell is not None:
-        above = (evidence.best_cell - shown.value) / abs(shown.value)
+        above = (evidence.best_cell - design.value) / abs(design.value)
         yield say("on_grid_by", cells, _not_less(above)) if above > SAME_VALUE else say("on_grid", cells)
     if evidence.elsewhere:
         yield say("elsewhere", evidence.elsewhere)
@@ -366,8 +366,8 @@ def _front_table(result: SearchResult, say: Words) -> Table:
     # Nobody builds these: digits that tell them apart are enough, and all are in optimise.json.
     inputs = map(apart, np.transpose([result.problem.values(point.t) for point in result.front]).tolist())
     rows = [
-        (shown(100 * point.margin, ROUGHLY), value, cost, *own)
-        for point, value, cost, *own in zip(result.front, printed, costs, *inputs, strict=True)
+        (shown(100 * point.margin, ROUGHLY), value, cost, *input_values)
+        for point, value, cost, *input_values in zip(result.front, printed, costs, *inputs, strict=True)
     ]
     unit = f" [{objective.unit}]" if objective.unit else ""
     head = (say("front_margin"), f"{objective.words}{unit}", f"{say('front_cost')}{unit}")

@@ -283,14 +283,14 @@ def problem_of(loaded: Loaded) -> Problem:
         )
     refuse_undecidable(scenario)
     loaded, usual = _with_usual(loaded)
-    scenario, asked = loaded.scenario, tuple(required(loaded.scenario))
+    scenario, required_keys = loaded.scenario, tuple(required(loaded.scenario))
     margins = tuple(
-        (row.quantity.kinds, limit.value / 100) for row, limit in asked if isinstance(row.quantity, OfMargin)
+        (row.quantity.kinds, limit.value / 100) for row, limit in required_keys if isinstance(row.quantity, OfMargin)
     )
     least = None if scenario.requirements is None else scenario.requirements.yield_at_least_percent
     proved = scenario.tolerances is not None and least in (None, 100)
-    limits = tuple((row, limit) for row, limit in asked if row.key in usual)
-    return Problem(loaded, design, asked, margins, float(proved), limits)
+    limits = tuple((row, limit) for row, limit in required_keys if row.key in usual)
+    return Problem(loaded, design, required_keys, margins, float(proved), limits)
 
 
 def _with_usual(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:

@@ -79,10 +79,10 @@ class LocalSearch(Struct, eq=False):
         """Objective and constraints at a design, computed once."""
         key = t.tobytes()
         if key not in self.known:
-            self.known[key] = here = _linear(self.problem, t)
+            self.known[key] = linearised = _linear(self.problem, t)
             lifted = self.lifted > 0
-            score = float(here.slack[lifted].min()) if lifted.any() else here.value
-            if np.isfinite(score) and score > self.score and bool((here.slack[~lifted] >= 0).all()):
+            score = float(linearised.slack[lifted].min()) if lifted.any() else linearised.value
+            if np.isfinite(score) and score > self.score and bool((linearised.slack[~lifted] >= 0).all()):
                 self.best, self.score = t.copy(), score
         return self.known[key]
 
@@ -146,15 +146,17 @@ def _round(search: LocalSearch, start: Floats, bounds: tuple[Floats, Floats]) ->
     def value(x: Floats) -> tuple[float, Floats]:
         if auxiliary:
             return -float(x[-1]), np.append(np.zeros(len(start)), -1.0)
-        here = at(x)
-        return (-here.value / scale, -here.slope * width / scale) if np.isfinite(here.value) else (0.0, 0 * width)
+        current = at(x)
+        return (
+            (-current.value / scale, -current.slope * width / scale) if np.isfinite(current.value) else (0.0, 0 * width)
+        )
 
     def slack(x: Floats) -> Floats:
         return at(x).slack - INSIDE - (lifted * x[-1] if auxiliary else 0.0)
 
     def slopes(x: Floats) -> Floats:
-        own = at(x).slopes * width
-        return np.column_stack([own, -lifted]) if auxiliary else own
+        steps = at(x).slopes * width
+        return np.column_stack([steps, -lifted]) if auxiliary else steps
 
     x = np.where(width > 0, (start - bounds[0]) / np.where(width > 0, width, 1.0), 0.0)
     limits: list[Any] = [(0.0, 1.0)] * len(start)
@@ -208,11 +210,11 @@ def _margins(problem: Problem, t: Floats) -> tuple[Floats, Floats]:
             row = which * len(SLOTS) + SLOTS.index((end.parameter, sign))
             slack[row] = end.size - share
             # The share is of the value, which moves with the inputs that it overlaps with.
-            along = [
+            derivatives = [
                 0.0
                 if varied is None
                 else (end.derivatives.get(varied) or 0.0) - carried(end.parameter, varied) * end.sweep_value / value
                 for varied in map(design_input, problem.paths)
             ]
-            slopes[row] = [sign * slope / value for slope in along] * problem.widths
+            slopes[row] = [sign * slope / value for slope in derivatives] * problem.widths
     return slack, slopes

@@ -389,8 +389,8 @@ def _regions(grid: DesignGrid, order: Ints, best: JudgedDesign, tried: list[int]
     value = grid.cells.value
     promising = order[value[order] + grid.changes()[order] > best.value]
     kept = list(grid.passing(promising, grid.problem.share))
-    there = np.zeros(len(value), dtype=bool)
-    there[kept] = True
-    parts = label(there.reshape(grid.counts), np.ones((3,) * len(grid.counts)))[0].ravel()
+    inside = np.zeros(len(value), dtype=bool)
+    inside[kept] = True
+    parts = label(inside.reshape(grid.counts), np.ones((3,) * len(grid.counts)))[0].ravel()
     done = {0, *parts[tried], *parts[grid.near(best)]}
     return [row for k, row in enumerate(kept) if parts[row] not in {*done, *parts[kept[:k]]}]

@@ -270,7 +270,7 @@ class ExcitationBlock(Block):
     @property
     def distorted(self) -> bool:
         """Whether the force is no sine."""
-        return any(own.percent for own in self.harmonics)
+        return any(harmonic.percent for harmonic in self.harmonics)
 
 
 class SweepBlock(Block):
@@ -1396,13 +1396,13 @@ def inputs(block: Block, path: str = "") -> Iterator[Input]:
     A list of blocks is left out too, where it says what a device might be and not what it is.
     """
     for name, field in type(block).model_fields.items():
-        value, here = getattr(block, name), f"{path}{field.alias or name}"
+        value, path_of_key = getattr(block, name), f"{path}{field.alias or name}"
         if isinstance(value, Block):
-            yield from inputs(value, f"{here}.")
+            yield from inputs(value, f"{path_of_key}.")
         elif isinstance(value, tuple) and any(isinstance(row, HarmonicBlock) for row in value):
-            yield Input(here, field.title or "", unit_of(field), tuple(map(str, value)))
+            yield Input(path_of_key, field.title or "", unit_of(field), tuple(map(str, value)))
         elif value is not None and not (isinstance(value, tuple) and any(isinstance(row, Block) for row in value)):
-            yield Input(here, field.title or "", unit_of(field), value)
+            yield Input(path_of_key, field.title or "", unit_of(field), value)
 
 
 def to_dict(block: Block) -> dict[str, Any]:

@@ -289,16 +289,16 @@ class _Reader:
             if key is None:
                 self._skip(value, path, depth + 1)
                 continue
-            here = join(path, key)
+            key_path = join(path, key)
             if key in block:
-                first = self.lines[here]
-                self._refuse(event, here, f"given twice, first on line {first} (keep one of them)")
-                self._skip(value, here, depth + 1)
+                first = self.lines[key_path]
+                self._refuse(event, key_path, f"given twice, first on line {first} (keep one of them)")
+                self._skip(value, key_path, depth + 1)
                 if isinstance(value, CollectionStartEvent):
-                    self.unread.add(here)  # its keys may be in either of the two
+                    self.unread.add(key_path)  # its keys may be in either of the two
                 continue
-            self.lines[here] = _line(event)
-            block[key] = self._node(value, here, depth + 1)
+            self.lines[key_path] = _line(event)
+            block[key] = self._node(value, key_path, depth + 1)
         return block
 
     def _key(self, event: Event, path: str, depth: int) -> str | None:
@@ -308,19 +308,19 @@ class _Reader:
             self._refuse(event, path, "a key that is not a name (keys are names, followed by a colon)")
             return None
         self._guard(event, path, depth)
-        key, here = event.value, join(path, event.value)
+        key, key_path = event.value, join(path, event.value)
         if event.anchor is not None or event.tag is not None:
-            self._refuse(event, here, "anchors and tags are not read (delete it)")
+            self._refuse(event, key_path, "anchors and tags are not read (delete it)")
         if event.style:
             whole = _with_whole_characters(key)
             if whole is None:
-                self._refuse(event, here, "an escape of half a character (keys are names)")
+                self._refuse(event, key_path, "an escape of half a character (keys are names)")
             return whole
         if key == "<<":
-            self._refuse(event, here, "merge keys are not read (write the keys out)")
+            self._refuse(event, key_path, "merge keys are not read (write the keys out)")
             return None
         if not isinstance(scalar(key), str):
-            self._refuse(event, here, f"the key {key or 'null'} is not a name (keys are names)")
+            self._refuse(event, key_path, f"the key {key or 'null'} is not a name (keys are names)")
             return None
         return key
 

@@ -140,18 +140,18 @@ def _by_unit(key: str, value: object, block: str, units: dict[str, str]) -> tupl
         unit = unit_of.get(name)
         if unit is None or not (lower == stem or lower.startswith(f"{stem}_")):
             continue
-        given = lower.removeprefix(stem).strip("_")
-        if not given and stem in ("omega", "angular_frequency"):
-            given = "rad_s"
-        factor = _UNITS[unit].get(given) if given else 1
+        written_unit = lower.removeprefix(stem).strip("_")
+        if not written_unit and stem in ("omega", "angular_frequency"):
+            written_unit = "rad_s"
+        factor = _UNITS[unit].get(written_unit) if written_unit else 1
         if factor is not None:
-            advice = "" if factor == 1 else _conversion(given, factor, unit, value, name)
+            advice = "" if factor == 1 else _conversion(written_unit, factor, unit, value, name)
             return _nearest(name, block, units), advice
     return "", ""
 
 
-def _conversion(given: str, factor: float, unit: str, value: object, name: str) -> str:
-    text = f" It is in {unit}: 1 {_DISPLAYED.get(given, given)} is {factor:.6g} {unit}"
+def _conversion(written_unit: str, factor: float, unit: str, value: object, name: str) -> str:
+    text = f" It is in {unit}: 1 {_DISPLAYED.get(written_unit, written_unit)} is {factor:.6g} {unit}"
     if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e300:
         text += f", so {name}: {value * factor:.9g}"
     return text
@@ -165,9 +165,9 @@ def _split(path: str) -> tuple[str, str]:
 
 def _nearest(name: str, block: str, units: dict[str, str]) -> str:
     """Path of a key by its name, in this block rather than in another."""
-    here = join(block, name) if name else ""
-    if here in units:
-        return here
+    place = join(block, name) if name else ""
+    if place in units:
+        return place
     return next((path for path in units if name and _split(path)[1] == name), "")
 
 
@@ -199,8 +199,8 @@ def for_number(text: str, quoted: bool, unit: str) -> str:
         return f"; write {bare}, without separators"
     split = _WITH_UNIT.fullmatch(text.replace(",", "."))
     if split:
-        number, given = split[1], split[2].strip().lower()
-        factor = _UNITS.get(unit, {}).get(given)
+        number, written_unit = split[1], split[2].strip().lower()
+        factor = _UNITS.get(unit, {}).get(written_unit)
         exact = "" if factor is None else f", write {float(number) * factor:.9g}"
         return f"; the unit stands in the key{exact}"
     if re.fullmatch(r"[0-9.\s()*/+^pieE-]+", text) and re.search(r"[*/^]|pi", text):

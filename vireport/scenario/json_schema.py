@@ -57,8 +57,8 @@ def _commented(name: str) -> str:
     inner = [(path, key) for path, key in declared.items() if path.startswith(f"{name}.")]
     rows = [(f"# {name}:", declared[name])]
     rows += [(f"#   {path.partition('.')[2]}: {json_text(key['examples'][0])}", key) for path, key in inner]
-    said = ((given, f"{key['title']}{', ' + key['unit'] if 'unit' in key else ''}") for given, key in rows)
-    return "\n" + "".join(f"{given:<33}# {title}\n" for given, title in said)
+    said = ((rule, f"{key['title']}{', ' + key['unit'] if 'unit' in key else ''}") for rule, key in rows)
+    return "\n" + "".join(f"{rule:<33}# {title}\n" for rule, title in said)
 
 
 def _declared(model: type[Scenario]) -> dict[str, Any]:
@@ -74,8 +74,8 @@ def _plain(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
     node = {name: value for name, value in node.items() if name != "default" or value is not None}
     node.pop("addition", None)
     for name in {"properties", "$defs"} & set(node):
-        known = {key: value for key, value in node[name].items() if value.get("addition") in (None, *ADDITIONS)}
-        node[name] = {key: _plain(value, words) for key, value in known.items()}
+        properties = {key: value for key, value in node[name].items() if value.get("addition") in (None, *ADDITIONS)}
+        node[name] = {key: _plain(value, words) for key, value in properties.items()}
     node = _spelled(node, words)
     kinds = [_spelled(kind, words) for kind in node.get("anyOf", [])]
     if kinds and "type" in kinds[0]:
@@ -106,8 +106,8 @@ def _flat(node: dict[str, Any], blocks: dict[str, Any], path: str = "") -> Itera
     if "items" in node:
         unit = {"unit": node["unit"]} if "unit" in node else {}
         inner.append((f"{path}.*", {**node["items"], **unit}))
-    for here, key in inner:
+    for inner_path, key in inner:
         reference = next((part["$ref"] for part in [key, *key.get("anyOf", [])] if "$ref" in part), "")
         whole = {**blocks.get(reference.rpartition("/")[2], {}), **key}
-        yield here, whole
-        yield from _flat(whole, blocks, here)
+        yield inner_path, whole
+        yield from _flat(whole, blocks, inner_path)

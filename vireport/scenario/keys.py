@@ -111,6 +111,6 @@ def _extended(block: type[AnyBlock], fields: dict[str, Any]) -> type[AnyBlock]:
 
 def block_of(scenario: Block, name: str, kind: type[AnyBlock]) -> AnyBlock | None:
     """The block of an addition in a scenario; None where it is not given."""
-    given = getattr(scenario, name)
-    assert given is None or isinstance(given, kind)
-    return given
+    block = getattr(scenario, name)
+    assert block is None or isinstance(block, kind)
+    return block

@@ -151,11 +151,11 @@ class LoadedMap(Struct, frozen=True):
         """
         keys: Any = self.document.data
         held = {key: value for key, value in keys.items() if key != "map"}
-        given = frozenset(_given(held))
-        if any(axis.path.value not in given for axis in self.block.axes):
+        stated = frozenset(_given(held))
+        if any(axis.path.value not in stated for axis in self.block.axes):
             return None
         scenario = _validated(replace(self.document, data=held), Scenario, {})
-        return Loaded(scenario, self.document, given, self.overrides, ReadingPlace(str(Path(self.name).parent)))
+        return Loaded(scenario, self.document, stated, self.overrides, ReadingPlace(str(Path(self.name).parent)))
 
 
 def load(source: Source, overrides: Overrides = (), allow_outside: bool = False) -> Loaded:
@@ -315,8 +315,8 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     from vireport.scenario.messages import worded
 
     findings = [finding._replace(path=stands_for.get(finding.path, finding.path)) for finding in findings]
-    told, more = worded(findings, document, model)
-    raise ScenarioError(document.name, [*document.mistakes, *told], more)
+    mistakes, more = worded(findings, document, model)
+    raise ScenarioError(document.name, [*document.mistakes, *mistakes], more)
 
 
 def _without(tree: Any, path: str, block: str = "") -> tuple[Any, list[Finding]]:
@@ -325,7 +325,9 @@ def _without(tree: Any, path: str, block: str = "") -> tuple[Any, list[Finding]]
     if not isinstance(tree, dict) or name not in tree:
         return tree, []
     if not rest:
-        return {key: own for key, own in tree.items() if key != name}, [Finding(block + name, Kind.UNKNOWN, tree[name])]
+        return {key: value for key, value in tree.items() if key != name}, [
+            Finding(block + name, Kind.UNKNOWN, tree[name])
+        ]
     inner, refused = _without(tree[name], rest, f"{block}{name}.")
     return tree | {name: inner}, refused
 
@@ -351,8 +353,8 @@ def _value_on(axis: dict[str, Any], path: AxisPath) -> float:
     Of the rules between several keys, the one that a map can break is that the ball is lighter than the capsule.
     """
     low, high = path.limits
-    given = axis.get("values") or [axis.get("from"), axis.get("to")]
-    values: list[float] = [x for x in given if is_number(x) and low <= x <= high] if isinstance(given, list) else []
+    on_axis = axis.get("values") or [axis.get("from"), axis.get("to")]
+    values: list[float] = [x for x in on_axis if is_number(x) and low <= x <= high] if isinstance(on_axis, list) else []
     if not values:
         return low  # what is wrong with the axis is said of the axis
     return max(values) if path is AxisPath.BALL_MASS else values[0]
@@ -362,11 +364,11 @@ def _given(block: Any, path: str = "") -> list[str]:
     """Paths of all keys that have a value."""
     paths = []
     for key, value in block.items():
-        here = join(path, key)
+        key_path = join(path, key)
         if value is not None:
-            paths.append(here)
+            paths.append(key_path)
         if isinstance(value, dict):
-            paths += _given(value, here)
+            paths += _given(value, key_path)
     return paths
 
 

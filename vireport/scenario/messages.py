@@ -43,16 +43,16 @@ def worded(findings: Iterable[Finding], document: Document, model: type[Scenario
         if not is_within_any(finding.path, document.unread):
             first.setdefault(finding.path, finding)
     misspelt = wording.misspelt(first.values())
-    found = [own for own in first.values() if own.kind is not Kind.MISSING or own.path not in misspelt]
-    lines = {own.path: document.line_of(own.path) for own in found}
-    told = sorted(found, key=lambda own: lines[own.path])[:MOST_MISTAKES]
-    mistakes = [Mistake(lines[own.path], own.path, wording.message(own)) for own in told]
-    return mistakes, len(found) - len(told)
+    relevant = [item for item in first.values() if item.kind is not Kind.MISSING or item.path not in misspelt]
+    lines = {item.path: document.line_of(item.path) for item in relevant}
+    reported = sorted(relevant, key=lambda item: lines[item.path])[:MOST_MISTAKES]
+    mistakes = [Mistake(lines[item.path], item.path, wording.message(item)) for item in reported]
+    return mistakes, len(relevant) - len(reported)
 
 
 def misspelt(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> set[str]:
     """Paths of the keys that unknown ones probably stand for: that these are missing follows from that mistake."""
-    if not any(own.kind is Kind.UNKNOWN for own in findings):
+    if not any(finding.kind is Kind.UNKNOWN for finding in findings):
         return set()
     return _Wording(document, keys(model)).misspelt(findings)
 
@@ -98,8 +98,8 @@ class _Wording:
 
     def misspelt(self, findings: Iterable[Finding]) -> set[str]:
         """Paths of the keys that the first unknown ones probably stand for."""
-        unknown = [own for own in findings if own.kind is Kind.UNKNOWN][:MOST_MISTAKES]
-        return {self.meant(own.path, own.value) for own in unknown} - {""}
+        unknown = [finding for finding in findings if finding.kind is Kind.UNKNOWN][:MOST_MISTAKES]
+        return {self.meant(finding.path, finding.value) for finding in unknown} - {""}
 
     def place(self, path: str) -> tuple[str, str]:
         """Block that an unknown key stands in, and the key."""
@@ -117,8 +117,8 @@ class _Wording:
                 return key
             # A device may have a restitution of 1, which no sweep comes to.
             least, most = parameter.limits
-            own = self.keys[parameter.path]
-            return own | {"minimum": least, "maximum": most} if parameter.bounces else own
+            schema = self.keys[parameter.path]
+            return schema | {"minimum": least, "maximum": most} if parameter.bounces else schema
         steps = path.split(".")
         place = tuple(steps[:2])
         if place in (AXES, VARIED) and steps[3:4] in (["from"], ["to"], ["values"]) and "array" not in _kinds(key):

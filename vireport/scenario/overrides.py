@@ -100,12 +100,12 @@ def apply(document: Document, overrides: Iterable[str]) -> Document:
 def _place(data: dict[str, Any], steps: list[str], value: object, lines: dict[str, int]) -> str | None:
     """Set a value in the tree, making the blocks it needs; returns the path of what is in the way, if any."""
     for count, step in enumerate(steps[:-1], 1):
-        here = ".".join(steps[:count])
+        place = ".".join(steps[:count])
         if data.get(step) is None:
             data[step] = {}
-            lines[here] = 0
+            lines[place] = 0
         if not isinstance(data[step], dict):
-            return here
+            return place
         data = data[step]
     data[steps[-1]] = value
     return None

@@ -199,13 +199,13 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
         `Scenario` or `MapFile`.
     """
     tree = _Tree(document, wrong)
-    own = (
+    specific = (
         (_required_in_map, _axes, _cells)
         if issubclass(model, MapFile)
         else (_required, _sweep, _simulation, _tolerances, _starts, _measured, _effects, _design)
     )
     rules = (
-        *own,
+        *specific,
         _harmonics,
         _recorded,
         _special,
@@ -307,15 +307,15 @@ def _not_given(tree: _Tree, varied: Collection[str | None]) -> Iterator[Finding]
 def _restitutions(tree: _Tree) -> Iterator[Finding]:
     """There is one restitution of both membranes, or one of each."""
     both, *each = (f"device.{name}" for name in ("restitution", *RESTITUTIONS))
-    given = [path for path in each if not tree.absent(path)]
+    stated = [path for path in each if not tree.absent(path)]
     if not isinstance(tree.at("device"), dict):
         return
-    if not given and tree.absent(both):
+    if not stated and tree.absent(both):
         yield Finding(both, Kind.MISSING)
-    for path in given:
+    for path in stated:
         if not tree.absent(both):
             yield _rule(path, f"restitution is given as well ({RESTITUTION_ALLOWED})")
-        elif len(given) == 1:
+        elif len(stated) == 1:
             missing = next(name for name in RESTITUTIONS if not path.endswith(name))
             yield _rule(path, f"{missing} is not given ({RESTITUTION_ALLOWED})")
     bottom, top = map(tree.number, each)
@@ -373,8 +373,8 @@ def _friction(tree: _Tree) -> Iterator[Finding]:
     if not (tree.number(FRICTION) or 0.0) > 0:
         return
     if tree.at("sweep") is not None and tree.swept is Parameter.INCLINATION:
-        along = "along a sweep of the inclination, with which friction changes, motions are not known"
-        yield _rule("sweep.parameter", f"{along} (another parameter, or no {FRICTION})")
+        reason = "along a sweep of the inclination, with which friction changes, motions are not known"
+        yield _rule("sweep.parameter", f"{reason} (another parameter, or no {FRICTION})")
     for path in _RESTITUTION_PATHS:
         if tree.number(path) == 0:
             yield _rule(path, f"got 0: a ball that does not bounce is known without friction only (no {FRICTION})")
@@ -382,8 +382,8 @@ def _friction(tree: _Tree) -> Iterator[Finding]:
 
 def _falling(tree: _Tree) -> Iterator[Finding]:
     """A restitution that falls with speed is stated at one, below 1 at others, of a ball that bounces."""
-    given = not tree.absent(STATED) and STATED not in tree.wrong
-    if given and tree.absent(EXPONENT):
+    stated = not tree.absent(STATED) and STATED not in tree.wrong
+    if stated and tree.absent(EXPONENT):
         yield _rule(STATED, f"the restitution does not depend on the speed (give {EXPONENT}, or leave this out)")
     exponent = tree.number(EXPONENT)
     if not exponent:
@@ -432,11 +432,11 @@ def _radii(tree: _Tree) -> Iterator[Finding]:
 
 
 def _dielectric(tree: _Tree) -> Iterator[Finding]:
-    given = [key for key in DIELECTRIC if tree.at(f"device.membrane.{key}") is not None]
+    stated = [key for key in DIELECTRIC if tree.at(f"device.membrane.{key}") is not None]
     missing = [key for key in DIELECTRIC if tree.absent(f"device.membrane.{key}")]
-    if given and missing:
+    if stated and missing:
         lacking = f"{' and '.join(missing)} not given (all of {', '.join(DIELECTRIC)}, or none)"
-        yield _rule(f"device.membrane.{given[0]}", lacking)
+        yield _rule(f"device.membrane.{stated[0]}", lacking)
 
 
 def _sweep(tree: _Tree) -> Iterator[Finding]:
@@ -450,9 +450,9 @@ def _sweep(tree: _Tree) -> Iterator[Finding]:
 
 def _bouncing_sweep(tree: _Tree) -> Iterator[Finding]:
     """A sweep over a restitution is one of 1:1 motions; that of both membranes keeps their difference."""
-    for path, known in NOT_BOUNCING.items():
+    for path, reason in NOT_BOUNCING.items():
         if not tree.absent(path) or path in tree.bare:
-            yield _rule(path, f"{known} (leave this out, or sweep something else)")
+            yield _rule(path, f"{reason} (leave this out, or sweep something else)")
     for key in OF_WORDS:
         if tree.at(f"requirements.{key}") not in (None, False):
             yield _rule(f"requirements.{key}", f"{NOT_BOUNCING['motions']} (leave this out, or sweep something else)")
@@ -500,18 +500,18 @@ def _tolerances(tree: _Tree) -> Iterator[Finding]:
     for varied in DesignInput if isinstance(block, dict) else ():
         value = tree.number(varied.path)
         for key in (varied.value, percent_key(varied)):
-            here, off = f"tolerances.{key}", tree.number(f"tolerances.{key}")
+            path, off = f"tolerances.{key}", tree.number(f"tolerances.{key}")
             if off is None or value is None:
                 continue
             if key != varied and value == 0:
-                yield _rule(here, f"per cent of {varied}: 0 are nothing (give {varied} here)")
+                yield _rule(path, f"per cent of {varied}: 0 are nothing (give {varied} here)")
             width = off if key == varied else value * off / 100
             room = min(value - varied.limits[0], varied.limits[1] - value)
             if width > room and varied is not DesignInput.INCLINATION:
-                yield _rule(here, f"takes {varied} {width:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
+                yield _rule(path, f"takes {varied} {width:.12g} off {value:.12g} (at most {max(room, 0.0):.12g})")
     others = {"distribution", "samples"}
-    given = isinstance(block, dict) and any(block[key] is not None for key in block.keys() - others)
-    if "tolerances" in tree.bare or (isinstance(block, dict) and not given):
+    any_stated = isinstance(block, dict) and any(block[key] is not None for key in block.keys() - others)
+    if "tolerances" in tree.bare or (isinstance(block, dict) and not any_stated):
         yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
     yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
 
@@ -523,39 +523,43 @@ def _starts(tree: _Tree) -> Iterator[Finding]:
     impacts, periods = tree.number("motions.impacts") or usual.impacts, tree.number("motions.periods") or usual.periods
     ends = sorted(end for key in ("from", "to") if (end := tree.number(f"sweep.{key}")) is not None)
     for k, row in enumerate(rows if isinstance(rows, list) else []):
-        here = f"motions.starts.{k}"
+        path = f"motions.starts.{k}"
         if not isinstance(row, dict):
             continue
         if tree.absent("sweep"):
-            yield _rule(here, "there is no sweep that a family could be followed along (add one, or leave this out)")
-        known: dict[str, Any] = {key: own for key, own in row.items() if f"{here}.{key}" not in tree.wrong}
-        word, own, value = (known.get(key) for key in ("word", "periods", "value"))
+            yield _rule(path, "there is no sweep that a family could be followed along (add one, or leave this out)")
+        valid: dict[str, Any] = {
+            key: periods_of_start for key, periods_of_start in row.items() if f"{path}.{key}" not in tree.wrong
+        }
+        word, periods_of_start, value = (valid.get(key) for key in ("word", "periods", "value"))
         if isinstance(word, str) and len(word) > impacts:
             more = f"has {len(word)} impacts, and motions.impacts is {impacts:g}"
-            yield _rule(f"{here}.word", f"{more} (at most so many)")
-        if own is not None and is_number(own) and own > periods:
-            yield _rule(f"{here}.periods", f"got {own}, and motions.periods is {periods:g} (at most so many)")
+            yield _rule(f"{path}.word", f"{more} (at most so many)")
+        if periods_of_start is not None and is_number(periods_of_start) and periods_of_start > periods:
+            yield _rule(
+                f"{path}.periods", f"got {periods_of_start}, and motions.periods is {periods:g} (at most so many)"
+            )
         if value is not None and is_number(value) and len(ends) == 2 and not ends[0] <= value <= ends[1]:
-            yield _rule(f"{here}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
+            yield _rule(f"{path}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
 
 
 def _measured(tree: _Tree) -> Iterator[Finding]:
     """A record is of a value within the sweep, if there is one; and what is not known has no error."""
     rows = tree.at("measured")
-    given = tree.number("sweep.from"), tree.number("sweep.to")
-    ends = sorted(end for end in given if end is not None)
+    limits = tree.number("sweep.from"), tree.number("sweep.to")
+    ends = sorted(end for end in limits if end is not None)
     for k, row in enumerate(rows if isinstance(rows, list) else []):
-        here = f"measured.{k}"
+        path = f"measured.{k}"
         if not isinstance(row, dict):
             continue
         for key in ("value", "direction"):
             if row.get(key) not in (None, Approach.NONE) and tree.absent("sweep"):
-                yield _rule(f"{here}.{key}", "there is no sweep that it is of (add one, or leave this out)")
-        value = row.get("value") if f"{here}.value" not in tree.wrong else None
+                yield _rule(f"{path}.{key}", "there is no sweep that it is of (add one, or leave this out)")
+        value = row.get("value") if f"{path}.value" not in tree.wrong else None
         if value is not None and is_number(value) and len(ends) == 2 and not ends[0] <= value <= ends[1]:
-            yield _rule(f"{here}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
+            yield _rule(f"{path}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
         if row.get("force_maximum_error_s") is not None and row.get("force_maximum_s") is None:
-            yield _rule(f"{here}.force_maximum_error_s", "the time itself is not given (force_maximum_s, or no error)")
+            yield _rule(f"{path}.force_maximum_error_s", "the time itself is not given (force_maximum_s, or no error)")
 
 
 def _power_of_two(path: str, samples: object) -> Iterator[Finding]:
@@ -568,44 +572,44 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
     """Each effect has the size that it needs, with which a restitution is still one."""
     rows = tree.at("effects")
     for k, row in enumerate(rows if isinstance(rows, list) else []):
-        here, named = f"effects.{k}", row.get("effect") if isinstance(row, dict) else None
+        path, named = f"effects.{k}", row.get("effect") if isinstance(row, dict) else None
         effect = next((effect for effect in LeftOut if effect == named), None)
-        if effect is None or f"{here}.percent" in tree.wrong:
+        if effect is None or f"{path}.percent" in tree.wrong:
             continue
         size, exponent = row.get("percent"), row.get("exponent")
         if exponent is not None and effect is not LeftOut.RESTITUTION_SPEED:
-            yield _rule(f"{here}.exponent", f"{effect} has no exponent (leave it out)")
+            yield _rule(f"{path}.exponent", f"{effect} has no exponent (leave it out)")
         if row.get("speed_m_s") is not None and effect is not LeftOut.RESTITUTION_SPEED:
-            yield _rule(f"{here}.speed_m_s", f"{effect} has no speed (leave it out)")
+            yield _rule(f"{path}.speed_m_s", f"{effect} has no speed (leave it out)")
         if effect is LeftOut.RESTITUTION_SPEED:
             if size is not None:
-                yield _rule(f"{here}.percent", f"{effect} has no per cent, but an exponent (give that)")
-            if exponent is None and f"{here}.exponent" not in tree.wrong:
-                yield _rule(here, f"{effect} needs an exponent (exponent, below 0)")
+                yield _rule(f"{path}.percent", f"{effect} has no per cent, but an exponent (give that)")
+            if exponent is None and f"{path}.exponent" not in tree.wrong:
+                yield _rule(path, f"{effect} needs an exponent (exponent, below 0)")
         elif effect not in EFFECTS:
-            yield _rule(f"{here}.effect", f"{effect} is looked at wherever it matters (one of {', '.join(EFFECTS)})")
+            yield _rule(f"{path}.effect", f"{effect} is looked at wherever it matters (one of {', '.join(EFFECTS)})")
         elif effect not in SIZED:
             if size is not None:
-                yield _rule(f"{here}.percent", f"{effect} has no size (leave it out)")
+                yield _rule(f"{path}.percent", f"{effect} has no size (leave it out)")
             if tree.absent("device.ball_mass_kg"):
                 yield _rule(
-                    f"{here}.effect", "needs device.ball_mass_kg, which is not given (give it, or leave it out)"
+                    f"{path}.effect", "needs device.ball_mass_kg, which is not given (give it, or leave it out)"
                 )
         elif not is_number(size) or not size:
-            yield _rule(f"{here}.percent" if size == 0 else here, f"{effect} needs a size (percent, and not 0)")
+            yield _rule(f"{path}.percent" if size == 0 else path, f"{effect} needs a size (percent, and not 0)")
         elif effect is LeftOut.SECOND_HARMONIC:
             if size < 0:
-                yield _rule(f"{here}.percent", f"got {size:g}, of a harmonic at its worst phase (above 0)")
+                yield _rule(f"{path}.percent", f"got {size:g}, of a harmonic at its worst phase (above 0)")
         elif effect is LeftOut.FRICTION:
             if size < 0:
-                yield _rule(f"{here}.percent", f"got {size:g}, of friction that is added (above 0)")
+                yield _rule(f"{path}.percent", f"got {size:g}, of friction that is added (above 0)")
         else:
-            own = tree.number("device.restitution")
-            value = tree.number(f"device.{effect}") if own is None else own
+            restitution = tree.number("device.restitution")
+            value = tree.number(f"device.{effect}") if restitution is None else restitution
             if value == 0:
-                yield _rule(f"{here}.percent", f"per cent of {effect}: 0 are nothing (leave it out)")
+                yield _rule(f"{path}.percent", f"per cent of {effect}: 0 are nothing (leave it out)")
             if value is not None and value * (1 + size / 100) >= 1:
-                yield _rule(f"{here}.percent", f"makes {effect} {value * (1 + size / 100):.12g} (below 1)")
+                yield _rule(f"{path}.percent", f"makes {effect} {value * (1 + size / 100):.12g} (below 1)")
     if rows is not None and tree.swept is not None and tree.at("sweep") is not None and tree.no_design:
         yield _rule("effects", f"the design point is not given (give {tree.swept.path}, or delete them)")
 
@@ -617,27 +621,27 @@ def _requirements(tree: _Tree) -> Iterator[Finding]:
         yield _rule("requirements", "nothing is required in it (give one of its keys, or delete it)")
     if not isinstance(block, dict):
         return
-    given = {key: f"requirements.{key}" for key, value in block.items() if value is not None}
+    stated = {key: f"requirements.{key}" for key, value in block.items() if value is not None}
     for need in Need:
         for key in needing(need):
-            if key in given and all(tree.absent(path) for path in need.paths):
+            if key in stated and all(tree.absent(path) for path in need.paths):
                 either = " or ".join(need.paths)
-                yield _rule(given[key], f"{need.why} {either}, which is not given (give it, or leave this out)")
+                yield _rule(stated[key], f"{need.why} {either}, which is not given (give it, or leave this out)")
     for key in SWITCHES:
         if block.get(key) is False:
-            yield _rule(given[key], "got false, which requires nothing (true, or leave it out)")
-    yield from _at_design(tree, given)
-    yield from _ranges(tree, given)
+            yield _rule(stated[key], "got false, which requires nothing (true, or leave it out)")
+    yield from _at_design(tree, stated)
+    yield from _ranges(tree, stated)
 
 
-def _at_design(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
+def _at_design(tree: _Tree, stated: dict[str, str]) -> Iterator[Finding]:
     """Where a parameter is swept, its design value is given if something is required of the design point."""
     if tree.swept is None or tree.at("sweep") is None:
         return
     for key in judged_at_design(tree.swept):
-        if key in given and tree.no_design:
+        if key in stated and tree.no_design:
             yield _rule(
-                given[key],
+                stated[key],
                 f"the design point that it is judged at is not given (give {tree.swept.path}, or leave this out)",
             )
 
@@ -647,18 +651,18 @@ def _design(tree: _Tree) -> Iterator[Finding]:
     rows = rows_of(tree.data, *VARIED)
     paths = [path_of(row, DesignPath) for row in rows]
     for k, (row, path) in enumerate(zip(rows, paths, strict=True)):
-        here = f"design.vary.{k}"
+        place = f"design.vary.{k}"
         if path is None or not isinstance(row, dict):
             continue
         if path in paths[:k]:
-            yield _rule(f"{here}.path", f"{path} is varied already (each input once)")
+            yield _rule(f"{place}.path", f"{path} is varied already (each input once)")
         if path.startswith(MEMBRANE) and tree.absent("device.ball_mass_kg"):
-            yield _rule(f"{here}.path", "membranes are evaluated where device.ball_mass_kg is given (give it)")
+            yield _rule(f"{place}.path", "membranes are evaluated where device.ball_mass_kg is given (give it)")
         elif tree.absent(path) and default_of(path) is None:
-            yield _rule(f"{here}.path", f"{path} is not given (give the value that the design has now)")
-        yield from _axis_limits(row, here, path)
+            yield _rule(f"{place}.path", f"{path} is not given (give the value that the design has now)")
+        yield from _axis_limits(row, place, path)
         if is_number(row.get("from")) and row["from"] == row.get("to"):
-            yield _rule(f"{here}.to", f"got {row['to']:.12g}, the same as from (a different value)")
+            yield _rule(f"{place}.to", f"got {row['to']:.12g}, the same as from (a different value)")
     yield from _design_sizes(tree, {path: (f"design.vary.{k}", rows[k]) for k, path in enumerate(paths)})
     if rows and tree.swept is not None and tree.no_design:
         yield _rule("design", f"the design point is not given (give {tree.swept.path}, or delete this block)")
@@ -669,14 +673,14 @@ def _objective(tree: _Tree, paths: list[DesignPath | None]) -> Iterator[Finding]
     """Exactly one number is to be as large or as small as possible: an input that varies, or what is evaluated."""
     if tree.absent("design"):
         return
-    given = [key for key in ("maximise", "minimise") if not tree.absent(f"design.{key}")]
-    if len(given) != 1:
-        there = "is missing" if not given else "stands beside minimise"
-        yield _rule("design.maximise" if given else "design", f"maximise {there} (give either maximise or minimise)")
+    stated = [key for key in ("maximise", "minimise") if not tree.absent(f"design.{key}")]
+    if len(stated) != 1:
+        fault = "is missing" if not stated else "stands beside minimise"
+        yield _rule("design.maximise" if stated else "design", f"maximise {fault} (give either maximise or minimise)")
         return
-    (key,) = given
+    (key,) = stated
     name = tree.at(f"design.{key}")
-    objective = next((known for known in Objective if known == name), None)
+    objective = next((allowed for allowed in Objective if allowed == name), None)
     if objective is None:
         return
     if objective.path is not None and objective.path not in paths:
@@ -700,10 +704,10 @@ def _design_sizes(tree: _Tree, rows: dict[DesignPath | None, tuple[str, Any]]) -
             yield _rule(low_at, f"got {low:.12g}, which is too small (above {smaller.rpartition('.')[2]}, {high:.12g})")
 
 
-def _ends_of(tree: _Tree, path: DesignPath, here: str, row: Any) -> list[tuple[str, float]]:
+def _ends_of(tree: _Tree, path: DesignPath, place: str, row: Any) -> list[tuple[str, float]]:
     """Where the ends of an input's range are given, and what they are; of one that does not vary, its value."""
     if row is not None:
-        return [(f"{here}.{end}", row[end]) for end in ("from", "to") if is_number(row.get(end))]
+        return [(f"{place}.{end}", row[end]) for end in ("from", "to") if is_number(row.get(end))]
     value = default_of(path) if tree.at(path) is None else tree.number(path)
     return [] if value is None else [(path, value)]
 
@@ -713,19 +717,19 @@ def default_of(path: str) -> float | None:
     return getattr(MembraneBlock(), path.removeprefix(MEMBRANE)) if path.startswith(MEMBRANE) else None
 
 
-def _ranges(tree: _Tree, given: dict[str, str]) -> Iterator[Finding]:
+def _ranges(tree: _Tree, stated: dict[str, str]) -> Iterator[Finding]:
     """Ranges that are required have two ends, and lie within the sweep."""
     for first, last in RANGES:
-        if (first in given) != (last in given):
-            given_end, missing = (first, last) if first in given else (last, first)
-            yield _rule(given[given_end], f"{missing} is not given (both ends of a range, or neither)")
-        elif first in given and tree.at(given[first]) == tree.at(given[last]):
-            yield _rule(given[last], f"got the same value as {first}, which makes no range (a different one)")
+        if (first in stated) != (last in stated):
+            given_end, missing = (first, last) if first in stated else (last, first)
+            yield _rule(stated[given_end], f"{missing} is not given (both ends of a range, or neither)")
+        elif first in stated and tree.at(stated[first]) == tree.at(stated[last]):
+            yield _rule(stated[last], f"got the same value as {first}, which makes no range (a different one)")
     start, end = tree.number("sweep.from"), tree.number("sweep.to")
     if start is None or end is None:
         return
     low, high = sorted((start, end))
-    for path in (given[key] for key in OF_SWEPT if key in given):
+    for path in (stated[key] for key in OF_SWEPT if key in stated):
         value = tree.number(path)
         if value is not None and not low <= value <= high:
             allowed = f"a number from {low:.12g} to {high:.12g}"
@@ -749,44 +753,44 @@ def _axes(tree: _Tree) -> Iterator[Finding]:
     sampling = _sampling(tree)
     first_axis: dict[AxisPath, int] = {}
     for k, axis in enumerate(rows_of(tree.data, *AXES)):
-        here, path = f"map.axes.{k}", path_of(axis, AxisPath)
+        path_of_axis, path = f"map.axes.{k}", path_of(axis, AxisPath)
         if not isinstance(axis, dict):
             continue
         if path is not None and first_axis.setdefault(path, k) != k:
-            yield _rule(f"{here}.path", f"{path} is axis {first_axis[path]} already (each parameter once)")
-        yield from _axis_keys(axis, here, sampling)
+            yield _rule(f"{path_of_axis}.path", f"{path} is axis {first_axis[path]} already (each parameter once)")
+        yield from _axis_keys(axis, path_of_axis, sampling)
         if path is not None:
-            yield from _axis_limits(axis, here, path)
+            yield from _axis_limits(axis, path_of_axis, path)
         if is_number(axis.get("from")) and axis["from"] == axis.get("to"):
-            yield _rule(f"{here}.to", f"got {axis['to']:.12g}, the same as from (a different value)")
+            yield _rule(f"{path_of_axis}.to", f"got {axis['to']:.12g}, the same as from (a different value)")
 
 
-def _axis_keys(axis: dict[str, Any], here: str, sampling: object) -> Iterator[Finding]:
+def _axis_keys(axis: dict[str, Any], path: str, sampling: object) -> Iterator[Finding]:
     """Which keys an axis has depends on how the cells are chosen."""
     ends = {key: axis.get(key) for key in ("from", "to", "count")}
     drawn = sampling in (Sampling.LATIN_HYPERCUBE, Sampling.SOBOL)
     wanted = ("from", "to") if drawn else ("from", "to", "count")
     if axis.get("values") is not None:
         if drawn:
-            yield _rule(f"{here}.values", f"{sampling} takes points between from and to (give these instead of a list)")
+            yield _rule(f"{path}.values", f"{sampling} takes points between from and to (give these instead of a list)")
         extra = [key for key, value in ends.items() if value is not None]
         if extra:
-            yield _rule(f"{here}.{extra[0]}", "an axis has either from, to and count, or values (delete one of them)")
+            yield _rule(f"{path}.{extra[0]}", "an axis has either from, to and count, or values (delete one of them)")
     elif sampling == Sampling.LIST:
-        yield _rule(here, "a list needs values (a list of numbers, as many as every other axis has)")
+        yield _rule(path, "a list needs values (a list of numbers, as many as every other axis has)")
     else:
         missing = [key for key in wanted if ends[key] is None]
         if missing:
             alone = "" if drawn else ", or values"
-            yield _rule(here, f"{', '.join(missing)} missing (an axis has {', '.join(wanted)}{alone})")
+            yield _rule(path, f"{', '.join(missing)} missing (an axis has {', '.join(wanted)}{alone})")
         if drawn and ends["count"] is not None:
-            yield _rule(f"{here}.count", f"with {sampling} map.samples says how many points there are (delete it)")
+            yield _rule(f"{path}.count", f"with {sampling} map.samples says how many points there are (delete it)")
 
 
-def _axis_limits(axis: dict[str, Any], here: str, path: AxisPath | DesignPath) -> Iterator[Finding]:
+def _axis_limits(axis: dict[str, Any], axis_place: str, path: AxisPath | DesignPath) -> Iterator[Finding]:
     low, high = path.limits
-    ends = [(f"{here}.{end}", axis.get(end)) for end in ("from", "to")]
-    for place, value in [*ends, *_elements(f"{here}.values", axis.get("values"))]:
+    ends = [(f"{axis_place}.{end}", axis.get(end)) for end in ("from", "to")]
+    for place, value in [*ends, *_elements(f"{axis_place}.values", axis.get("values"))]:
         restitutions = AxisPath.RESTITUTION, AxisPath.RESTITUTION_BOTTOM, AxisPath.RESTITUTION_TOP
         if path in restitutions and is_number(value) and high < value <= 1:
             limits = f"a number from {low:g} to {high:.12g} where it is varied"

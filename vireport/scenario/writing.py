@@ -46,8 +46,8 @@ def with_paths(data: Mapping[str, Any], moved: Callable[[str], str]) -> dict[str
 
 def device_tree(scenario: Scenario, values: Mapping[str, Any]) -> dict[str, Any]:
     """The scenario of a device alone, with other values of some keys, which are given by their paths."""
-    given = to_dict(scenario)
-    tree = {name: given[name] for name in OF_DEVICE} | {"excitation": given["excitation"] | {"record": None}}
+    all_keys = to_dict(scenario)
+    tree = {name: all_keys[name] for name in OF_DEVICE} | {"excitation": all_keys["excitation"] | {"record": None}}
     for path, value in values.items():
         block, _, key = path.rpartition(".")
         (tree[block] if block else tree)[key] = value

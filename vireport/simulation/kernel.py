@@ -124,8 +124,8 @@ def _snap(t: float, more: More) -> float:
         parts, sign = more
         for k in range(len(parts)):
             j, c, s = float(parts[k, ORDER]), float(parts[k, COSINE]), float(parts[k, SINE])
-            there = c * cos(j * pi * t) - s * sin(j * pi * t)
-            snap -= sign * pi * pi * (j * j - 1.0) * there
+            value = c * cos(j * pi * t) - s * sin(j * pi * t)
+            snap -= sign * pi * pi * (j * j - 1.0) * value
     return snap
 
 

@@ -479,14 +479,14 @@ def explanation(code: str | None = None) -> str:
     """
     if code is None:
         return "\n".join(map(_explained, CATALOGUE))
-    known = next((known for known in CATALOGUE if known.code == code.strip().upper()), None)
-    if known is not None:
-        return _explained(known)
-    asked = " ".join(code.lower().replace("-", " ").replace("_", " ").split())
-    term = next((term for term in TERMS if term.lower().replace("_", " ") == asked), None)
+    entry = next((entry for entry in CATALOGUE if entry.code == code.strip().upper()), None)
+    if entry is not None:
+        return _explained(entry)
+    words = " ".join(code.lower().replace("-", " ").replace("_", " ").split())
+    term = next((term for term in TERMS if term.lower().replace("_", " ") == words), None)
     if term is None:
-        number = re.fullmatch(r"(?:vr)?0*(\d{1,3})", asked.replace(" ", ""))
-        close = [f"VR{int(number[1]):03}"] if number else get_close_matches(asked, TERMS, 1)
+        number = re.fullmatch(r"(?:vr)?0*(\d{1,3})", words.replace(" ", ""))
+        close = [f"VR{int(number[1]):03}"] if number else get_close_matches(words, TERMS, 1)
         if close and close[0] in (*AlertCode, *TERMS):
             raise UsageError(f"there is no alert and no term {code!r}; did you mean '{close[0]}'?")
         allowed = ", ".join([*AlertCode, *TERMS])
@@ -494,7 +494,7 @@ def explanation(code: str | None = None) -> str:
     return f"{term}\n{fill(TERMS[term], EXPLANATION_WIDTH, initial_indent='  ', subsequent_indent='  ')}\n"
 
 
-def _explained(known: Explanation) -> str:
-    paragraphs = (f"Cause: {known.meaning}", f"Remedy: {known.remedy}")
+def _explained(entry: Explanation) -> str:
+    paragraphs = (f"Cause: {entry.meaning}", f"Remedy: {entry.remedy}")
     lines = [fill(text, EXPLANATION_WIDTH, initial_indent="  ", subsequent_indent="  ") for text in paragraphs]
-    return "\n".join([f"{known.code} ({known.severities}): {known.title}", *lines, ""])
+    return "\n".join([f"{entry.code} ({entry.severities}): {entry.title}", *lines, ""])

@@ -205,7 +205,7 @@ class Words:
     def __init__(self, name: str, templates: Path | None = None) -> None:
         self.file, self.templates = f"words/{name}.j2", templates
 
-    def __call__(self, macro: str, *given: Any) -> str:
+    def __call__(self, macro: str, *values: Any) -> str:
         """What a macro says of what it is given.
 
         Raises
@@ -219,7 +219,7 @@ class Words:
             if not hasattr(module, macro):
                 raise RenderError(f"{self.file}: has no macro {macro!r}")
             try:
-                text: str = getattr(module, macro)(*given)
+                text: str = getattr(module, macro)(*values)
             except Exception:
                 environment.handle_exception()  # raises it with the template's lines, not those of its code
             return _BLANKS.sub(" ", text).strip(" ")
