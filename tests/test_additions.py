@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from vireport.base.additions import ADDITIONS
+from vireport.base.additions import ADDITIONS, AdditionRow, complete
 
 ROOT = Path(__file__).resolve().parent.parent
 WALLS = (
@@ -24,3 +24,11 @@ def test_without_an_addition_the_rest_stands(name: str) -> None:
     command = [sys.executable, str(ROOT / "tools" / "take_out.py"), name, *WALLS]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_what_needs_an_addition_is_left_out_with_it() -> None:
+    rows = {"a": AdditionRow(("a",), ()), "b": AdditionRow(("b",), (), after=("a",))}
+    rows["c"] = AdditionRow(("c",), (), after=("b",))
+    assert complete(rows) == rows
+    assert list(complete({name: row for name, row in rows.items() if name != "b"})) == ["a"]
+    assert not complete({name: row for name, row in rows.items() if name != "a"})

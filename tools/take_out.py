@@ -3,10 +3,10 @@
     python tools/take_out.py NAME [PYTEST ARGUMENT ...]
 
 Its packages go, with their tests, templates and pages of the documentation, its row of `base/additions.py`, its layer
-in the import contract and its names in `vireport/__init__.py`. Then the import contract is checked and the quick tests
-are run, but for those of several rooms at once that need the addition (`OF_ADDITIONS` of `tests/conftest.py`). The
-example gives the same results as with the addition, but for the addition's own, and a scenario with each of its keys
-ends with exit code 2 and the key's line.
+in the import contract and its names in `vireport/__init__.py`. So do those of the additions that need it. Then the
+import contract is checked and the quick tests are run, but for those of several rooms at once that need the addition
+(`OF_ADDITIONS` of `tests/conftest.py`). The example gives the same results as with the addition, but for the addition's
+own, and a scenario with each of its keys ends with exit code 2 and the key's line.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from vireport.base.additions import ADDITIONS
+from vireport.base.additions import ADDITIONS, complete
 from vireport.gate.findings import findings
 from vireport.scenario.blocks import Scenario, keys_of_additions
 
@@ -37,6 +37,12 @@ def copy_of_project(folder: Path) -> None:
         if (ROOT / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, folder / name)
+
+
+def going_with(name: str) -> list[str]:
+    """An addition, and those that need it."""
+    rest = complete({other: row for other, row in ADDITIONS.items() if other != name})
+    return [name, *(other for other in ADDITIONS if other not in rest and other != name)]
 
 
 def remove(folder: Path, name: str) -> None:
@@ -69,7 +75,6 @@ def remove(folder: Path, name: str) -> None:
     contract.write_text(re.sub(rf'^  "({either})",\n', "", layers, flags=re.MULTILINE), encoding="utf-8")
     contributing = folder / "CONTRIBUTING.md"
     without_lines(contributing, rf"^\| `({either})` \|")
-    run(folder, "tools/write_keys.py")
 
 
 def keys_of(name: str) -> list[str]:
@@ -79,22 +84,24 @@ def keys_of(name: str) -> list[str]:
 
 def blocks_of(name: str) -> list[str]:
     """The blocks of a scenario that an addition brings."""
-    packages, declares = ADDITIONS[name]
-    return list(import_module(f"vireport.{packages[0]}.keys").KEYS) if "keys" in declares else []
+    row = ADDITIONS[name]
+    return list(import_module(f"vireport.{row.packages[0]}.keys").KEYS) if "keys" in row.declares else []
 
 
-def same_results(name: str, without: Any) -> bool:
-    """Whether the example gives the same with and without an addition, but for the addition's keys and steps."""
-    data, finding = results(ROOT), findings().get(name)
-    if finding is not None:
-        for key in finding.results(None, None):
-            del data[key]
+def same_results(names: list[str], without: Any) -> bool:
+    """Whether the example gives the same with and without additions, but for their keys and steps."""
+    data = results(ROOT)
+    for name in names:
         for block in blocks_of(name):
             del data["scenario"][block]
+        if (finding := findings().get(name)) is None:
+            continue
+        for key in finding.results(None, None):
+            del data[key]
         steps = {row.task for row in finding.steps()}
         data["left_out"] = [row for row in data["left_out"] if row["step"] not in steps]
-        if finding.within and without[finding.within] is not None:
-            without[finding.within] = finding.results_within(without[finding.within], None)
+        if (block := without.get(finding.within)) is not None:
+            without[finding.within] = finding.results_within(block, None)
     return bool(data == without)
 
 
@@ -138,15 +145,18 @@ def with_key(lines: list[str], path: str) -> tuple[list[str], int]:
     return [*lines[:begins], f"  {key}: 1", *lines[begins:]], begins + 1
 
 
-def mistakes(folder: Path, name: str) -> list[str]:
-    """What is wrong in a copy without an addition; an empty list where all is as it should be."""
-    wrong = []
-    packages, declares = ADDITIONS[name]
-    if run(folder, "-c", f"import vireport.{packages[0]}").returncode == 0:
-        wrong.append("its package can still be imported")
-    if not same_results(name, results(folder)):
-        wrong.append(f"the results of {EXAMPLE} differ")
-    if "command" in declares and run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
+def mistakes(folder: Path, names: list[str]) -> list[str]:
+    """What is wrong in a copy without some additions; an empty list where all is as it should be."""
+    wrong = [] if same_results(names, results(folder)) else [f"the results of {EXAMPLE} differ"]
+    return [*wrong, *(mistake for name in names for mistake in remains(folder, name))]
+
+
+def remains(folder: Path, name: str) -> list[str]:
+    """What there still is of an addition in a copy that is to be without it."""
+    wrong, row = [], ADDITIONS[name]
+    if run(folder, "-c", f"import vireport.{row.packages[0]}").returncode == 0:
+        wrong.append(f"the package {row.packages[0]} can still be imported")
+    if "command" in row.declares and run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
         wrong.append(f"vireport {name} is still a command")
     text = (folder / EXAMPLE).read_text(encoding="utf-8")
     for path in keys_of(name):
@@ -164,18 +174,21 @@ def main() -> int:
         print(f"python tools/take_out.py NAME (allowed: {', '.join(ADDITIONS)})")
         return 2
     name, *arguments = sys.argv[1:]
+    names = going_with(name)
     with TemporaryDirectory() as temporary:
         folder = Path(temporary)
         copy_of_project(folder)
-        remove(folder, name)
-        wrong = mistakes(folder, name)
+        for each in names:
+            remove(folder, each)
+        run(folder, "tools/write_keys.py")
+        wrong = mistakes(folder, names)
         contract = run(folder, "-c", "from importlinter.cli import lint_imports; raise SystemExit(lint_imports())")
         if contract.returncode:
             wrong.append(f"the import contract is broken:\n{contract.stdout}")
         tests = run(folder, "-m", "pytest", "-q", "-m", "not slow", *(arguments or ["-n", "auto"]))
         if tests.returncode:
             wrong.append(tests.stdout[-6000:])
-        print("\n".join(wrong) or f"without {name}: {tests.stdout.strip().splitlines()[-1]}")
+        print("\n".join(wrong) or f"without {', '.join(names)}: {tests.stdout.strip().splitlines()[-1]}")
     return bool(wrong)
 
 

@@ -22,13 +22,16 @@ class AdditionRow(NamedTuple):
     declares : tuple of str
         The modules of that package in which it does so: `command` has a command as `COMMAND`, `finding` has what it
         adds to a study as `FINDING`, and `keys` has blocks of a scenario of its own as `KEYS`.
+    after : tuple of str
+        The additions that it needs: without one of them it is left out as well.
     """
 
     packages: tuple[str, ...]
     declares: tuple[Declares, ...]
+    after: tuple[str, ...] = ()
 
 
-ADDITIONS: Mapping[str, AdditionRow] = {
+ROWS: Mapping[str, AdditionRow] = {
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
@@ -39,6 +42,16 @@ ADDITIONS: Mapping[str, AdditionRow] = {
 }
 """Each addition by the name of its command, in the order of the help, or of its block in results.json, in the order in
 which a report has them. A key of a scenario that names an addition is known where the addition is."""
+
+
+def complete(rows: Mapping[str, AdditionRow]) -> Mapping[str, AdditionRow]:
+    """The rows of additions all of which have what they need."""
+    kept = {name: row for name, row in rows.items() if all(needed in rows for needed in row.after)}
+    return kept if len(kept) == len(rows) else complete(kept)
+
+
+ADDITIONS = complete(ROWS)
+"""The additions that there are."""
 
 
 def adding(what: Declares) -> tuple[str, ...]:

@@ -494,7 +494,7 @@ def causes_of(code: AlertCode, evidence: Evidence) -> Iterator[Sentence]:
     if code in CAUSES:
         yield from CAUSES[code](evidence)
     for finding, found in found_by(evidence.findings):
-        yield from finding.causes(found).get(code, ())
+        yield from finding.causes(found, evidence).get(code, ())
 
 
 def alerts(evidence: Evidence) -> tuple[Alert, ...]:

@@ -48,8 +48,12 @@ class AddedFinding(Generic[Found]):
         raise NotImplementedError
 
     def find(self, study: Study, say: Progress) -> Found | None:
-        """What it finds out about a study that has all of the core; None where that is nothing."""
+        """What it finds out about a study that has all of the core but what the model leaves out; None for nothing."""
         raise NotImplementedError
+
+    def contradicts_rigid_impacts(self, found: Found) -> bool:
+        """Whether the motion is to be solved with the membranes' own stiffness, short as its contacts may be."""
+        return False
 
     def results(self, found: Found | None, study: Study) -> Mapping[str, Any]:
         """Its keys of results.json, null where nothing was found."""
@@ -71,7 +75,7 @@ class AddedFinding(Generic[Found]):
         """What a report opens with of its answer."""
         return ()
 
-    def causes(self, found: Found) -> Mapping[AlertCode, Iterable[Sentence]]:
+    def causes(self, found: Found, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What raises alerts, by their codes."""
         return {}
 

@@ -17,7 +17,7 @@ from msgspec import Struct
 
 from vireport.base.errors import NumericalError, UsageError, install_command
 from vireport.gate.findings import findings
-from vireport.scenario.blocks import Direction, MotionsBlock, Scenario
+from vireport.scenario.blocks import Direction, Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import ADDED_IF_FULL, SPECIAL, Special, barred_blocks
 
@@ -307,7 +307,8 @@ class Precondition(NamedTuple):
 class DeclaredStep(NamedTuple):
     """A step as it is declared; it is listed, as run or as left out, only where all of `listed` holds.
 
-    Without the package of `better` it runs, and is `lessened`.
+    Without the package of `better` it runs, and is `lessened`. Where it runs, `costs` says what it is with what it
+    takes. One of an addition stands before the step `before` of the core.
     """
 
     task: AnyTask
@@ -316,6 +317,8 @@ class DeclaredStep(NamedTuple):
     listed: tuple[Precondition, ...] = ()
     better: Precondition | None = None
     lessened: str = ""
+    costs: Callable[[Scenario], str] | None = None
+    before: Task = Task.MEASURED
 
 
 def _format(task: Task) -> Precondition:
@@ -477,6 +480,64 @@ SUMMARISED = Precondition(
     lambda _, formats: formats & {Task.HTML, Task.PDF, Task.MARKDOWN}, "neither HTML, PDF nor Markdown is asked for"
 )
 
+JUMP = 2000
+"""Times the impacts of a start that it takes to find where a motion that is followed jumps: an estimate, next to which
+what lies between jumps takes little."""
+
+IMPACTS_PER_SECOND = 2e6
+"""Speed of the simulation on one core of a common machine, for what a plan says of its cost."""
+
+INTERPRETED_PER_SECOND = 3e4
+"""Speed of the simulation where it is not compiled."""
+
+
+def _simulated(scenario: Scenario) -> str:
+    """The simulation, with what it will cost."""
+    asked = scenario.simulation
+    if asked is None:
+        return Task.SIMULATION.what
+    values = asked.samples if scenario.sweep is not None else 1
+    rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
+    if not NUMBA.holds(scenario, frozenset()):
+        rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {install_command('numba')}"
+    cost = f"about {values * asked.starts * asked.impacts / rate:.1g} s"
+    if asked.follow is not Direction.NONE:
+        jump = f"about {JUMP * asked.impacts / rate:.1g} s for each jump"
+        cost += f", then followed from value to value ({asked.follow}), {jump}"
+    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}; {remark}"
+
+
+FOLLOWED_S, COEXISTING_S, LONG_WORDS_S = 0.5, 2.0, 60.0
+"""What families take in each forcing period where few motions coexist, and where many do; and in the latter case those
+of more impacts than are looked for, up to the bound on them: of the order."""
+
+
+def _followed(scenario: Scenario) -> str:
+    """The families of motions, with what they will take."""
+    from vireport.atlas.families import LOOKED_FOR
+
+    limits = scenario.motion_limits
+    if limits is None:
+        return Task.MOTIONS.what
+    most = COEXISTING_S * limits.periods + (LONG_WORDS_S if limits.impacts > LOOKED_FOR else 0.0)
+    least, periods = FOLLOWED_S * limits.periods, "periods" if limits.periods > 1 else "period"
+    bounds = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
+    time = f"about {least:g} s, or up to {most:.0f} s where many coexist (restitution near 1, wide sweeps)"
+    return f"{Task.MOTIONS.what}, {bounds}, {time}"
+
+
+def _methods(_: Scenario) -> str:
+    """The comparison of methods, with what it will lack."""
+    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {install_command('numba')}"
+    return f"{Task.ACCURACY.what}: about a minute{lacking}"
+
+
+def _search(scenario: Scenario) -> str:
+    """The best design, with what its search will take: a run for each of the best cells, where these are needed."""
+    costly = scenario.tolerances or scenario.motion_limits or scenario.simulation
+    return f"{Task.OPTIMISE.what}, by vireport optimise: {'minutes' if costly else 'about 20 s'}"
+
+
 STEPS = (
     DeclaredStep(Task.BRANCHES, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD, ODD_HARMONICS), "the capsule is horizontal"),
@@ -503,17 +564,24 @@ STEPS = (
     DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
     DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
     DeclaredStep(Task.CIRCLES, (SWEEP, CIRCLED), "a sweep is drawn, or its families are followed", (NO_SIMULATION,)),
-    DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block", (), NUMBA, SLOWER),
+    DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block", (), NUMBA, SLOWER, _simulated),
     DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     DeclaredStep(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
-    DeclaredStep(Task.MOTIONS, (SWEEP, MOTIONS), "a motions block, or a word that is required, asks for them"),
+    DeclaredStep(
+        Task.MOTIONS, (SWEEP, MOTIONS), "a motions block, or a word that is required, asks for them", costs=_followed
+    ),
     DeclaredStep(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PICTURES), "the design point is given"),
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
-    DeclaredStep(Task.ACCURACY, (ACCURACY, MPMATH), "the scenario has an accuracy block", (), NUMBA, FEWER),
-    DeclaredStep(Task.COMPLIANT, (ACCURACY, COMPLIANT, BALL), "the scenario has an accuracy block"),
+    DeclaredStep(Task.ACCURACY, (ACCURACY, MPMATH), "the scenario has an accuracy block", (), NUMBA, FEWER, _methods),
+    DeclaredStep(
+        Task.COMPLIANT,
+        (ACCURACY, COMPLIANT, BALL),
+        "the scenario has an accuracy block",
+        costs=lambda _: f"{Task.COMPLIANT.what}: some ten seconds",
+    ),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (MPMATH, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(
@@ -528,7 +596,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_LADDER, (SWEEP, BALL, PICTURES), "the scenario has a motions block", (MOTIONS,)),
     DeclaredStep(Task.FIGURE_PORTRAITS, (SWEEP, NAMED, PICTURES), "motions.portraits names motions", (MOTIONS,)),
     DeclaredStep(Task.REQUIREMENTS, (), "the scenario has a requirements block", (REQUIREMENTS,)),
-    DeclaredStep(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,)),
+    DeclaredStep(Task.OPTIMISE, (NOT_IN_A_RUN,), "", (BEST,), costs=_search),
     DeclaredStep(Task.HTML, (_format(Task.HTML),), "asked for"),
     DeclaredStep(Task.PDF, (_format(Task.PDF),), "asked for"),
     DeclaredStep(Task.PNG, (_format(Task.PNG),), "asked for"),
@@ -544,10 +612,28 @@ STEPS = (
 
 @cache
 def declared_steps() -> tuple[DeclaredStep, ...]:
-    """All steps in their order: those of additions come before what was measured."""
-    first = next(k for k, row in enumerate(STEPS) if row.task is Task.MEASURED)
-    added = (row for finding in findings().values() for row in finding.steps())
-    return (*STEPS[:first], *added, *STEPS[first:])
+    """All steps in their order, those of additions among those of the core."""
+    added: dict[Task, list[DeclaredStep]] = {}
+    for finding in findings().values():
+        for row in finding.steps():
+            added.setdefault(row.before, []).append(row)
+    return tuple(step for row in STEPS for step in (*added.get(Task(row.task), ()), row))
+
+
+@cache
+def _known_additions() -> tuple[Addition | AddedBlock, ...]:
+    """What a scenario can be given, a block of an addition before what belongs to later steps than its own."""
+    first: dict[Addition | AddedBlock, int] = {}
+    for k, step in enumerate(declared_steps()):
+        for need in step.needs:
+            if need.adds is not None:
+                first.setdefault(need.adds, k)
+    known: list[Addition | AddedBlock] = list(Addition)
+    for block, place in first.items():
+        if isinstance(block, AddedBlock):
+            later = (k for k, other in enumerate(known) if first.get(other, -1) > place)
+            known.insert(next(later, len(known)), block)
+    return tuple(known)
 
 
 def figures() -> tuple[AnyTask, ...]:
@@ -571,28 +657,15 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
             failing = next((need for need in row.needs if not need.holds(scenario, asked)), None)
             why = row.why if failing is None else failing.otherwise.format(parameter=scenario.parameter.path)
             runs, what = failing is None, row.task.what
-            if runs and row.task is Task.SIMULATION:
-                what = _cost(scenario)
-            elif runs and row.task is Task.ACCURACY:
-                what = _methods()
-            elif runs and row.task is Task.COMPLIANT:
-                what = f"{Task.COMPLIANT.what}: some ten seconds"
-            elif row.task is Task.OPTIMISE:
-                what = _search(scenario)
-            elif runs and row.task is Task.MOTIONS and (limits := scenario.motion_limits):
-                periods = "periods" if limits.periods > 1 else "period"
-                most = f"at most {limits.impacts} impacts in {limits.periods} forcing {periods}"
-                what = f"{Task.MOTIONS.what}, {most}, {_following(limits)}"
+            if row.costs is not None and (runs or row.task is Task.OPTIMISE):
+                what = row.costs(scenario)
             # A step that is left out for something else, too, lacks no package.
             lacking = [need for need in (*row.needs, row.better) if need and not need.holds(scenario, asked)]
             lacks = lacking[0].package if lacking and all(need.package for need in lacking) else ""
             adds = failing.adds if failing is not None else None
             steps.append(Step(row.task, runs, what, why, lacks, row.lessened, adds))
     wanted = {step.adds for step in steps if not step.runs} - {*barred_blocks(scenario)}
-    first, *others = Addition
-    added = (row.adds for step in declared_steps() for row in step.needs if isinstance(row.adds, AddedBlock))
-    known: dict[Addition | AddedBlock, None] = dict.fromkeys((first, *added, *others))
-    additions = tuple(addition for addition in known if addition in wanted)
+    additions = tuple(addition for addition in _known_additions() if addition in wanted)
     return Plan(tuple(steps), additions, scenario.parameter.path)
 
 
@@ -651,56 +724,3 @@ def refuse_undecidable(scenario: Scenario) -> None:
         for step in plan(scenario).left_out:
             if step.task is Task.SHOCK:
                 raise UsageError(f"requirements.survives_shock_m_s cannot be judged: {step.why}")
-
-
-JUMP = 2000
-"""Times the impacts of a start that it takes to find where a motion that is followed jumps: an estimate, next to which
-what lies between jumps takes little."""
-
-IMPACTS_PER_SECOND = 2e6
-"""Speed of the simulation on one core of a common machine, for what a plan says of its cost."""
-
-INTERPRETED_PER_SECOND = 3e4
-"""Speed of the simulation where it is not compiled."""
-
-
-def _cost(scenario: Scenario) -> str:
-    """The simulation, with what it will cost."""
-    asked = scenario.simulation
-    if asked is None:
-        return Task.SIMULATION.what
-    values = asked.samples if scenario.sweep is not None else 1
-    rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
-    if not NUMBA.holds(scenario, frozenset()):
-        rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {install_command('numba')}"
-    cost = f"about {values * asked.starts * asked.impacts / rate:.1g} s"
-    if asked.follow is not Direction.NONE:
-        jump = f"about {JUMP * asked.impacts / rate:.1g} s for each jump"
-        cost += f", then followed from value to value ({asked.follow}), {jump}"
-    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}; {remark}"
-
-
-FOLLOWED_S, COEXISTING_S, LONG_WORDS_S = 0.5, 2.0, 60.0
-"""What families take in each forcing period where few motions coexist, and where many do; and in the latter case those
-of more impacts than are looked for, up to the bound on them: of the order."""
-
-
-def _following(limits: MotionsBlock) -> str:
-    """What the families of motions will take."""
-    from vireport.atlas.families import LOOKED_FOR
-
-    most = COEXISTING_S * limits.periods + (LONG_WORDS_S if limits.impacts > LOOKED_FOR else 0.0)
-    least = FOLLOWED_S * limits.periods
-    return f"about {least:g} s, or up to {most:.0f} s where many coexist (restitution near 1, wide sweeps)"
-
-
-def _methods() -> str:
-    """The comparison of methods, with what it will lack."""
-    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {install_command('numba')}"
-    return f"{Task.ACCURACY.what}: about a minute{lacking}"
-
-
-def _search(scenario: Scenario) -> str:
-    """The best design, with what its search will take: a run for each of the best cells, where these are needed."""
-    costly = scenario.tolerances or scenario.motion_limits or scenario.simulation
-    return f"{Task.OPTIMISE.what}, by vireport optimise: {'minutes' if costly else 'about 20 s'}"

@@ -153,9 +153,13 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def evidence(self) -> Evidence:
         """What the scenario is judged by."""
-        known = self.crosscheck, self.compliance, self.atlas, self.own_stiffness, self.criteria
         return Evidence(
-            *(self.solution, *known),
+            self.solution,
+            crosscheck=self.crosscheck,
+            compliance=self.compliance,
+            atlas=self.atlas,
+            own_stiffness=self.own_stiffness,
+            criteria=self.criteria,
             disturbances=self.disturbances,
             withstood=self.withstood,
             attracting=self.attracting,
@@ -426,13 +430,13 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         study = _with_basins(study)
     if scenario.accuracy is not None and steps.runs(Task.ACCURACY, Task.COMPLIANT):
         study = _with_accuracy(study, scenario.accuracy, say)
+    study = _with_findings(study, say)
     if steps.runs(Task.OWN_STIFFNESS):
         say("solving with the membranes' own stiffness")
         study = _with_own_stiffness(study)
     if steps.runs(Task.EFFECTS):
         say("moving the nearest end by what the model leaves out")
         study = _with_effects(study)
-    study = _with_findings(study, say)
     if scenario.requirements is not None:
         from vireport.gate.requirements import assess
 

@@ -63,7 +63,7 @@ class DrivenFinding(AddedFinding["Driven"]):
         concludes = AddedConclusion("RECORD_DOUBTFUL", Status.CAUTION, word, Weight.DIGITS, self.name)
         return AddedAnswer("Is the record of the shaker right?", Status.CAUTION, found, concludes)
 
-    def causes(self, found: Driven) -> Mapping[AlertCode, Iterable[Sentence]]:
+    def causes(self, found: Driven, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What may be wrong with the record."""
         from vireport.gate.alerts import doubted
         from vireport.text.alerts import AlertCode
