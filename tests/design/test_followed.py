@@ -9,8 +9,8 @@ from mpmath import mp
 from msgspec.structs import replace
 
 from vireport.design.followed import followed_motion
+from vireport.design.from_rest import FromRest
 from vireport.disturbances.behaviour import disturbances_of
-from vireport.disturbances.from_rest import FromRest
 from vireport.motions.events import Event
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall

@@ -13,11 +13,11 @@ from scipy.optimize import fsolve
 
 from vireport.base.errors import NumericalError
 from vireport.design.effects import Effect, shifts
+from vireport.design.from_rest import Target, from_rest
 from vireport.design.lines import Line
 from vireport.design.margins import margins_of
 from vireport.design.point import design_point, motions_at
 from vireport.design.speed_law import constant, motions_under_law
-from vireport.disturbances.from_rest import Target, from_rest
 from vireport.motions.events import Event
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic

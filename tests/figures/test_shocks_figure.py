@@ -7,7 +7,7 @@ import pytest
 from figure_cases import ROOT, texts_of
 from matplotlib.colors import to_rgb
 
-from vireport.disturbances.from_rest import Destination
+from vireport.design.from_rest import Destination
 from vireport.figures.pictures import pictures
 from vireport.figures.shocks import LEAST, MANIFOLD, OWN
 from vireport.scenario.loading import load

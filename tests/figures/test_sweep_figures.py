@@ -35,9 +35,9 @@ from msgspec.structs import replace
 from PIL import Image
 from scipy.spatial import KDTree
 
+from vireport.design.from_rest import Destination, FromRest
+from vireport.design.outcomes_from_rest import OutcomeRange
 from vireport.disturbances.behaviour import Disturbances
-from vireport.disturbances.from_rest import Destination, FromRest
-from vireport.disturbances.windows import OutcomeRange
 from vireport.figures.curves import (
     TURN,
     PairedImpacts,

@@ -12,7 +12,7 @@ from exact_friction import Reference
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from vireport.disturbances.from_rest import CREEPS, Destination, from_rest
+from vireport.design.from_rest import CREEPS, Destination, from_rest
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions
 from vireport.simulation.attractors import Outcome, find_attractor

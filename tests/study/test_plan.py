@@ -244,11 +244,11 @@ def test_no_block_is_proposed_that_would_be_refused(path: str, value: object):
 
 COMPUTED = {
     Task.DISTORTION: ("vireport.design.point", "distortions"),
-    Task.CIRCLES: ("vireport.disturbances.attractors_from_rest", "attractors_from_rest"),
+    Task.CIRCLES: ("vireport.design.attractors_from_rest", "attractors_from_rest"),
     Task.REPRODUCTION: ("vireport.checks.reproduction", "reproduce"),
     Task.EFFECTS: ("vireport.study.study", "shifts"),
     Task.FROM_REST: ("vireport.disturbances.behaviour", "disturbances_of"),
-    Task.MOMENTS: ("vireport.disturbances.behaviour", "switched_on"),
+    Task.MOMENTS: ("vireport.disturbances.behaviour", "outcomes_by_moment"),
     Task.WINDOWS: ("vireport.disturbances.behaviour", "_along"),
     Task.SHOCK: ("vireport.shocks.withstood", "withstood_by"),
     Task.COEXISTENCE: ("vireport.shocks.attracting", "attracting_motions"),

@@ -20,11 +20,12 @@ from vireport import analyse, load
 from vireport.chart.words import Naming
 from vireport.comparison.ranking import Merit
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved
+from vireport.design.from_rest import Destination, FromRest
 from vireport.design.measured import MeasuredShare
+from vireport.design.outcomes_from_rest import OutcomeRange
 from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import Disturbances, Ramp
-from vireport.disturbances.from_rest import Destination, FromRest
-from vireport.disturbances.windows import Edge, OutcomeRange, Window
+from vireport.disturbances.windows import Edge, Window
 from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
 from vireport.gate.evidence import Evidence
 from vireport.gate.opening import Said, WordedOpening, opening_of

@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.records import brief
-from vireport.disturbances.recovery import NoRecovery
+from vireport.design.recovery import NoRecovery
 from vireport.motions.events import Event
 from vireport.motions.stability import Stability
 from vireport.physics.device import Device

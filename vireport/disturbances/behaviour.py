@@ -11,25 +11,18 @@ from msgspec.structs import replace
 
 from vireport.base.records import brief
 from vireport.design.followed import FollowedMotion, followed_motion
+from vireport.design.from_rest import Destination, FromRest, Target, from_rest
+from vireport.design.recovery import NoRecovery, Recovery, recovery_of
 from vireport.design.solution import Solution
-from vireport.disturbances.from_rest import (
-    RAMPS,
-    Destination,
-    FromRest,
-    Target,
-    from_rest,
-    outcome_of,
-    ramp_that_helps,
-    switched_on,
-)
-from vireport.disturbances.recovery import NoRecovery, Recovery, recovery_of
+from vireport.disturbances.moments import RAMPS, outcome_of, outcomes_by_moment, ramp_that_helps
 from vireport.physics.groups import Groups
 from vireport.physics.motion import SAME
 from vireport.scenario.blocks import DisturbancesBlock
 from vireport.scenario.parameters import DesignInput, Parameter
 
 if TYPE_CHECKING:
-    from vireport.disturbances.windows import Edge, OutcomeRange, Window
+    from vireport.design.outcomes_from_rest import OutcomeRange
+    from vireport.disturbances.windows import Edge, Window
     from vireport.simulation.cycles import SimulatedMotion
 
 WIDEST = 0.5
@@ -157,7 +150,7 @@ def disturbances_of(
         others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
         return Disturbances(end, recovery=recovery, no_recovery=no_recovery, reached=reached, by_starts=others)
     device.constant_restitution("what it does when the force sets in at any moment")
-    outcomes = switched_on(groups, targets, ratio, block.ramp_periods, compiled)
+    outcomes = outcomes_by_moment(groups, targets, ratio, block.ramp_periods, compiled)
     end = outcome_of(outcomes)
     ramp = None
     if targets and not end.reached:
@@ -181,7 +174,7 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
     """The stable motions that some starts come to; without the compiler the first that is found."""
     if solution.device.rubs:
         return ()
-    from vireport.disturbances.by_starts import cycles_by_starts
+    from vireport.design.by_starts import cycles_by_starts
 
     motions: list[FollowedMotion] = []
     for cycle in cycles_by_starts(groups, compiled):
@@ -205,7 +198,8 @@ def _along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
     sweep = solution.sweep
     if sweep is None:
         return ()
-    from vireport.disturbances.windows import outcomes_at, over_sweep
+    from vireport.design.outcomes_from_rest import outcomes_at
+    from vireport.disturbances.windows import over_sweep
 
     return over_sweep(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
 
@@ -215,7 +209,7 @@ def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
     sweep = solution.sweep
     if sweep is None or solution.stable_ranges:
         return ()
-    from vireport.disturbances.windows import outcomes_at, sampled
+    from vireport.design.outcomes_from_rest import outcomes_at, sampled
 
     return sampled(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
 
@@ -231,7 +225,8 @@ def _window(solution: Solution, compiled: bool) -> Window | None:
     low, high = sorted((sweep.start, sweep.end)) if sweep is not None else (value, value)
     if not low < value < high:
         low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])
-    from vireport.disturbances.windows import outcomes_at, window
+    from vireport.design.outcomes_from_rest import outcomes_at
+    from vireport.disturbances.windows import window
 
     window_around = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
     stability_ends = [value + end.distance for end in ends if end.parameter == varied]

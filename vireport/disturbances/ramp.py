@@ -10,13 +10,11 @@ from math import ceil, cos, floor, inf, nextafter, pi, sin
 
 import numpy as np
 
+from vireport.design.from_rest import State
 from vireport.physics.forcing import wave
 from vireport.physics.groups import Groups
 from vireport.simulation.events import BOTTOM, check_model, follow_one
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
-
-State = tuple[float, float, float, float]
-"""Wall (0 in flight), position [x_c], velocity before the impact, or in flight [y_c], and phase [rad]."""
 
 BLOCK = 32
 """Impacts simulated at once within a half wave."""

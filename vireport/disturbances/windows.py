@@ -5,29 +5,17 @@ Edges are sharp, and at many of them infinitely many others accumulate: what is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import sqrt
-from operator import itemgetter
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from vireport.base.records import brief
-from vireport.disturbances.from_rest import FromRest, from_rest, targets_of
-from vireport.motions.pointwise import PointwiseMotions, find_motions
-from vireport.motions.stability import lap_decay
-from vireport.physics.device import Device
-from vireport.physics.groups import Groups, each
-from vireport.scenario.parameters import Parameter, ScalarInput
-from vireport.simulation.kernel import TURN
-
-Floats = NDArray[np.float64]
-
-Outcomes = Callable[[Floats], Sequence[FromRest]]
-"""The outcomes at some values of an input."""
+from vireport.design.from_rest import FromRest
+from vireport.design.outcomes_from_rest import OutcomeRange, Outcomes
+from vireport.scenario.parameters import ScalarInput
 
 EDGE = 1e-9
 """Width to which the edges of a window are found, over the value."""
@@ -52,10 +40,6 @@ hundred windows at s = 0.95 m. Samples cannot prove an edge to be the nearest.""
 
 ALONG = 201
 """Values along a sweep, between which edges are then located."""
-
-SAMPLED = 5
-"""Values of a sweep at which a ball is followed from rest without being asked for, where no 1:1 motion is stable: 40 ms
-each without the compiler."""
 
 STRIP_EDGE = 1e-6
 """Width to which an edge along a sweep is located, over the sweep."""
@@ -106,66 +90,6 @@ class Window(Struct, frozen=True):
     def distance(self, edge: Edge) -> float:
         """How far an edge is from the design point."""
         return abs(edge.value - self.value)
-
-
-class OutcomeRange(Struct, frozen=True):
-    """An interval of the sweep in which the outcome of switching on is one, as far as values tell.
-
-    Attributes
-    ----------
-    start, end : float
-        The same where one value alone was looked at.
-    outcome : FromRest
-    """
-
-    start: float
-    end: float
-    outcome: FromRest
-
-
-def groups_at(device: Device, varied: ScalarInput, values: Floats) -> Groups[Floats]:
-    """The groups of a device at each of some values of an input."""
-    several = device.with_values({varied: values})
-    groups = several.groups(Parameter.LENGTH, several.length_m)
-    return groups.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
-
-
-def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
-    """What a device comes to from rest at each of some values of an input."""
-    groups = groups_at(device, varied, values)
-    return outcomes_of(groups, find_motions(groups, device.period_ratio), device.period_ratio, compiled)
-
-
-def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, compiled: bool) -> list[FromRest]:
-    """The motions or states in which the balls of many devices end from rest.
-
-    Parameters
-    ----------
-    groups : Groups
-        Arrays of one length.
-    motions : PointwiseMotions
-        Of these devices.
-    ratio : int
-        Forcing periods of a 1:1 motion.
-    compiled : bool
-        Whether to compile the simulation, where numba is there.
-    """
-    stable = motions.stable(groups.restitution)
-    orbit, cell, trace = motions.orbit.select(stable), motions.cell[stable], motions.trace[stable]
-    phase, decay = np.mod(orbit.phi, TURN), lap_decay(each(groups.restitution, itemgetter(cell)))
-    targets = targets_of(phase, orbit.velocity_bottom, trace, motions.wall_gap[stable], decay)
-    return [
-        from_rest(
-            groups.each(itemgetter(i)).as_floats(), [targets[k] for k in np.flatnonzero(cell == i)], ratio, compiled
-        )
-        for i in range(len(groups.d))
-    ]
-
-
-def sampled(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, ...]:
-    """The outcomes at a few values of a sweep, its ends among them."""
-    values = np.linspace(start, end, SAMPLED)
-    return tuple(map(OutcomeRange, values.tolist(), values.tolist(), outcomes(values)))
 
 
 def window(parameter: ScalarInput, value: float, low: float, high: float, outcomes: Outcomes) -> Window:

@@ -17,9 +17,9 @@ from matplotlib.lines import Line2D
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.design.from_rest import Destination
+from vireport.design.outcomes_from_rest import OutcomeRange
 from vireport.design.point import DesignPoint
-from vireport.disturbances.from_rest import Destination
-from vireport.disturbances.windows import OutcomeRange
 from vireport.figures import curves
 from vireport.figures.captions import LAMBDA_LIMIT
 from vireport.figures.curves import (

@@ -31,7 +31,7 @@ from vireport.text.formatting import Exactness, percent
 
 if TYPE_CHECKING:
     from vireport.design.followed import FollowedMotion
-    from vireport.disturbances.from_rest import FromRest
+    from vireport.design.from_rest import FromRest
     from vireport.measurement.shaker import ShakerFinding
 
 NEAR_CRITICAL = 0.02

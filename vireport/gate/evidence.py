@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from vireport.compliant.own_stiffness import OwnStiffness
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
+    from vireport.design.from_rest import FromRest
     from vireport.disturbances.behaviour import Disturbances
-    from vireport.disturbances.from_rest import FromRest
     from vireport.membranes.compliance import Compliance
     from vireport.motions.families import Atlas, Family
     from vireport.physics.motion import Motion

@@ -23,8 +23,8 @@ from vireport.text.alerts import AlertCode, Severity
 
 if TYPE_CHECKING:
     from vireport.checks.reproduction import Reproduction
+    from vireport.design.from_rest import FromRest
     from vireport.design.point import StableInterval
-    from vireport.disturbances.from_rest import FromRest
 
 MOST_FACTS = 4
 """Facts of an opening: what a reader takes in at a glance."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vireport.base.errors import NumericalError
-from vireport.disturbances.from_rest import Destination
-from vireport.disturbances.windows import outcomes_of
+from vireport.design.from_rest import Destination
+from vireport.design.outcomes_from_rest import outcomes_of
 from vireport.maps.cells import Floats
 from vireport.motions.pointwise import PointwiseMotions
 from vireport.physics.groups import Groups

@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from msgspec import Struct
 
-from vireport.disturbances.from_rest import Destination
+from vireport.design.from_rest import Destination
 from vireport.maps.cells import Floats, MapPlan
 from vireport.maps.disturbed import DESTINATIONS
 from vireport.maps.evaluation import CODES

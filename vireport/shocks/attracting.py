@@ -13,10 +13,10 @@ from msgspec import Struct
 
 from vireport.base.errors import NumericalError
 from vireport.base.records import brief
+from vireport.design.from_rest import Destination, FromRest
 from vireport.design.lines import mirrored
 from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import Disturbances
-from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.motions.families import Atlas
 from vireport.physics.groups import Groups
 from vireport.physics.motion import SAME, Motion

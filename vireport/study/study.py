@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from vireport.checks.reproduction import Reproduction
     from vireport.checks.workprecision import WorkPrecision
     from vireport.compliant.own_stiffness import OwnStiffness
-    from vireport.disturbances.attractors_from_rest import AttractorFromRest
+    from vireport.design.attractors_from_rest import AttractorFromRest
     from vireport.disturbances.behaviour import Disturbances
     from vireport.gate.opening import Opening
     from vireport.gate.verdict import Verdict
@@ -410,7 +410,7 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
 
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, say))
     if solution.sweep is not None and steps.runs(Task.CIRCLES):
-        from vireport.disturbances.attractors_from_rest import attractors_from_rest
+        from vireport.design.attractors_from_rest import attractors_from_rest
 
         study = replace(study, attractors_from_rest=attractors_from_rest(solution.sweep))
     nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges

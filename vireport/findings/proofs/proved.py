@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.base.progress import Progress
 from vireport.base.records import brief
+from vireport.design.from_rest import Destination, FromRest
 from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import Disturbances
-from vireport.disturbances.from_rest import Destination, FromRest
 from vireport.findings.proofs.section import Section, proved_section, section_again
 from vireport.findings.proofs.survived import Survived, survived, survived_again
 from vireport.findings.proofs.trap import Trap, proved_trap, trap_of

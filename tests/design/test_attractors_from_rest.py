@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from vireport import analyse, load
+from vireport.design.attractors_from_rest import VALUES, attractors_from_rest
+from vireport.design.from_rest import Destination
+from vireport.design.outcomes_from_rest import outcomes_at
 from vireport.design.point import motions_at
-from vireport.disturbances.attractors_from_rest import VALUES, attractors_from_rest
-from vireport.disturbances.from_rest import Destination
-from vireport.disturbances.windows import outcomes_at
 from vireport.figures.captions import shown_along
 from vireport.figures.curves import simulated_points
 from vireport.physics.device import Device

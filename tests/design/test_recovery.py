@@ -13,8 +13,8 @@ from exact_device import ExactDevice
 from msgspec.structs import replace
 
 from vireport import analyse, load
+from vireport.design.recovery import NoRecovery, Recovery, recovery_of
 from vireport.design.solution import Solution, solution_of
-from vireport.disturbances.recovery import NoRecovery, Recovery, recovery_of
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Restitutions, SpeedLaw

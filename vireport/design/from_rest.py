@@ -10,7 +10,7 @@ None of this is in the paper. It rests on the flight and the impact law alone, E
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from math import ceil, exp
 from typing import NamedTuple
@@ -19,8 +19,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.disturbances.ramp import State, ramped
-from vireport.disturbances.recovery import largest_modulus
+from vireport.design.recovery import largest_modulus
 from vireport.motions.one_to_one import Motions
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import wrapped
@@ -29,10 +28,13 @@ from vireport.simulation.attractors import Outcome, find_attractor
 from vireport.simulation.cycles import SimulatedMotion, attracting, chain_growth, rest_cycle, separation
 from vireport.simulation.events import BOTTOM, check_model, start_of
 from vireport.simulation.follower import ROUNDINGS, TWINS, Trajectory, twins
-from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, SETTLING, TURN, VELOCITY, WALL
-from vireport.simulation.release import Press, presses
+from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.release import presses
 
 Floats = NDArray[np.float64]
+
+State = tuple[float, float, float, float]
+"""Wall (0 in flight), position [x_c], velocity before the impact, or in flight [y_c], and phase [rad]."""
 
 BLOCK = 64
 """Impacts simulated before it is looked whether the motion is settled."""
@@ -82,13 +84,6 @@ LEAST_EXPONENT = 0.02
 LOST = 1e-3
 """What rounding may have become on the way [rad, y_c], up to which the outcome is that of the true motion. Beyond it
 the way is gone again, a few roundings off, and must end alike."""
-
-PHASES = 32
-"""Moments at which the force sets in, evenly over its period, where the outcome depends on that moment."""
-
-RAMPS = (1, 2, 3, 5, 10, 20, 40, 80)
-"""Forcing periods in which the amplitude is ramped up, tried where switching on at once does not reach the motion."""
-
 
 LONGEST_SHOWN = 16
 """Letters of a word that are shown of a motion with rest."""
@@ -231,11 +226,11 @@ def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, 
     compiled : bool
         Whether to compile the simulation, where numba is there.
     """
-    pressed = _pressed(groups, targets, ratio, compiled)
-    return pressed[0][1] if pressed else FromRest(Destination.AT_REST)
+    outcomes = pressed_outcomes(groups, targets, ratio, compiled)
+    return outcomes[0][1] if outcomes else FromRest(Destination.AT_REST)
 
 
-def _pressed(
+def pressed_outcomes(
     groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool
 ) -> list[tuple[float, FromRest]]:
     """What it comes to from each release, with the share of moments before it: first what leads to no 1:1 motion."""
@@ -244,46 +239,6 @@ def _pressed(
         for phase, share, _ in presses(groups)
     ]
     return sorted(ends, key=lambda end: end[1].reached)
-
-
-def switched_on(
-    groups: Groups[float], targets: Sequence[Target], ratio: int, ramp_periods: float, compiled: bool
-) -> tuple[tuple[float, FromRest], ...]:
-    """What a ball comes to that lies on the bottom membrane, for moments at which the force sets in over its period.
-
-    Parameters
-    ----------
-    ramp_periods : float
-        Forcing periods in which the amplitude rises, see `ramped`; 0 where it is there at once.
-
-    Returns
-    -------
-    tuple of (float, FromRest)
-        Each with its share of the moments. Without a ramp those in which the ball is pressed down come first, as one
-        for each release; the others are 32 evenly spaced.
-    """
-    if not ramp_periods:
-        pressed = presses(groups)
-        outcomes = _pressed(groups, targets, ratio, compiled)
-        if not pressed:
-            return ((1.0, FromRest(Destination.AT_REST)),)
-        starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, phase) for phase in unpressed(pressed, PHASES))
-        share_of_one = (1 - sum(share for share, _ in outcomes)) / PHASES
-    else:
-        outcomes, share_of_one = [], 1 / PHASES
-        phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
-        starts = (ramped(groups, float(phase), ramp_periods, compiled) for phase in phases)
-    return (*outcomes, *((share_of_one, started(start, groups, targets, ratio, compiled)) for start in starts))
-
-
-def unpressed(pressed: Sequence[Press], count: int) -> list[float]:
-    """So many forcing phases evenly spaced over the times in which a ball at rest is not pressed down [rad]."""
-    ends = np.cumsum([press.free for press in pressed])
-    begins = ends - [press.free for press in pressed]
-    places = ends[-1] * (np.arange(count) + 0.5) / count
-    which = np.minimum(np.searchsorted(ends, places), len(pressed) - 1)
-    phases: list[float] = (np.array([press.release for press in pressed])[which] + (places - begins[which])).tolist()
-    return phases
 
 
 def started(
@@ -447,27 +402,3 @@ def _near(cycle: SimulatedMotion, rows: Floats) -> NDArray[np.bool_]:
     near &= np.abs(wrapped(cycle.phase - rows[:, PHASE, None])) < SETTLED
     near &= np.abs(cycle.velocity - rows[:, VELOCITY, None]) < scale
     return np.asarray(near.any(axis=1))
-
-
-def ramp_that_helps(groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool) -> int | None:
-    """The fewest forcing periods of `RAMPS` over which to raise the amplitude so that every moment leads to 1:1 motion.
-
-    None where none of them does.
-    """
-    for periods in RAMPS:
-        phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
-        starts = (ramped(groups, float(phase), periods, compiled) for phase in phases)
-        if all(started(start, groups, targets, ratio, compiled).reached for start in starts):
-            return periods
-    return None
-
-
-def outcome_of(outcomes: Sequence[tuple[float, FromRest]]) -> FromRest:
-    """What to tell of several moments: the first outcome, or one of a ramp that misses the 1:1 motion, or the slowest.
-
-    Without a ramp the first one is that of all moments in which the ball is pressed down.
-    """
-    if len({part for part, _ in outcomes}) > 1:
-        return outcomes[0][1]
-    missed = (outcome for _, outcome in outcomes if not outcome.reached)
-    return next(missed, max((outcome for _, outcome in outcomes), key=lambda outcome: outcome.settles_after or 0))

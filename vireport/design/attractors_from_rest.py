@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base.records import brief
-from vireport.disturbances.from_rest import Destination, FromRest, rested, stopped
+from vireport.design.from_rest import Destination, FromRest, rested, stopped
 from vireport.motions.sweep import Sweep
 from vireport.physics.groups import Groups
 from vireport.simulation.cycles import SimulatedMotion, attracting
