@@ -17,7 +17,7 @@ from vireport.motions.orbits import Orbits
 from vireport.motions.stability import flight_jacobians
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Membrane
-from vireport.physics.groups import each
+from vireport.physics.groups import map_restitution
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 
@@ -40,7 +40,9 @@ def residuals(sweep: Sweep, x: Sequence[Any]) -> list[Any]:
     """Of the two maps closed after n periods: zero for a motion."""
     d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
     state = (x[0], x[1], x[2])
-    return reference.periodicity(state, d, gbar, each(sweep.device.restitution, mpf), sweep.device.period_ratio)
+    return reference.periodicity(
+        state, d, gbar, map_restitution(sweep.device.restitution, mpf), sweep.device.period_ratio
+    )
 
 
 def _scale(x: Any) -> Any:

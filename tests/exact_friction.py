@@ -15,7 +15,7 @@ class Reference:
     """Z'' = gbar + a - f sign(Z') with sticking, in 40 digits: samples of each way between stops, and bisections."""
 
     def __init__(self, groups: Groups) -> None:
-        self.groups = groups.each(mpf)
+        self.groups = groups.map_numbers(mpf)
 
     def force(self, x: mpf) -> mpf:
         return mp.cos(x) + sum(h.cosine * mp.cos(h.order * x) + h.sine * mp.sin(h.order * x) for h in self.parts)

@@ -50,7 +50,7 @@ from vireport.motions.pointwise import find_motions
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
-from vireport.physics.groups import each as of_each
+from vireport.physics.groups import map_restitution as of_each
 from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.loading import Loaded

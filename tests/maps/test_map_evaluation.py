@@ -249,7 +249,7 @@ def test_few_tries_find_the_least_shock_that_many_find() -> None:
     while compared < 8:
         force, length, angle = (float(rng.uniform(*ends)) for ends in ((3.3, 4.4), (0.6, 0.9), (35, 50)))
         device = Device(0.1245, 0.5, 9.8, length, force, 2.0, angle).groups(Parameter.LENGTH, length).as_floats()
-        groups = device.each(lambda group: np.array([group]))
+        groups = device.map_numbers(lambda group: np.array([group]))
         motions = find_motions(groups, 1)
         rows = motions.stable(groups.restitution), motions.admissible & ~motions.stable(groups.restitution)
         stable, unstable = ([motions.motion(int(row), 1) for row in np.flatnonzero(which)] for which in rows)

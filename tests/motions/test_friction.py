@@ -75,7 +75,7 @@ def test_every_place_of_the_surface_is_a_motion_in_forty_digits(kind: str) -> No
         orbit = orbits(u, phi, r, n, harmonics=harmonics, friction=law)
         for i in range(0, 40, 4):
             with mp.workdps(40):
-                groups = Groups(orbit.d[i], orbit.gbar[i], r, harmonics, orbit.friction[i]).each(mpf)
+                groups = Groups(orbit.d[i], orbit.gbar[i], r, harmonics, orbit.friction[i]).map_numbers(mpf)
                 start = mpf(float(phi[i])) / mp.pi
                 x = [mpf(float(v)) for v in (orbit.velocity_bottom[i], orbit.velocity_top[i])]
                 left = flight_equations([*x, start, n * (1 + 2 * mpf(float(u[i])))], groups, n)

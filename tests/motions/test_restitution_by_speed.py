@@ -160,7 +160,7 @@ def test_without_an_exponent_it_is_the_constant_restitution_to_the_last_bit() ->
 
 def test_decimals_have_the_law_to_their_last_digits() -> None:
     with in_decimals(), mp.workdps(40):
-        law = SpeedLaw(0.5, 0.6, -0.1, 0.8).each(DECIMALS.exact)
+        law = SpeedLaw(0.5, 0.6, -0.1, 0.8).map_numbers(DECIMALS.exact)
         r, slope = law.at(-1, DECIMALS.exact(-1.7))
         expected = mp.mpf(0.6) * (mp.mpf(1.7) / mp.mpf(0.8)) ** mp.mpf(-0.1)
         assert abs(mp.mpf(str(r)) - expected) < mp.mpf(10) ** -27
@@ -177,7 +177,7 @@ def test_a_slow_impact_has_the_largest_restitution_in_every_kind_of_number() -> 
         assert law.at(1, np.array([share + 0j]))[1].tolist() == [most]
     assert law.at(1, 2 * slowest)[0] < most
     with in_decimals():
-        assert float(law.each(DECIMALS.exact).at(1, DECIMALS.exact(0.0))[0]) == most
+        assert float(law.map_numbers(DECIMALS.exact).at(1, DECIMALS.exact(0.0))[0]) == most
 
 
 def test_a_law_is_never_taken_for_a_constant() -> None:

@@ -57,7 +57,7 @@ def test_the_arithmetic_bounds_its_own_rounding() -> None:
             u, phi, r = float(rng.uniform(-0.49, 0.49)), float(rng.uniform(0, 6.28)), float(rng.uniform(0, 0.99))
             n = int(rng.integers(1, 4))
             parts = [(order, *map(float, rng.uniform(-0.5, 0.5, 2))) for order in (2, 5)[: int(rng.integers(0, 3))]]
-            harmonics, same = (tuple(Harmonic(*own).each(kind) for own in parts) for kind in (Rounded, mpf))
+            harmonics, same = (tuple(Harmonic(*own).map_numbers(kind) for own in parts) for kind in (Rounded, mpf))
             carried = orbits(Rounded(u), Rounded(phi), Rounded(r), n, ROUNDED, harmonics)
             exact = orbits(mpf(u), mpf(phi), mpf(r), n, mp, same)
             for name in ORBIT_NUMBERS:

@@ -22,7 +22,7 @@ from vireport.motions.points import Point
 from vireport.motions.stability import lap_decay
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Membrane, voltages
-from vireport.physics.groups import Groups, each
+from vireport.physics.groups import Groups, map_restitution
 from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import wrapped
 
@@ -92,7 +92,7 @@ class BenchmarkProblem(Struct, frozen=True):
     @property
     def r(self) -> Any:
         """Restitution of both membranes, or the `Restitutions` of each."""
-        return each(self.sweep.device.restitution, float)
+        return map_restitution(self.sweep.device.restitution, float)
 
     @property
     def n(self) -> int:

@@ -36,7 +36,7 @@ from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.sweep import Held, Level, Sweep, level_residual
 from vireport.motions.turning import touches
 from vireport.physics.device import NO_GRAVITY
-from vireport.physics.groups import by_wall, each
+from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
 
@@ -213,7 +213,7 @@ Equations = Callable[[list[Any]], list[Any]]
 
 def _orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: Any) -> Orbits:
     """The motion of some unknowns: q - 1/2 and phase, or the phase alone of a symmetric motion; others may follow."""
-    r, n = each(sweep.device.restitution, ops.exact), sweep.device.period_ratio
+    r, n = map_restitution(sweep.device.restitution, ops.exact), sweep.device.period_ratio
     return orbits(0 * by_wall(r)[0], x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
 
 
@@ -222,7 +222,7 @@ def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) ->
 
     Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
     """
-    r, level, own = each(sweep.device.restitution, ops.exact), sweep.level_in(ops), 1 if symmetric else 2
+    r, level, own = map_restitution(sweep.device.restitution, ops.exact), sweep.level_in(ops), 1 if symmetric else 2
 
     def residuals(x: list[Any]) -> list[Any]:
         orbit = _orbit_at(sweep, x, symmetric, ops)
@@ -309,7 +309,7 @@ class ProvedPoint(Struct, frozen=True):
 
 def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> ProvedPoint:
     """Prove a point, or say by an `UnprovedError` why not."""
-    ops, r, n = BallOps(), each(sweep.device.restitution, ball), sweep.device.period_ratio
+    ops, r, n = BallOps(), map_restitution(sweep.device.restitution, ball), sweep.device.period_ratio
     root = _root(sweep, point, symmetric, candidate)
     (time,) = root.box[1 if symmetric else 2 :] or [None]
     # Where a condition fixes a number, its enclosure by the formulae still has a width about it: a velocity of zero
@@ -395,7 +395,7 @@ def _admissible(orbit: Orbits, r: Any, touch: Touching | None, time: Ball | None
 
 def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
     """Sign of d trace/d swept value along the curve; 0 where it is not proved, as at a fold."""
-    ops, r = BallOps(), each(sweep.device.restitution, ball)
+    ops, r = BallOps(), map_restitution(sweep.device.restitution, ball)
     level = sweep.level_in(ops)
 
     def functions(x: list[Any]) -> list[Any]:

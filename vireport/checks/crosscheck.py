@@ -22,7 +22,7 @@ from vireport.motions.diagram import BifurcationDiagram
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.pointwise import find_motions
 from vireport.physics.device import Device
-from vireport.physics.groups import Groups, each
+from vireport.physics.groups import Groups, map_restitution
 from vireport.physics.numbers import wrapped
 from vireport.scenario.blocks import Direction, SimulationBlock
 from vireport.scenario.parameters import Parameter
@@ -235,12 +235,12 @@ def crosscheck(
 
 def _of_each(groups: Groups[Any], count: int) -> Groups[Any]:
     """Groups as arrays with a number for each of many values."""
-    return groups.each(lambda group: np.asarray(group) * np.ones(count))
+    return groups.map_numbers(lambda group: np.asarray(group) * np.ones(count))
 
 
 def _row(groups: Groups[Floats], index: int) -> Groups[float]:
     """The groups at one of many values."""
-    return groups.each(lambda group: float(group[index]))
+    return groups.map_numbers(lambda group: float(group[index]))
 
 
 def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Motions | None]]:
@@ -293,7 +293,9 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     for i in np.unique(everywhere.cell):
         orbit = everywhere.orbit.select(everywhere.cell == i)
         if bounces:
-            orbit = replace(orbit, restitution=each(groups.restitution, itemgetter(np.full(len(orbit.u), i))))
+            orbit = replace(
+                orbit, restitution=map_restitution(groups.restitution, itemgetter(np.full(len(orbit.u), i)))
+            )
         motions = motions_of(sweep, orbit)
         motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], groups.d[i], groups.gbar[i]
         at_values[i] = motions

@@ -357,7 +357,7 @@ def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours
 
 def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
     """U and phase of the first stable motion at a value of the swept parameter."""
-    groups = sweep.device.groups(sweep.parameter, value).each(lambda group: np.array([group], dtype=float))
+    groups = sweep.device.groups(sweep.parameter, value).map_numbers(lambda group: np.array([group], dtype=float))
     motions = motions_of(sweep, find_motions(groups, 1).orbit)
     stable = np.flatnonzero(motions.stable_mask)
     return (float(motions.q[stable[0]]) - 0.5, float(motions.phi_bottom[stable[0]])) if stable.size else None

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
-from vireport.physics.groups import Restitutions, by_wall, each
+from vireport.physics.groups import Restitutions, by_wall, map_restitution
 from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
@@ -113,7 +113,7 @@ def reference_orbit(
     """
     n = device.period_ratio
     with precise():
-        r, (velocity, phase, q, value) = each(device.restitution, mpf), map(mpf, guess)
+        r, (velocity, phase, q, value) = map_restitution(device.restitution, mpf), map(mpf, guess)
         start = [velocity, phase, q - mpf(1) / 2]
         try:
             if kind is None:
@@ -259,7 +259,7 @@ def special_motion(
 
     A symmetric one is looked for among the symmetric motions alone, whose velocity and q are known.
     """
-    r, n = each(device.restitution, mpf), device.period_ratio
+    r, n = map_restitution(device.restitution, mpf), device.period_ratio
 
     def equations(x: list[Any]) -> list[Any]:
         state = (symmetric_velocity(x[1], r), x[1], mpf(0)) if symmetric else (x[0], x[1], x[2])
@@ -278,7 +278,7 @@ def with_trace(device: Device, parameter: Parameter, kind: str, guess: list[Any]
     The trace is -(1 + r^4) at a period doubling, 2 r^2 or -2 r^2, whichever is nearer, at a change between node and
     focus, and 1 + r^4 at a fold or pitchfork; with r_b r_t for r^2 where the membranes are not alike.
     """
-    r, n = each(device.restitution, mpf), device.period_ratio
+    r, n = map_restitution(device.restitution, mpf), device.period_ratio
     bottom, top = by_wall(r)
     target = 1 + (bottom * top) ** 2  # written out, not read from the package: this is what its table is checked by
     if kind == "period_doubling":
@@ -403,7 +403,7 @@ def all_motions(d: Any, gbar: Any, r: Any, n: int) -> list[State]:
     """
     alike = not isinstance(r, Restitutions)
     states = [*symmetric_motions(d, r, n)] if alike and gbar == 0 and n % 2 else []
-    for guess in _crossings(float(d), float(gbar), each(r, float), n):
+    for guess in _crossings(float(d), float(gbar), map_restitution(r, float), n):
         try:
             states.append(motion(guess, d, gbar, r, n))
         except ArithmeticError:

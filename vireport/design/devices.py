@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vireport.motions.orbits import Orbits
 from vireport.motions.pointwise import find_motions
 from vireport.physics.device import RESTITUTIONS, Device
-from vireport.physics.groups import Restitutions, by_wall, each
+from vireport.physics.groups import Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import magnitude
 from vireport.scenario.blocks import Distribution
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -57,7 +57,7 @@ def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     """All stable admissible motions of devices (arrays), and those that lack up to `slack`: of which, and which."""
     groups = devices.groups(Parameter.LENGTH, devices.length_m)
     motions = find_motions(groups, devices.period_ratio)
-    stable = motions.stable(each(groups.restitution, np.asarray), slack)
+    stable = motions.stable(map_restitution(groups.restitution, np.asarray), slack)
     return motions.cell[stable], motions.orbit.select(stable)
 
 
@@ -68,7 +68,7 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
     """
     tolerated = (varied for varied in DesignInput if varied not in RESTITUTIONS)
     changed = {varied: np.broadcast_to(getattr(device, varied), steps.shape[1]) for varied in tolerated}
-    restitution = each(device.restitution, lambda r: np.broadcast_to(r, steps.shape[1]))
+    restitution = map_restitution(device.restitution, lambda r: np.broadcast_to(r, steps.shape[1]))
     for (varied, width), step in zip(half_widths.items(), steps, strict=True):
         if varied in changed:
             changed[varied] = changed[varied] + width * step
@@ -83,7 +83,7 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
 def _moved(restitution: Any, varied: DesignInput, off: Any) -> Any:
     """The restitution where that of both membranes, or of one, is off."""
     if varied is DesignInput.RESTITUTION:
-        return each(restitution, lambda r: r + off)
+        return map_restitution(restitution, lambda r: r + off)
     bottom, top = by_wall(restitution)
     if varied is DesignInput.RESTITUTION_BOTTOM:
         return Restitutions(bottom + off, top)

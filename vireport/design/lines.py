@@ -24,7 +24,7 @@ from vireport.motions.paths import Curve, PathPoint, follow
 from vireport.motions.periodicity import Variation
 from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
-from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, map_restitution, stated
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -122,7 +122,7 @@ class AlongLine(Struct, frozen=True, eq=False):
             moved = r.moved(*(position if moves else 0 for moves in self._moves))
             return Groups(d, gbar, moved, harmonics, friction)
         if self.line is Line.RESTITUTION:
-            return Groups(d, gbar, each(r, lambda restitution: restitution + position), harmonics, friction)
+            return Groups(d, gbar, map_restitution(r, lambda restitution: restitution + position), harmonics, friction)
         bottom, top = by_wall(r)
         if self.line is Line.RESTITUTION_BOTTOM:
             return Groups(d, gbar, Restitutions(bottom + position, top), harmonics, friction)

@@ -396,7 +396,7 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
         of_sine = 2 * impulse * c / harmonic.order - n * force * s + 2 * s / (pi * harmonic.order) ** 2
         normal += [float(of_cosine), float(of_sine)] if harmonic.order % 2 else [nan, nan]
     if groups.law is not None:
-        law = groups.law.each(float)
+        law = groups.law.map_numbers(float)
         stated, exponent, speed = law.bottom, law.exponent, law.speed
         by_r = normal[2]
         normal[2] = by_r * r / stated

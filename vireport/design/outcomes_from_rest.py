@@ -13,7 +13,7 @@ from vireport.design.from_rest import FromRest, from_rest, targets_of
 from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.stability import lap_decay
 from vireport.physics.device import Device
-from vireport.physics.groups import Groups, each
+from vireport.physics.groups import Groups, map_restitution
 from vireport.scenario.parameters import Parameter, ScalarInput
 from vireport.simulation.kernel import TURN
 
@@ -46,7 +46,7 @@ def groups_at(device: Device, varied: ScalarInput, values: Floats) -> Groups[Flo
     """The groups of a device at each of some values of an input."""
     several = device.with_values({varied: values})
     groups = several.groups(Parameter.LENGTH, several.length_m)
-    return groups.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
+    return groups.map_numbers(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
 
 
 def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
@@ -71,11 +71,14 @@ def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, c
     """
     stable = motions.stable(groups.restitution)
     orbit, cell, trace = motions.orbit.select(stable), motions.cell[stable], motions.trace[stable]
-    phase, decay = np.mod(orbit.phi, TURN), lap_decay(each(groups.restitution, itemgetter(cell)))
+    phase, decay = np.mod(orbit.phi, TURN), lap_decay(map_restitution(groups.restitution, itemgetter(cell)))
     targets = targets_of(phase, orbit.velocity_bottom, trace, motions.wall_gap[stable], decay)
     return [
         from_rest(
-            groups.each(itemgetter(i)).as_floats(), [targets[k] for k in np.flatnonzero(cell == i)], ratio, compiled
+            groups.map_numbers(itemgetter(i)).as_floats(),
+            [targets[k] for k in np.flatnonzero(cell == i)],
+            ratio,
+            compiled,
         )
         for i in range(len(groups.d))
     ]

@@ -19,7 +19,7 @@ from vireport.motions.stability import UNSTABLE, classify, lap_decay
 from vireport.physics.contact import SMALLEST_RESTITUTION, contacts
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane, voltages
-from vireport.physics.groups import by_wall, each, stated
+from vireport.physics.groups import by_wall, map_restitution, stated
 from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -98,7 +98,7 @@ def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
     velocities = []
     for k in range(len(restitutions)):
         of_device = motions.cell == k
-        decay = lap_decay(each(moved, itemgetter(k)))
+        decay = lap_decay(map_restitution(moved, itemgetter(k)))
         stable = classify(motions.trace[of_device], float(decay)) != UNSTABLE
         velocities.append(motions.orbit.velocity_bottom[of_device][stable & motions.admissible[of_device]])
     return velocities

@@ -14,7 +14,7 @@ from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.points import Point
 from vireport.physics.device import Device
-from vireport.physics.groups import by_wall, each
+from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
@@ -100,7 +100,7 @@ def motion_errors(
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
     errors = []
-    r, n = each(device.restitution, exact.mpf), device.period_ratio
+    r, n = map_restitution(device.restitution, exact.mpf), device.period_ratio
     with exact.precise():
         for i in rows:
             start = [float(getattr(motions, name)[i]) for name in ("velocity_bottom", "phi_bottom")]
@@ -137,7 +137,7 @@ def _require_all_motions(study: Study) -> None:
     """Look for motions of the design point that the reference finds without a guess and the study does not have."""
     device, design = study.solution.device, study.solution.design
     assert design is not None
-    r, n, m = each(device.restitution, exact.mpf), device.period_ratio, design.motions
+    r, n, m = map_restitution(device.restitution, exact.mpf), device.period_ratio, design.motions
     with exact.precise():
         d, gbar = exact.groups(device, design.parameter, design.value)
         for state in exact.all_motions(d, gbar, r, n):
@@ -167,7 +167,7 @@ def critical_motion(point: Point, device: Device, parameter: Parameter, gap: flo
     n, p = device.period_ratio, point.closed
     symmetric = device.alike and point.symmetry is Symmetry.SYMMETRIC
     with exact.precise():
-        r = each(device.restitution, exact.mpf)
+        r = map_restitution(device.restitution, exact.mpf)
         start = (exact.mpf(p.velocity_bottom), exact.mpf(p.phi_bottom), exact.mpf(p.u))
         x = [*start, exact.mpf(point.sweep_value)]
 

@@ -15,7 +15,7 @@ from vireport.motions.events import Event
 from vireport.motions.level_curve import sample
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.points import Point
-from vireport.physics.groups import by_wall, each
+from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import shown
@@ -140,7 +140,7 @@ def _grazing(harvester: Harvester, gap: float) -> CaseFinding:
         assert design is not None
         m, near = design.motions, int(np.argmin(_nearest(design.motions, point)))
         with exact.precise():
-            r, n = each(harvester.device.restitution, exact.mpf), harvester.device.period_ratio
+            r, n = map_restitution(harvester.device.restitution, exact.mpf), harvester.device.period_ratio
             d, gbar = exact.groups(harvester.device, Parameter.LENGTH, length)
             start = [float(m.velocity_bottom[near]), float(m.phi_bottom[near]), float(m.q[near]) - 0.5]
             true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))

@@ -16,7 +16,7 @@ from vireport.gate.impacts import Impacts, generated, impacts_of
 from vireport.motions.pointwise import PointwiseMotions, differentiated_motions, find_motions
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Conversion, Dielectric, Membrane, Voltages
-from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import DesignInput, Parameter
 
@@ -74,13 +74,13 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def restitution(self) -> Any:
         """Of each design."""
-        return each(self._groups.restitution, np.asarray)
+        return map_restitution(self._groups.restitution, np.asarray)
 
     @cached_property
     def _groups(self) -> Groups[Any]:
         groups = self.device.groups(Parameter.LENGTH, self.device.length_m)
         kind = np.result_type(*groups.numbers, float)
-        return groups.each(lambda group: np.array(np.broadcast_to(group, self.count), dtype=kind))
+        return groups.map_numbers(lambda group: np.array(np.broadcast_to(group, self.count), dtype=kind))
 
     @cached_property
     def motions(self) -> PointwiseMotions:
@@ -148,7 +148,9 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def generated(self) -> tuple[Voltages | None, Conversion | None]:
         """What the impacts of stable motions generate."""
-        return generated(self.speeds, self._membranes, each(self.device.restitution, self.of_cell), self.period_s)
+        return generated(
+            self.speeds, self._membranes, map_restitution(self.device.restitution, self.of_cell), self.period_s
+        )
 
     @cached_property
     def _membranes(self) -> Membrane | None:

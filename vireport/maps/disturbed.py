@@ -55,7 +55,7 @@ def shock_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int,
             [motions.motion(int(row), ratio) for row in np.flatnonzero(in_cell & rows)]
             for rows in (stable, admissible & ~stable)
         )
-        cell_groups = groups.each(itemgetter(cell)).as_floats()
+        cell_groups = groups.map_numbers(itemgetter(cell)).as_floats()
         try:
             least = least_of(cell_groups, attracting, others, effort=SCAN)
         except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce

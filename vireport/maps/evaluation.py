@@ -21,7 +21,7 @@ from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.stability import STABILITIES, UNSTABLE, classify, lap_decay
 from vireport.physics.energy import Membrane, voltages
-from vireport.physics.groups import Groups, each
+from vireport.physics.groups import Groups, map_restitution
 from vireport.scenario.blocks import MapSimulationBlock
 from vireport.scenario.parameters import Parameter
 
@@ -114,7 +114,7 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
     count = len(numbers)
     device = plan.device.with_values(values)
     device_groups = device.groups(Parameter.LENGTH, device.length_m)
-    groups = device_groups.each(lambda group: np.broadcast_to(np.asarray(group, dtype=float), count))
+    groups = device_groups.map_numbers(lambda group: np.broadcast_to(np.asarray(group, dtype=float), count))
     columns: dict[str, Any] = {**values, "d": groups.d, "gbar": groups.gbar}
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is null in the table
         motions = find_motions(groups, plan.device.period_ratio)
@@ -145,7 +145,7 @@ def _motions(motions: PointwiseMotions, r: Any, count: int) -> dict[str, Any]:
     """Columns `motions`, `stable` and `MOTION`; NaN where there is no motion."""
     real = np.flatnonzero(motions.admissible)
     cell, trace = motions.cell[real], motions.trace[real]
-    code = classify(trace, lap_decay(each(r, itemgetter(cell))))
+    code = classify(trace, lap_decay(map_restitution(r, itemgetter(cell))))
     stable = code != UNSTABLE
     orbit = motions.orbit
     # Of each cell the row of a stable motion, the fastest at the bottom. Velocities are rounded first: mirror images
@@ -161,7 +161,7 @@ def _motions(motions: PointwiseMotions, r: Any, count: int) -> dict[str, Any]:
         whole[at] = values
         return whole
 
-    tr, limit = trace[best], TRACE_LEVELS[Event.FOLD](lap_decay(each(r, itemgetter(at))))
+    tr, limit = trace[best], TRACE_LEVELS[Event.FOLD](lap_decay(map_restitution(r, itemgetter(at))))
     codes = np.full(count, -1, dtype=np.int8)
     codes[at] = code[best]
     return {

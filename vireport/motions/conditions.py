@@ -147,7 +147,7 @@ def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, af
     """
     count, wall = len(word), word.walls[after]
     near = [_double(number) for number in x[: 2 * count]]
-    doubles = groups.each(_double)
+    doubles = groups.map_numbers(_double)
     places = slow_places(word, near[:count], near[count:], doubles)
     t = ops.exact(min((place for place in places if place.after == after), key=lambda place: place.speed).time)
     way = (word.walls[(after + 1) % count] - wall) // 2

@@ -34,7 +34,7 @@ from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Held, Level, Sweep, SweptPlane
 from vireport.physics.device import GROUP_ERROR
 from vireport.physics.forcing import Harmonic
-from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import FUNCTION, ROUNDED, UNDERFLOW, UNIT, Rounded, infinite_where_undefined, wrapped
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
@@ -163,7 +163,7 @@ def _unless_lost(bound: Floats, stored: Floats) -> Floats:
 def _known_restitution(restitution: Any) -> Any:
     """Restitutions with their errors: none of the scenario's, rounding where a law gives each motion another."""
     if not isinstance(restitution, Restitutions) or type(restitution.slope) is int:
-        return each(restitution, Rounded)
+        return map_restitution(restitution, Rounded)
     bottom, top, slope = (Rounded(r, UNIT * r) for r in (restitution.bottom, restitution.top, restitution.slope))
     return Restitutions(bottom, top, slope)
 
@@ -203,13 +203,13 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
 
 def _enclosed(plane: SweptPlane) -> SweptPlane:
     """A plane in numbers that carry the errors of the groups and of the parts of harmonics."""
-    level, r, harmonics = _enclosed_level(plane.level), each(plane.r, Rounded), _harmonics(plane.harmonics)
+    level, r, harmonics = _enclosed_level(plane.level), map_restitution(plane.r, Rounded), _harmonics(plane.harmonics)
     return replace(plane, level=level, r=r, harmonics=harmonics)
 
 
 def _enclosed_level(level: Level) -> Level:
     """A level with the errors of the groups that it holds; a horizontal one is exact."""
-    friction = None if level.friction is None else level.friction.each(_of_groups)
+    friction = None if level.friction is None else level.friction.map_numbers(_of_groups)
     value = level.value if level.horizontal else _of_groups(level.value)
     return replace(level, value=value, friction=friction, d=None if level.d is None else _of_groups(level.d))
 
@@ -245,7 +245,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
     enclosed = replace(
         model,
         level=_enclosed_level(model.level),
-        r=each(model.r, Rounded),
+        r=map_restitution(model.r, Rounded),
         harmonics=_harmonics(model.harmonics),
     )
     conditions = residuals(word, [Rounded(column) for column in x.T], enclosed, ROUNDED)
@@ -299,7 +299,7 @@ def point_bounds(curve: Curve, x: Floats) -> tuple[Floats, Floats]:
         Of the impacts [y_c, t_c]; infinite where motions meet.
     """
     groups = curve.model.at((float(x[-1]),))
-    enclosed = _Fixed(groups.each(lambda number: Rounded(number, GROUP_ERROR * abs(number))))
+    enclosed = _Fixed(groups.map_numbers(lambda number: Rounded(number, GROUP_ERROR * abs(number))))
     conditions = residuals(curve.word, [Rounded(np.array([entry])) for entry in x[:-1]], enclosed, ROUNDED)
     matrices, strength = curve.linearised(x)[1][None, :, :-1], _strength(groups.harmonics)
     (bounds,) = _distances(curve.word, matrices, conditions, groups.gbar, strength)

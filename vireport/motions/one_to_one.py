@@ -25,7 +25,7 @@ from vireport.motions.sweep import Sweep
 from vireport.motions.turning import wall_gap
 from vireport.physics.device import Device
 from vireport.physics.forcing import wave
-from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
 from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
@@ -104,7 +104,7 @@ class Motions(Struct, frozen=True, eq=False):
     def select(self, index: Any) -> Motions:
         """The motions picked by an index or mask, or in another order."""
         names = (name for name in self.__struct_fields__ if name != "restitution")
-        restitution = each(self.restitution, lambda r: r[index] if np.ndim(r) else r)
+        restitution = map_restitution(self.restitution, lambda r: r[index] if np.ndim(r) else r)
         return replace(self, **{name: getattr(self, name)[index] for name in names}, restitution=restitution)
 
     def mirrored(self) -> Motions:

@@ -32,7 +32,7 @@ from msgspec.structs import replace
 from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.forcing import Harmonic, Wave, wave
-from vireport.physics.groups import Restitutions, by_wall, each
+from vireport.physics.groups import Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import ARRAYS
 
 
@@ -139,7 +139,7 @@ class Friction(Struct, frozen=True, eq=False):
     by_gbar: Any = 0
     by_d: Any = 0
 
-    def each(self, function: Callable[[Any], Any]) -> Friction:
+    def map_numbers(self, function: Callable[[Any], Any]) -> Friction:
         """What a function makes of each number; a coefficient that is not there stays so."""
         numbers = (self.constant, self.by_gbar, self.by_d)
         return Friction(*(number if type(number) is int else function(number) for number in numbers))
@@ -238,7 +238,7 @@ class Orbits(Struct, frozen=True, eq=False):
     def select(self, index: Any) -> Orbits:
         """The motions picked by an index or mask."""
         friction = None if self.friction is None else self.friction[index]
-        restitution = None if self.restitution is None else each(self.restitution, lambda r: r[index])
+        restitution = None if self.restitution is None else map_restitution(self.restitution, lambda r: r[index])
         numbers = {name: getattr(self, name)[index] for name in ORBIT_NUMBERS}
         return replace(self, **numbers, friction=friction, restitution=restitution)
 

@@ -21,7 +21,7 @@ from vireport.motions.sweep import Held, Level, Sweep
 from vireport.physics import flight
 from vireport.physics.device import MOVES
 from vireport.physics.forcing import Harmonic, Wave, wave
-from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 
@@ -150,7 +150,7 @@ def model_of(sweep: Sweep, ops: Any) -> Model:
     """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
     device = sweep.device
     harmonics = tuple(harmonic.exact(ops) for harmonic in device.harmonics)
-    return Model(sweep.level_in(ops), each(device.restitution, ops.exact), harmonics)
+    return Model(sweep.level_in(ops), map_restitution(device.restitution, ops.exact), harmonics)
 
 
 class Leg(NamedTuple):

@@ -26,7 +26,7 @@ from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
 from vireport.motions.roots import cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics.groups import Groups, Restitutions, by_wall, each
+from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import IMAGINARY_STEP
 from vireport.physics.word import Word
@@ -104,7 +104,7 @@ class PointwiseMotions(Struct, frozen=True, eq=False):
 
     def stable(self, r: Any, slack: float = 0.0) -> Mask:
         """Whether motions are stable and admissible, or lack up to `slack` of it; r is that of each design point."""
-        of_cell = each(r, lambda x: x.real[self.cell])
+        of_cell = map_restitution(r, lambda x: x.real[self.cell])
         decay = lap_decay(of_cell) if isinstance(of_cell, Restitutions) else of_cell**2
         within = np.abs(self.trace.real) < TRACE_LEVELS[Event.FOLD](decay) + slack
         return np.asarray(within & (self.wall_gap.real > -slack))
@@ -122,7 +122,7 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         Forcing periods per motion, the same for all.
     """
     r = groups.restitution
-    of_cells = each(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), groups.d.shape))
+    of_cells = map_restitution(r, lambda x: np.broadcast_to(np.asarray(x, dtype=float), groups.d.shape))
     points = groups._replace(restitution=of_cells)
     if groups.same_harmonics or groups.friction is not None:
         from vireport.motions.plane import motions_in_plane
@@ -134,7 +134,10 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         # Among membranes that differ there may be some that do not: of these all symmetric motions are at u = 0.
         alike = of_cells.bottom == of_cells.top
         one = of_cells.bottom
-        kinds = [(every[alike], one[alike], one), (every[~alike], each(of_cells, itemgetter(~alike)), of_cells)]
+        kinds = [
+            (every[alike], one[alike], one),
+            (every[~alike], map_restitution(of_cells, itemgetter(~alike)), of_cells),
+        ]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
     for of_kind, restitution, of_all in kinds:
         # A table pays where many points share it: with few points to a restitution r is an array, with forms for each
@@ -143,7 +146,7 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
         if len(shared) > 1 and len(shared) * FEWEST_SHARING > len(of_kind):
             sharing: list[tuple[Ints, Any]] = [(of_kind, None)]
         else:
-            sharing = [(of_kind[_is(each(of_all, itemgetter(of_kind)), value)], value) for value in shared]
+            sharing = [(of_kind[_is(map_restitution(of_all, itemgetter(of_kind)), value)], value) for value in shared]
         for cells, value in sharing:
             for chosen, portion in _portions(cells, points._replace(restitution=of_all), n, value):
                 which, u, phi = _zeros(portion)
@@ -188,8 +191,8 @@ def _portions(cells: Ints, groups: Groups[Any], n: int, shared: Any) -> Iterator
         same = cells[kind == scale]
         for first in range(0, same.size, BLOCK_POINTS):
             chosen = same[first : first + BLOCK_POINTS]
-            restitution = each(r, itemgetter(chosen))
-            u = _grid(each(restitution, lambda x: float(x.max())), n, scale)
+            restitution = map_restitution(r, itemgetter(chosen))
+            u = _grid(map_restitution(restitution, lambda x: float(x.max())), n, scale)
             tables = None if shared is None else _tables(shared, n, scale)
             yield chosen, Points(u, n, scale == HORIZONTAL, d[chosen], gbar[chosen], restitution, tables)
 
@@ -216,12 +219,14 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, groups: Groups[Any], n: int) 
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
     rubbed = None if friction is None else Friction(np.broadcast_to(friction, d.shape)[cell])
-    orbit = orbits(u[order], phi[order], each(r, itemgetter(cell)), n, harmonics=groups.same_harmonics, friction=rubbed)
+    orbit = orbits(
+        u[order], phi[order], map_restitution(r, itemgetter(cell)), n, harmonics=groups.same_harmonics, friction=rubbed
+    )
     # G knows squares only: what it finds may strike the membranes from behind.
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
     orbit, cell = orbit.select(right), cell[right]
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
-    restitution = each(r, itemgetter(cell))
+    restitution = map_restitution(r, itemgetter(cell))
     return PointwiseMotions(cell, orbit, np.asarray(return_trace(orbit, restitution)), wall_gap(orbit, restitution))
 
 
@@ -242,9 +247,9 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     """
     if groups.harmonics or groups.friction is not None:
         raise ValueError("derivatives are of the closed form of a force that is a sine, without friction")
-    motions = find_motions(groups.each(np.real), n)
-    d, gbar, r, *_ = groups.each(itemgetter(motions.cell))
-    u, phi, real = motions.orbit.u, motions.orbit.phi, each(r, np.real)
+    motions = find_motions(groups.map_numbers(np.real), n)
+    d, gbar, r, *_ = groups.map_numbers(itemgetter(motions.cell))
+    u, phi, real = motions.orbit.u, motions.orbit.phi, map_restitution(r, np.real)
     # Two real derivatives, by u and by phi, and the part of d and gbar that r moves with u and phi held.
     along_u, along_phi, at = (
         orbits(*place, n)
@@ -387,7 +392,9 @@ class Points(Struct, frozen=True, eq=False):
         """G and its slope on the whole grid, of some of the points."""
         d, gbar = self.d[part], self.gbar[part]
         if self.tables is None:
-            f = forms(self.u + 1j * IMAGINARY_STEP, each(self.r, lambda x: x[part, None]), self.n, self.divided)
+            f = forms(
+                self.u + 1j * IMAGINARY_STEP, map_restitution(self.r, lambda x: x[part, None]), self.n, self.divided
+            )
             sine = gbar[:, None] * f.sine_gbar + d[:, None] * f.sine_d
             cosine = gbar[:, None] * f.cosine_gbar + d[:, None] * f.cosine_d
             square = sine * sine + cosine * cosine - f.delta * f.delta
@@ -399,7 +406,7 @@ class Points(Struct, frozen=True, eq=False):
 
     def value(self, which: Ints, u: Any) -> tuple[Any, Any, Any, Any]:
         """G, the two numerators and the denominator, at one u for each of the points `which`."""
-        f = forms(u, each(self.r, itemgetter(which)), self.n, self.divided)
+        f = forms(u, map_restitution(self.r, itemgetter(which)), self.n, self.divided)
         d, gbar = self.d[which], self.gbar[which]
         sine, cosine = d * f.sine_d, d * f.cosine_d
         if not self.divided:

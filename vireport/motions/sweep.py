@@ -318,7 +318,7 @@ class Sweep(Struct, frozen=True):
     def level(self) -> Level:
         """The level of the surface of motions that the sweep holds."""
         level = self.level_in(ARRAYS)
-        friction = None if level.friction is None else level.friction.each(float)
+        friction = None if level.friction is None else level.friction.map_numbers(float)
         return Level(
             level.held, float(level.value), friction, level.d if level.d is None else float(level.d), level.varied
         )

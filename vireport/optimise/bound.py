@@ -27,7 +27,7 @@ from vireport.motions.stability import lap_decay, return_trace
 from vireport.optimise.problem import Problem, objectives
 from vireport.physics.affine import AFFINE, between
 from vireport.physics.device import RESTITUTIONS, Device
-from vireport.physics.groups import by_wall, each
+from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.numbers import ARRAYS
 from vireport.scenario.blocks import DesignPath, Objective
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -183,7 +183,7 @@ def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
 
 def _drawn(picture: PixelPicture, tiles: Boxes, r: Any, n: int, last: bool) -> Boxes:
     """Draw the tiles that are small enough; both halves of the others that may have a stable motion."""
-    restitution = each(r, lambda at: between(np.full(tiles.count, at), np.full(tiles.count, at), 0, SYMBOLS))
+    restitution = map_restitution(r, lambda at: between(np.full(tiles.count, at), np.full(tiles.count, at), 0, SYMBOLS))
     times, phases = (between(tiles.low[i], tiles.high[i], i, SYMBOLS) for i in (0, 1))
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
         orbit = orbits(times, phases, restitution, n, AFFINE)
@@ -196,8 +196,8 @@ def _drawn(picture: PixelPicture, tiles: Boxes, r: Any, n: int, last: bool) -> B
         # A tile is left out only for what holds in all of it. Comparisons with nan are false, so that what is not
         # resolved stays.
         rows = np.flatnonzero(~(out | (orbit.velocity_bottom.upper <= 0) | (orbit.velocity_top.lower >= 0)))
-        rows = rows[_may_be_stable(orbit.select(rows), each(restitution, itemgetter(rows)))]
-        rows = rows[_may_stay_between(orbit.select(rows), each(restitution, itemgetter(rows)), n)]
+        rows = rows[_may_be_stable(orbit.select(rows), map_restitution(restitution, itemgetter(rows)))]
+        rows = rows[_may_stay_between(orbit.select(rows), map_restitution(restitution, itemgetter(rows)), n)]
         # First-order change of (log d, gbar) with either unknown, in pixels: it tells whether a tile is small enough,
         # and which way to halve it.
         moved = np.abs(np.stack([orbit.d.linear[:2] / orbit.d.centre, orbit.gbar.linear[:2]]))[:, :, rows]

@@ -15,7 +15,7 @@ from vireport.gate.designs import Designs, extreme
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.stability import lap_decay
 from vireport.optimise.problem import Problem, objectives
-from vireport.physics.groups import each
+from vireport.physics.groups import map_restitution
 from vireport.physics.numbers import magnitude
 from vireport.scenario.parameters import DesignInput
 
@@ -114,6 +114,8 @@ def _slack(designs: Designs) -> tuple[Floats, Floats]:
     By the trace over 1 + r^4, with a power of its distance from a fold, see `AT_FOLD`; by the gap over d.
     """
     motions = designs.motions
-    share = motions.trace / TRACE_LEVELS[Event.FOLD](lap_decay(each(designs.restitution, itemgetter(motions.cell))))
+    share = motions.trace / TRACE_LEVELS[Event.FOLD](
+        lap_decay(map_restitution(designs.restitution, itemgetter(motions.cell)))
+    )
     to_fold = (1 - share) * magnitude(1 - share) ** (AT_FOLD - 1)
     return np.minimum(1 + share, to_fold), motions.wall_gap / motions.orbit.d

@@ -18,7 +18,7 @@ from typing_extensions import TypeVar
 
 from vireport.base.errors import UsageError
 from vireport.physics.forcing import Harmonic, peaks
-from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, each, stated
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, map_restitution, stated
 from vireport.physics.numbers import ARRAYS, UNIT
 from vireport.scenario.blocks import CapsuleMotion, Scenario
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
@@ -279,7 +279,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         weight = self._supported(ops) * ops.exact(self.gravity_m_s2)
         gbar = weight * ops.sin_degrees(x[Parameter.INCLINATION]) / force
         harmonics = tuple(harmonic.exact(ops) for harmonic in self.harmonics)
-        restitution = each(self.restitution, ops.exact)
+        restitution = map_restitution(self.restitution, ops.exact)
         if parameter.bounces:
             restitution = moved(restitution, parameter, ops.exact(value))
         if isinstance(restitution, SpeedLaw):

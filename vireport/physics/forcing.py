@@ -52,12 +52,12 @@ class Harmonic(Struct, frozen=True):
     def exact(self, ops: Any) -> Harmonic:
         """The harmonic in a kind of number; in decimals its parts have all digits of what is given."""
         if self.given is None or not isinstance(ops, DecimalOps):
-            return self.each(ops.exact)
+            return self.map_numbers(ops.exact)
         percent, phase = map(ops.exact, self.given)
         share = percent / 100
         return Harmonic(self.order, share * ops.sin_degrees(phase + 90), -share * ops.sin_degrees(phase))
 
-    def each(self, function: Callable[[Any], Any]) -> Harmonic:
+    def map_numbers(self, function: Callable[[Any], Any]) -> Harmonic:
         """What a function makes of both parts."""
         return Harmonic(self.order, function(self.cosine), function(self.sine))
 

@@ -66,7 +66,7 @@ class SpeedLaw(Struct, frozen=True):
     exponent: Any
     speed: Any
 
-    def each(self, function: Callable[[Any], Any]) -> SpeedLaw:
+    def map_numbers(self, function: Callable[[Any], Any]) -> SpeedLaw:
         """What a function makes of each number."""
         return SpeedLaw(function(self.bottom), function(self.top), function(self.exponent), function(self.speed))
 
@@ -92,12 +92,12 @@ def by_wall(restitution: Any) -> tuple[Any, Any]:
     return restitution, restitution
 
 
-def each(restitution: Any, function: Callable[[Any], Any]) -> Any:
+def map_restitution(restitution: Any, function: Callable[[Any], Any]) -> Any:
     """What a function makes of one number for both membranes, or of each of `Restitutions` or of a `SpeedLaw`."""
     if isinstance(restitution, Restitutions):
         return Restitutions(function(restitution.bottom), function(restitution.top), restitution.slope)
     if isinstance(restitution, SpeedLaw):
-        return restitution.each(function)
+        return restitution.map_numbers(function)
     return function(restitution)
 
 
@@ -126,13 +126,15 @@ class Groups(NamedTuple, Generic[Number]):
 
     def as_floats(self) -> Groups[float]:
         """The groups as Python's numbers, in which one motion is evaluated ten times as fast as in NumPy's."""
-        return self.each(float)
+        return self.map_numbers(float)
 
-    def each(self, function: Callable[[Any], Any]) -> Groups[Any]:
+    def map_numbers(self, function: Callable[[Any], Any]) -> Groups[Any]:
         """What a function makes of each number."""
-        harmonics = tuple(harmonic.each(function) for harmonic in self.harmonics)
+        harmonics = tuple(harmonic.map_numbers(function) for harmonic in self.harmonics)
         friction = None if self.friction is None else function(self.friction)
-        return Groups(function(self.d), function(self.gbar), each(self.restitution, function), harmonics, friction)
+        return Groups(
+            function(self.d), function(self.gbar), map_restitution(self.restitution, function), harmonics, friction
+        )
 
     @property
     def numbers(self) -> tuple[Any, ...]:
@@ -166,7 +168,7 @@ class Groups(NamedTuple, Generic[Number]):
     @property
     def same_harmonics(self) -> tuple[Harmonic, ...]:
         """The harmonics as numbers, where those of arrays are the same for all."""
-        harmonics = tuple(harmonic.each(lambda part: float(np.ravel(part)[0])) for harmonic in self.harmonics)
+        harmonics = tuple(harmonic.map_numbers(lambda part: float(np.ravel(part)[0])) for harmonic in self.harmonics)
         pairs = zip(harmonics, self.harmonics, strict=True)
         if not all(
             np.all(one.cosine == harmonic.cosine) and np.all(one.sine == harmonic.sine) for one, harmonic in pairs

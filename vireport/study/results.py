@@ -691,7 +691,7 @@ def simulation_data(
                 "sweep_value": float(value),
                 "d": float(check.groups.d[i]),
                 "start_velocity_at_most": float(speed),
-                "ends": [_end(attractor, check.groups.each(itemgetter(i)).as_floats()) for attractor in ends],
+                "ends": [_end(attractor, check.groups.map_numbers(itemgetter(i)).as_floats()) for attractor in ends],
             }
             for i, (value, speed, ends) in enumerate(zip(check.values, check.start_speed, check.found, strict=True))
         ],

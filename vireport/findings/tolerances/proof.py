@@ -31,7 +31,7 @@ from vireport.motions.orbits import Orbits
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
 from vireport.physics.flight import Flight
-from vireport.physics.groups import by_wall, each
+from vireport.physics.groups import by_wall, map_restitution
 
 TIME = -1
 """The symbol of time; those before it and after the factors' are of how far the motion is from its prediction."""
@@ -96,7 +96,7 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
         proved &= (orbit.velocity_bottom.lower > 0) & (orbit.velocity_top.upper < 0)
         rows = np.flatnonzero(proved)
         if rows.size:
-            for way in orbit.select(rows).flights(each(r, itemgetter(rows))):
+            for way in orbit.select(rows).flights(map_restitution(r, itemgetter(rows))):
                 proved[rows] &= _stays_between(way, n, len(rows))
     return proved, moved
 
