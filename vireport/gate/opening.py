@@ -6,7 +6,8 @@ PDF, terminal, bench and notebook begin with the same opening.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from enum import Enum
 from math import inf, isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -108,6 +109,14 @@ class Statement(Struct, frozen=True, eq=False):
     said: Said
 
     __repr__ = brief
+
+
+class Place(Enum):
+    """Where the facts of an addition stand among those of the core, of which the gravest are said."""
+
+    AFTER_MOTION = "after those on the motion, and on how it is reached"
+    AFTER_MARGIN = "after those on its margin"
+    LAST = "last"
 
 
 class WordedTile(Struct, frozen=True):
@@ -244,15 +253,22 @@ def _running(verdict: Verdict) -> str:
 def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None) -> Iterator[Statement]:
     yield from _of_requirements(verdict)
     yield from _of_simulation(verdict, again)
+    added = [finding.facts(verdict) for finding in findings().values()]
     yield from _of_motion(verdict)
+    yield from _at(Place.AFTER_MOTION, added)
     yield from _of_margin(verdict)
-    for name, answer in verdict.added.items():
-        yield from findings()[name].facts(answer)
+    yield from _at(Place.AFTER_MARGIN, added)
     yield from _of_voltage(verdict)
     for alert in alerts:
         if alert.severity is not Severity.NOTE and alert.code not in SAID_OTHERWISE:
             yield _fact(Status.CAUTION, "alert", alert)
     yield from _of_disturbances(verdict)
+    yield from _at(Place.LAST, added)
+
+
+def _at(place: Place, added: Iterable[Mapping[Place, Iterable[Statement]]]) -> Iterator[Statement]:
+    """The facts of additions at one place."""
+    return (fact for facts in added for fact in facts.get(place, ()))
 
 
 def _of_requirements(verdict: Verdict) -> Iterator[Statement]:

@@ -455,8 +455,6 @@ def _agreement(results: Evidence, limit: Limit) -> Judgement:
     )
 
 
-_, MOTION, WHERE, MARGIN, _, SHOCK, FROM_REST, JITTER, _, VOLTAGE, SHAKER, _, SIMULATED = Question
-
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
 
 U_AVE = OfMotions(lambda motions, _: motions.average_v, grows=True)
@@ -473,46 +471,61 @@ FIELD = OfMotions(lambda motions, _: 100 / motions.breakdown_field_v_m * motions
 
 REQUIREMENTS = (
     Requirement(
-        "stable_from", "Stable 1:1 motion over the range", WHERE, OfRun(stable_over_range, may_be_stable_over_range)
+        "stable_from",
+        "Stable 1:1 motion over the range",
+        Question.WHERE,
+        OfRun(stable_over_range, may_be_stable_over_range),
     ),
     Requirement(
         "inclination_from_deg",
         "Stable 1:1 motion over the inclinations",
-        WHERE,
+        Question.WHERE,
         OfRun(stable_over_inclinations, may_be_stable_over_inclinations),
     ),
-    Requirement("margin_period_doubling_percent", "Margin to period doubling", MARGIN, PERIOD_DOUBLING),
-    Requirement("margin_grazing_percent", "Margin to grazing", MARGIN, GRAZING),
-    Requirement("margin_any_percent", "Margin to the end of stable motion", MARGIN, OfMargin(CRITICAL)),
-    Requirement("word", "Stable motion at the design point", MOTION, OfRun(_words)),
-    Requirement("reached_from_rest", "Reached from rest", FROM_REST, OfRun(_reached)),
-    Requirement("recovers_within_periods", "Recovery from small disturbances", FROM_REST, OfRun(_recovery)),
+    Requirement("margin_period_doubling_percent", "Margin to period doubling", Question.MARGIN, PERIOD_DOUBLING),
+    Requirement("margin_grazing_percent", "Margin to grazing", Question.MARGIN, GRAZING),
+    Requirement("margin_any_percent", "Margin to the end of stable motion", Question.MARGIN, OfMargin(CRITICAL)),
+    Requirement("word", "Stable motion at the design point", Question.MOTION, OfRun(_words)),
+    Requirement("reached_from_rest", "Reached from rest", Question.FROM_REST, OfRun(_reached)),
+    Requirement("recovers_within_periods", "Recovery from small disturbances", Question.FROM_REST, OfRun(_recovery)),
     Requirement(
-        "margin_with_effects_percent", "Margin with what is left out", MARGIN, OfRun(_with_effects, _may_with_effects)
+        "margin_with_effects_percent",
+        "Margin with what is left out",
+        Question.MARGIN,
+        OfRun(_with_effects, _may_with_effects),
     ),
-    Requirement("withstands_distortion_percent", "Distortion that is withstood", MARGIN, OfRun(_distortion)),
-    Requirement("survives_shock_m_s", "Shock that is survived", SHOCK, OfRun(_shock)),
-    Requirement("phase_jitter_at_most_deg", "Spread of the phases", JITTER, OfRun(_jitter)),
-    Requirement("u_ave_at_least_v", "U_ave", VOLTAGE, U_AVE),
+    Requirement("withstands_distortion_percent", "Distortion that is withstood", Question.MARGIN, OfRun(_distortion)),
+    Requirement("survives_shock_m_s", "Shock that is survived", Question.SHOCK, OfRun(_shock)),
+    Requirement("phase_jitter_at_most_deg", "Spread of the phases", Question.JITTER, OfRun(_jitter)),
+    Requirement("u_ave_at_least_v", "U_ave", Question.VOLTAGE, U_AVE),
     Requirement(
         "u_ave_difference_at_most_v",
         "Difference of U_ave over the stable range",
-        VOLTAGE,
+        Question.VOLTAGE,
         OfRun(u_ave_difference, may_change_little),
     ),
-    Requirement("u_bottom_top_difference_at_most_v", "Difference of voltage between the ends", VOLTAGE, END_DIFFERENCE),
-    Requirement("deflection_at_most_m", "Deflection", VOLTAGE, DEFLECTION),
-    Requirement("deflection_at_most_percent", "Deflection over the membrane's radius", VOLTAGE, DEFLECTION_SHARE),
-    Requirement("area_ratio_at_most", "Area of a membrane over that when it is flat", VOLTAGE, AREA_RATIO),
-    Requirement("power_at_least_mw", "Mean electrical power", VOLTAGE, POWER),
-    Requirement("efficiency_at_most_percent", "Electrical efficiency", VOLTAGE, EFFICIENCY),
-    Requirement("field_at_most_percent", "Electric field over breakdown field", VOLTAGE, FIELD),
     Requirement(
-        "acceleration_at_most_g", "Acceleration of the shaker", SHAKER, OfShaker(lambda shaker: shaker.acceleration_g)
+        "u_bottom_top_difference_at_most_v", "Difference of voltage between the ends", Question.VOLTAGE, END_DIFFERENCE
     ),
-    Requirement("stroke_at_most_m", "Stroke of the shaker", SHAKER, OfShaker(lambda shaker: shaker.stroke_m)),
-    Requirement("force_at_most_n", "Force of the shaker", SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)),
-    Requirement("crosscheck_passed", "Simulation agrees", SIMULATED, OfRun(_agreement)),
+    Requirement("deflection_at_most_m", "Deflection", Question.VOLTAGE, DEFLECTION),
+    Requirement(
+        "deflection_at_most_percent", "Deflection over the membrane's radius", Question.VOLTAGE, DEFLECTION_SHARE
+    ),
+    Requirement("area_ratio_at_most", "Area of a membrane over that when it is flat", Question.VOLTAGE, AREA_RATIO),
+    Requirement("power_at_least_mw", "Mean electrical power", Question.VOLTAGE, POWER),
+    Requirement("efficiency_at_most_percent", "Electrical efficiency", Question.VOLTAGE, EFFICIENCY),
+    Requirement("field_at_most_percent", "Electric field over breakdown field", Question.VOLTAGE, FIELD),
+    Requirement(
+        "acceleration_at_most_g",
+        "Acceleration of the shaker",
+        Question.SHAKER,
+        OfShaker(lambda shaker: shaker.acceleration_g),
+    ),
+    Requirement("stroke_at_most_m", "Stroke of the shaker", Question.SHAKER, OfShaker(lambda shaker: shaker.stroke_m)),
+    Requirement(
+        "force_at_most_n", "Force of the shaker", Question.SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)
+    ),
+    Requirement("crosscheck_passed", "Simulation agrees", Question.SIMULATED, OfRun(_agreement)),
 )
 """All that can be required of the core, in the order of the acceptance table."""
 

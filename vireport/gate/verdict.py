@@ -160,12 +160,20 @@ class Fact(Struct, Generic[Numbers], frozen=True, eq=False):
     __repr__ = brief
 
 
-class AddedAnswer(Fact[Numbers], frozen=True, eq=False):
-    """The answer of an addition, and what it holds against the device.
+class AddedAnswer(Fact[Numbers], frozen=True, eq=False, kw_only=True):
+    """The answer of an addition to a question of its own, or to one of the core beside the core's answer.
 
-    Its conclusion counts where no requirement is held beside the same question: then the requirement stands for it.
+    Attributes
+    ----------
+    name : str
+        By which the verdict has it.
+    concludes : AddedConclusion or None
+        What it holds against the device. It counts where no requirement is held beside a question of its own: then the
+        requirement stands for it. Beside a question of the core it counts always, and the core's answer is none that is
+        good.
     """
 
+    name: str
     concludes: AddedConclusion | None = None
 
 
@@ -328,7 +336,7 @@ class Verdict(Struct, frozen=True, eq=False):
     rigid : Fact of Grade, or None
     simulated : Fact of CrossCheck, or None
     added : mapping of str to AddedAnswer
-        Those of additions, by their names, in the order of their rows.
+        Those of additions, by their names, in the order of the additions' rows.
     conclusions : tuple of Conclusion or AddedConclusion
         All that hold, what weighs most first: `conclusion`, and what would be one without it.
     """
@@ -455,14 +463,16 @@ def verdict_of(evidence: Evidence) -> Verdict:
     )
     conclusions = _conclusions(verdict)
     added = {name: _held(answer, criteria) for name, answer in verdict.added.items()}
-    held = {name: _held(fact, criteria) for name, fact in verdict.answers.items() if name not in added}
+    doubted = {answer.question for answer in verdict.added.values() if answer.concludes is not None}
+    of_the_core = {name: fact for name, fact in verdict.answers.items() if name not in added}
+    held = {name: _held(_no_better(fact, doubted), criteria) for name, fact in of_the_core.items()}
     return replace(verdict, conclusion=conclusions[0], conclusions=conclusions, added=added, **held)
 
 
 def _added(evidence: Evidence) -> dict[str, AddedAnswer[Any]]:
     """The answers of additions, by their names."""
-    answers = ((finding.name, finding.answer(found, evidence)) for finding, found in found_by(evidence.findings))
-    return {name: answer for name, answer in answers if answer is not None}
+    answers = (answer for finding, found in found_by(evidence.findings) for answer in finding.answers(found, evidence))
+    return {answer.name: answer for answer in answers}
 
 
 def _judged(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]:
@@ -476,49 +486,58 @@ def _held(fact: AnyFact, criteria: tuple[Criterion, ...]) -> AnyFact:
     return replace(fact, status=Status.BAD) if missed else fact
 
 
+def _no_better(fact: AnyFact, doubted: set[str]) -> AnyFact:
+    """A good answer beside which an addition holds something against the device is a caution."""
+    good = fact.status is Status.GOOD and fact.question in doubted
+    return replace(fact, status=Status.CAUTION) if good else fact
+
+
 def _conclusions(verdict: Verdict) -> tuple[AnyConclusion, ...]:
     """What holds against a design, what weighs most first; `STABLE` where nothing does."""
-    criteria = verdict.evidence.criteria
-    of_additions = (
-        answer.concludes
-        for answer in verdict.added.values()
-        if answer.concludes is not None and not _judged(answer.question, criteria)
-    )
-    known: list[AnyConclusion] = [*_of_the_core(verdict), *of_additions]
-    return tuple(sorted(known, key=lambda conclusion: conclusion.weight)) or (Conclusion.STABLE,)
+    criteria, order = verdict.evidence.criteria, list[str](Question)
+    known: list[tuple[str, AnyConclusion]] = list(_of_the_core(verdict))
+    for answer in verdict.added.values():
+        if answer.concludes is not None and (answer.question in order or not _judged(answer.question, criteria)):
+            known.append((answer.question, answer.concludes))
+
+    def place(row: tuple[str, AnyConclusion]) -> tuple[int, int]:
+        question, conclusion = row
+        return conclusion.weight, order.index(question) if question in order else len(order)
+
+    return tuple(conclusion for _, conclusion in sorted(known, key=place)) or (Conclusion.STABLE,)
 
 
-def _of_the_core(verdict: Verdict) -> Iterator[Conclusion]:
-    """What answers of the core hold against a design, in the order of their questions."""
+def _of_the_core(verdict: Verdict) -> Iterator[tuple[Question, Conclusion]]:
+    """What answers of the core hold against a design, with their questions."""
     own, margin, evidence = verdict.own_stiffness, verdict.margin, verdict.evidence
     if _has(verdict.accepted, Status.BAD):
-        yield Conclusion.NOT_MET
+        yield Question.ACCEPTED, Conclusion.NOT_MET
     if _has(verdict.motion, Status.BAD):
-        yield Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
+        yield Question.MOTION, Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
     if _has(verdict.motion, Status.CAUTION):
-        yield Conclusion.OTHER_MOTION
+        yield Question.MOTION, Conclusion.OTHER_MOTION
     if margin is not None and margin.status is Status.CAUTION:
         if margin.data.not_known:
-            yield Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
+            yield Question.MARGIN, Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
         else:
-            yield Conclusion.MARGIN_SHORT if margin.data.short else Conclusion.MARGIN_SMALL
+            yield Question.MARGIN, Conclusion.MARGIN_SHORT if margin.data.short else Conclusion.MARGIN_SMALL
     if own is not None and own.data.margin_gone:
-        yield Conclusion.NOT_COMPLIANT
+        yield Question.OWN_STIFFNESS, Conclusion.NOT_COMPLIANT
     unsaid = margin is None or not margin.data.not_known
     if own is not None and own.data.motion is None:
-        yield Conclusion.COMPLIANT_UNKNOWN
+        yield Question.OWN_STIFFNESS, Conclusion.COMPLIANT_UNKNOWN
     elif _has(own, Status.CAUTION) and unsaid:
-        yield Conclusion.END_UNKNOWN
+        yield Question.OWN_STIFFNESS, Conclusion.END_UNKNOWN
     if _has(verdict.from_rest, Status.CAUTION):
         end = evidence.from_rest
         decided = end is not None and end.decided
         not_reached = Conclusion.NOT_FROM_REST if decided else Conclusion.FROM_REST_UNKNOWN
-        yield Conclusion.WINDOW_NARROW if evidence.narrow else not_reached
-    yield from _of_voltage(verdict)
+        yield Question.FROM_REST, Conclusion.WINDOW_NARROW if evidence.narrow else not_reached
+    yield from ((Question.VOLTAGE, conclusion) for conclusion in _of_voltage(verdict))
     if _has(verdict.rigid, Status.BAD):
-        yield Conclusion.NOT_RIGID
+        yield Question.RIGID, Conclusion.NOT_RIGID
     if _has(verdict.simulated, Status.BAD):
-        yield Conclusion.NOT_VERIFIED
+        yield Question.SIMULATED, Conclusion.NOT_VERIFIED
 
 
 def _of_voltage(verdict: Verdict) -> Iterator[Conclusion]:

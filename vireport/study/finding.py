@@ -10,9 +10,9 @@ from vireport.base.progress import Progress
 
 if TYPE_CHECKING:
     from vireport.gate.evidence import Evidence
-    from vireport.gate.opening import Statement
+    from vireport.gate.opening import Place, Statement
     from vireport.gate.requirements import Requirement
-    from vireport.gate.verdict import AddedAnswer
+    from vireport.gate.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
@@ -67,13 +67,13 @@ class AddedFinding(Generic[Found]):
         """What can be required of it: a row for each of its keys in the block `requirements`."""
         return ()
 
-    def answer(self, found: Found, evidence: Evidence) -> AddedAnswer[Found] | None:
-        """The answer of the verdict to its question; None where the question does not arise."""
-        return None
-
-    def facts(self, answer: AddedAnswer[Found]) -> Iterable[Statement]:
-        """What a report opens with of its answer."""
+    def answers(self, found: Found, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
+        """The answers of the verdict to its questions, as far as they arise."""
         return ()
+
+    def facts(self, verdict: Verdict) -> Mapping[Place, Iterable[Statement]]:
+        """What a report opens with of its answers, or of their lack, by the place among the facts of the core."""
+        return {}
 
     def causes(self, found: Found, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What raises alerts, by their codes."""

@@ -53,15 +53,16 @@ class DrivenFinding(AddedFinding["Driven"]):
 
         return {self.name: driven_data(found)}
 
-    def answer(self, found: Driven, evidence: Evidence) -> AddedAnswer[Driven] | None:
+    def answers(self, found: Driven, evidence: Evidence) -> Iterator[AddedAnswer[Driven]]:
         """A doubtful record is held against the device; else nothing is asked."""
         from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
         if not found.doubts:
-            return None
+            return
         word = "Stable, but the record of the shaker is doubtful"
         concludes = AddedConclusion("RECORD_DOUBTFUL", Status.CAUTION, word, Weight.DIGITS, self.name)
-        return AddedAnswer("Is the record of the shaker right?", Status.CAUTION, found, concludes)
+        question = "Is the record of the shaker right?"
+        yield AddedAnswer(question, Status.CAUTION, found, name=self.name, concludes=concludes)
 
     def causes(self, found: Driven, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What may be wrong with the record."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from vireport.base.progress import Progress
@@ -11,9 +11,9 @@ from vireport.study.finding import AddedFinding
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
     from vireport.gate.evidence import Evidence
-    from vireport.gate.opening import Statement
+    from vireport.gate.opening import Place, Statement
     from vireport.gate.requirements import Requirement
-    from vireport.gate.verdict import AddedAnswer
+    from vireport.gate.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
 
@@ -60,12 +60,13 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         quantity = OfRun(judged_yield, may_yield)
         yield Requirement("yield_at_least_percent", "Yield within the tolerances", QUESTION, quantity)
 
-    def answer(self, found: Tolerances, evidence: Evidence) -> AddedAnswer[Tolerances]:
+    def answers(self, found: Tolerances, evidence: Evidence) -> Iterator[AddedAnswer[Tolerances]]:
         """Good where every device is proved to work; a required yield stands for what is held against it else."""
         from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
         if found.proved:
-            return AddedAnswer(QUESTION, Status.GOOD, found)
+            yield AddedAnswer(QUESTION, Status.GOOD, found, name=self.name)
+            return
         refuted = found.worst is not None
         concludes = AddedConclusion(
             "NOT_EVERY_DEVICE" if refuted else "TOLERANCES_OPEN",
@@ -76,17 +77,20 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
             Weight.NOT_EVERY_DEVICE,
             self.name,
         )
-        return AddedAnswer(QUESTION, Status.CAUTION, found, concludes)
+        yield AddedAnswer(QUESTION, Status.CAUTION, found, name=self.name, concludes=concludes)
 
-    def facts(self, answer: AddedAnswer[Tolerances]) -> Iterator[Statement]:
+    def facts(self, verdict: Verdict) -> Mapping[Place, Iterable[Statement]]:
         """How many devices keep the motion."""
-        from vireport.gate.opening import Said, Statement
+        from vireport.gate.opening import Place, Said, Statement
 
+        answer = verdict.added.get(self.name)
+        if answer is None:
+            return {}
         found = answer.data
         stable, count = found.sampled.stable, found.sampled.samples
         tried = "every_device_tried" if stable == count else "some_devices_fail" if stable else "no_device_works"
         name = "every_device_proved" if found.proved else tried
-        yield Statement(answer.status, Said(name, (found,), self.name))
+        return {Place.AFTER_MARGIN: [Statement(answer.status, Said(name, (found,), self.name))]}
 
     def written(self, found: Tolerances, study: Study) -> Mapping[str, bytes]:
         """The worst device found as a scenario, where one fails."""
