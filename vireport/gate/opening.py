@@ -111,7 +111,7 @@ class Statement(Struct, frozen=True, eq=False):
     __repr__ = brief
 
 
-class Place(Enum):
+class FactPlace(Enum):
     """Where the facts of an addition stand among those of the core, of which the gravest are said."""
 
     AFTER_MOTION = "after those on the motion, and on how it is reached"
@@ -255,18 +255,18 @@ def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None
     yield from _of_simulation(verdict, again)
     added = [finding.facts(verdict) for finding in findings().values()]
     yield from _of_motion(verdict)
-    yield from _at(Place.AFTER_MOTION, added)
+    yield from _at(FactPlace.AFTER_MOTION, added)
     yield from _of_margin(verdict)
-    yield from _at(Place.AFTER_MARGIN, added)
+    yield from _at(FactPlace.AFTER_MARGIN, added)
     yield from _of_voltage(verdict)
     for alert in alerts:
         if alert.severity is not Severity.NOTE and alert.code not in SAID_OTHERWISE:
             yield _fact(Status.CAUTION, "alert", alert)
     yield from _of_disturbances(verdict)
-    yield from _at(Place.LAST, added)
+    yield from _at(FactPlace.LAST, added)
 
 
-def _at(place: Place, added: Iterable[Mapping[Place, Iterable[Statement]]]) -> Iterator[Statement]:
+def _at(place: FactPlace, added: Iterable[Mapping[FactPlace, Iterable[Statement]]]) -> Iterator[Statement]:
     """The facts of additions at one place."""
     return (fact for facts in added for fact in facts.get(place, ()))
 

@@ -10,7 +10,7 @@ from vireport.base.progress import Progress
 
 if TYPE_CHECKING:
     from vireport.gate.evidence import Evidence
-    from vireport.gate.opening import Place, Statement
+    from vireport.gate.opening import FactPlace, Statement
     from vireport.gate.requirements import Requirement
     from vireport.gate.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
@@ -71,7 +71,7 @@ class AddedFinding(Generic[Found]):
         """The answers of the verdict to its questions, as far as they arise."""
         return ()
 
-    def facts(self, verdict: Verdict) -> Mapping[Place, Iterable[Statement]]:
+    def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
         """What a report opens with of its answers, or of their lack, by the place among the facts of the core."""
         return {}
 

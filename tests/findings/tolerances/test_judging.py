@@ -94,7 +94,8 @@ def test_what_is_open_weighs_more_than_the_margin_and_less_than_another_motion()
         conclusion.weight for conclusion in verdict.conclusions
     )
     assert verdict.conclusion.weight is Weight.NOT_EVERY_DEVICE
-    assert FINDING.answer(tolerances(True), evidence(None)).concludes is None
+    (answer,) = FINDING.answers(tolerances(True), evidence(None))
+    assert answer.concludes is None
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from vireport.study.finding import AddedFinding
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
     from vireport.gate.evidence import Evidence
-    from vireport.gate.opening import Place, Statement
+    from vireport.gate.opening import FactPlace, Statement
     from vireport.gate.requirements import Requirement
     from vireport.gate.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
@@ -79,9 +79,9 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         )
         yield AddedAnswer(QUESTION, Status.CAUTION, found, name=self.name, concludes=concludes)
 
-    def facts(self, verdict: Verdict) -> Mapping[Place, Iterable[Statement]]:
+    def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
         """How many devices keep the motion."""
-        from vireport.gate.opening import Place, Said, Statement
+        from vireport.gate.opening import FactPlace, Said, Statement
 
         answer = verdict.added.get(self.name)
         if answer is None:
@@ -90,7 +90,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         stable, count = found.sampled.stable, found.sampled.samples
         tried = "every_device_tried" if stable == count else "some_devices_fail" if stable else "no_device_works"
         name = "every_device_proved" if found.proved else tried
-        return {Place.AFTER_MARGIN: [Statement(answer.status, Said(name, (found,), self.name))]}
+        return {FactPlace.AFTER_MARGIN: [Statement(answer.status, Said(name, (found,), self.name))]}
 
     def written(self, found: Tolerances, study: Study) -> Mapping[str, bytes]:
         """The worst device found as a scenario, where one fails."""
