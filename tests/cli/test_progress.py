@@ -176,6 +176,7 @@ def test_identify_tells_its_share(source: dict[str, str], example) -> None:
         json=True,
         tables=False,
         say=told.append,
+        pages=identify_outputs.Pages(()),
     )
     assert len(shares(told)) >= 4
 

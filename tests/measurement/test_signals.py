@@ -64,7 +64,10 @@ def test_raw_signals_are_identified_with_the_truth_behind_them(capsys, tmp_path:
         "identified.json",
         "identified.yaml",
         "impacts.csv",
+        "figure-impacts.png",
         "figure-record.png",
+        "report.html",
+        "report.pdf",
     }
     results = json.loads((folder / "identified.json").read_text())
     assert results["misfit"]["accepted"]

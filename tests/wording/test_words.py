@@ -1694,7 +1694,8 @@ SAID += [
                 thing(times=[1.0] * 150, channel=thing(name=x), noise=0.01, middle_size=0.5)
                 for x in ("bottom_voltage_v", "top_voltage_v")
             ],
-            thing(name="x.csv", samples=96000, start_s=1.0, end_s=3.0),
+            thing(samples=96000, start_s=1.0, end_s=3.0),
+            "x.csv",
         ),
         "x.csv: 96000 samples in 2 s, 300 impacts picked: 150 in bottom_voltage_v, noise 0.01, median impact 0.5; "
         "150 in top_voltage_v, noise 0.01, median impact 0.5. Their times have a standard error of 20 µs.",
@@ -1760,6 +1761,34 @@ SAID += [
         "The error of the length costs most.",
     ),
     ("figures/record", "figure_record_title", ({},), "What was picked"),
+    ("identify", "heading", ("taps.csv",), "Identified from taps.csv"),
+    *(
+        ("figures/impacts", f"figure_impacts_{name}", ({"impacts": 9, "name": "x.csv", "every": every} | of,), part)
+        for name, every, of, part in (
+            ("errors_title", 1, {}, "Errors of the impact times"),
+            (
+                "errors_caption",
+                1,
+                {"weighted": False},
+                "Measured less fitted times of 9 impacts. Where the model fits, 95",
+            ),
+            (
+                "errors_caption",
+                4,
+                {"weighted": True},
+                "9 impacts, scaled to the median standard error; 1 of 4 is drawn. ",
+            ),
+            ("errors_alt", 1, {}, "Errors of the times of 9 impacts against time, a panel for each membrane, with the"),
+            ("phases_title", 1, {}, "Impacts within the period of the force"),
+            (
+                "phases_caption",
+                1,
+                {},
+                "All 9 impacts of x.csv, as measured. What repeats itself makes lines, and a hole",
+            ),
+            ("phases_alt", 1, {}, "Places of 9 impacts within the period of the force against time, a panel for each"),
+        )
+    ),
     ("left-out", "add", (["springs: for more"], "device.length_m"), "Add springs: for more."),
     (
         "left-out",

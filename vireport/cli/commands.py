@@ -19,7 +19,7 @@ from vireport.base.version import __version__
 from vireport.cli.group import Program
 from vireport.command import options as given
 from vireport.command.declared import Command, CommandPanel, DeclaredCommand, declared_command, formats_of
-from vireport.command.formats import RUN, CommandFormats, format_option
+from vireport.command.formats import FIGURES, PAGES, RUN, CommandFormats, format_option
 from vireport.command.inputs import read_earlier_run, read_scenario
 from vireport.command.options import default_folder, figure_width_mm, recorded, refuse, refuse_files_beside_json
 from vireport.command.outcome import CommandOutcome, deliver, progress, tell_lacking
@@ -28,6 +28,10 @@ from vireport.text.alerts import explanation
 _AnyFunction = TypeVar("_AnyFunction", bound=Callable[..., None])
 
 CHECK = CommandFormats("check", RUN.allowed, RUN.usual)
+
+IDENTIFY = CommandFormats(
+    "identify", (*PAGES, *FIGURES), (*PAGES, "png"), "identified.json, identified.yaml and impacts.csv"
+)
 
 NEW_FILE = "scenario.yaml"
 
@@ -169,6 +173,9 @@ def identify(
     set_: given.Set = None,
     output: given.Folder = None,
     json: given.Json = False,
+    format_: Annotated[list[str] | None, format_option(IDENTIFY)] = None,
+    templates: given.Templates = None,
+    paper: given.Paper = given.PaperSize.A4,
     force: given.Force = False,
     quiet: given.Quiet = False,
     verbose: given.Verbose = False,
@@ -180,18 +187,21 @@ def identify(
     refuse_files_beside_json(context, "result")
     loaded, _ = read_scenario(scenario, set_)
     from vireport.cli import identify_outputs
+    from vireport.command.outputs import file_names
 
     if (impacts is None) == (record is None):
         raise UsageError("either --impacts or --record is needed (allowed: one of them)")
     command, folder = recorded(context), output or default_folder(scenario, "-identified")
+    formats = formats_of(IDENTIFY, format_)
     if not json:
-        names: tuple[str, ...] = identify_outputs.NAMES
+        names = (*identify_outputs.DATA, *file_names(formats, identify_outputs.IDENTIFY_FILES))
         if impacts is not None and Path(impacts).resolve() == (folder / identify_outputs.RECORD).resolve():
             names = tuple(name for name in names if name != identify_outputs.RECORD)  # it is written as it is
         require_writable(folder, names, force)
+    pages = identify_outputs.Pages(formats, templates, paper)
     with progress(quiet, verbose) as say:
         outcome = identify_outputs.outcome(
-            loaded, impacts, record, clock is not None, free or [], command, json, verbose, say
+            loaded, impacts, record, clock is not None, free or [], command, json, verbose, say, pages
         )
     deliver(outcome, folder, quiet)
 

@@ -1,20 +1,22 @@
-"""What measured impacts say of a device, as JSON, as text, and as a scenario of the device that was measured."""
+"""What measured impacts say of a device: JSON, text, a report, and a scenario of the device that was measured."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import reduce
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
 from vireport.cli.identify_opening import identified_opening, most_hidden, open_opening
 from vireport.command.outcome import CommandOutcome
+from vireport.command.outputs import file_names
 from vireport.design.measured import HeldHarmonics, MeasuredShare, held_harmonics, share_that_fits
-from vireport.gate.alerts import record_alerts
+from vireport.gate.alerts import Alert, record_alerts
 from vireport.gate.opening import Opening
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable
@@ -27,17 +29,24 @@ from vireport.scenario.blocks import Distribution, Scenario, keys_left_out, perc
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput
 from vireport.scenario.writing import as_yaml
-from vireport.study.provenance import provenance_of
+from vireport.study.plan import Task, page_and_figure_files
+from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.results import json_bytes
 from vireport.text.formatting import ROUGHLY, measured, shown
 from vireport.text.tables import Table, numbers, plain_text, texts
 from vireport.wording.templates import Words
 
+if TYPE_CHECKING:
+    from vireport.figures.style import Picture
+
 RECORD = "impacts.csv"
 """The impacts, beside the scenario of the device that made them."""
 
-NAMES = "identified.json", "identified.yaml", RECORD, "figure-record.png"
-"""Files that the command may write."""
+DATA = "identified.json", "identified.yaml", RECORD
+"""Files that the command may write in any case."""
+
+IDENTIFY_FILES = page_and_figure_files(["figure-impacts", "figure-record"])
+"""Files that it may write as well, by their formats."""
 
 NORMAL_HALF = 1.96
 """Half of that interval over the standard error, where that is known."""
@@ -60,6 +69,24 @@ DISTORTION = "harmonics"
 WORDS = Words("identify")
 
 
+class Pages(Struct, frozen=True):
+    """What is written for a reader, and how.
+
+    Attributes
+    ----------
+    formats : collection of Task
+        Among `IDENTIFY_FILES`.
+    templates : Path, optional
+        A folder whose templates come before ours.
+    paper : str
+        Of the PDF: a4 or letter.
+    """
+
+    formats: Collection[Task]
+    templates: Path | None = None
+    paper: str = "a4"
+
+
 def outcome(
     loaded: Loaded,
     impacts: str | None,
@@ -70,8 +97,11 @@ def outcome(
     json: bool,
     tables: bool,
     say: Progress,
+    pages: Pages,
 ) -> CommandOutcome:
     """Identify a device from a record of its impacts, or from raw signals; with `tables`, all numbers are printed.
+
+    Where JSON is printed, no `pages` are written.
 
     Raises
     ------
@@ -94,20 +124,46 @@ def outcome(
         record = read_record(str(impacts), float(inquiry.model.device.frequency_hz))
     files = {} if signals is None else {RECORD: _impacts_csv(signals)}
     # What is given may be the file that an earlier run wrote here, and was corrected since.
-    stale = tuple(name for name in NAMES if name != RECORD or signals is not None)
+    data_files = [name for name in DATA if name != RECORD or signals is not None]
+    stale = (*data_files, *file_names(pages.formats, IDENTIFY_FILES))
+    others = file_names([task for task in IDENTIFY_FILES if task not in pages.formats], IDENTIFY_FILES)
+    pictures: list[Picture] = []
     if signals is not None and not json:
+        from vireport.figures.record import record_picture
+
         say(WorkStep("drawing the record", PICKED_SHARE))
-        files["figure-record.png"] = _png(signals)
+        pictures.append(record_picture(signals, pages.templates))
     rest = say if signals is None else portion(say, PICKED_SHARE if json else DRAWN_SHARE, 1.0)
+    words = Words("identify", pages.templates)
+
+    def told(
+        opening: Opening, parts: tuple[str | Table, ...], failure: str, code: int, opened: tuple[str, ...] = ()
+    ) -> CommandOutcome:
+        """The outcome for a reader; a page says what is `opened` by its opening, and a terminal in numbers as well."""
+        doubts = () if signals is None else record_alerts(signals.doubts)
+        text = _text(opening, doubts, (*opened, *parts) if tables else (), pages.templates)
+        from vireport.cli.identify_page import IdentifyReport
+        from vireport.report.rendering import render_files
+
+        say("setting the report")
+        drawn = {picture.name: picture for picture in pictures}
+        origin = with_pages(provenance_of(loaded, command), drawn=bool(drawn))
+        name = Path(record.name).name
+        said = {fact for _, fact in opening.worded(pages.templates).facts}
+        more = tuple(part for part in parts if part not in said)
+        report = IdentifyReport(opening, more, doubts, name, loaded, drawn, origin, pages.templates)
+        written = files | render_files(report, set(pages.formats), pages.templates, pages.paper)
+        return CommandOutcome("", text, written, failure=failure, exit_code=code, stale=stale, beside=others)
+
     try:
         answer = answered(inquiry, record, referenced, portion(rest, 0.0, ANSWERED_SHARE))
     except Unidentifiable as refused:
-        failure = WORDS("refused", refused.left_open, Unknown.PHASE in inquiry.unknowns)
+        failure = words("refused", refused.left_open, Unknown.PHASE in inquiry.unknowns)
         if signals is None or json:
             raise NumericalError(failure) from refused
         # What was picked may be why: it is shown all the same.
-        text = _text(open_opening(failure, signals), signals, _signals_parts(signals) if tables else ())
-        return CommandOutcome("", text, files, failure=failure, exit_code=NumericalError.exit_code, stale=stale)
+        opening = open_opening(failure, signals)
+        return told(opening, tuple(_signals_parts(signals, words)), failure, NumericalError.exit_code)
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
     rest(WorkStep("trying devices as the errors allow", ANSWERED_SHARE))
@@ -127,33 +183,20 @@ def outcome(
     failure = "" if answer.misfit.accepted else f"the data contradict the model: {WORDS('reason', answer.misfit)}"
     if json:
         return CommandOutcome(written, failure=failure, exit_code=bool(failure))
+    from vireport.figures.impacts import impacts_picture
+
+    pictures.append(impacts_picture(answer, record, pages.templates))
     opening = identified_opening(answer, len(record.times), signals, share, held, record.unused)
-    text = _text(opening, signals, _tables(answer, signals, share, held, record.unused) if tables else ())
-    return CommandOutcome("", text, files, failure=failure, exit_code=bool(failure), stale=stale)
+    opened = _opened(answer, share, held, words)
+    return told(opening, tuple(_parts(answer, signals, record.unused, words)), failure, bool(failure), tuple(opened))
 
 
-def _text(opening: Opening, signals: Signals | None, parts: Iterable[str | Table]) -> str:
+def _text(
+    opening: Opening, doubts: tuple[Alert, ...], parts: Iterable[str | Table], templates: Path | None = None
+) -> str:
     """What a terminal says: the opening, in full what may be wrong with what was given, and tables where asked for."""
-    doubts = () if signals is None else record_alerts(signals.doubts)
-    answer = "\n".join([*opening.worded().lines, *(alert.text for alert in doubts)])
+    answer = "\n".join([*opening.worded(templates).lines, *(alert.text for alert in doubts)])
     return "\n\n".join([answer, *filter(None, [plain_text(parts)])]) + "\n"
-
-
-def _tables(
-    answer: Identification,
-    signals: Signals | None,
-    share: MeasuredShare | None,
-    held: HeldHarmonics | None,
-    unused: tuple[str, ...],
-) -> Iterator[str | Table]:
-    """All that is known, in numbers."""
-    if signals is not None:
-        yield from _signals_parts(signals)
-    yield from _parts(answer, unused)
-    if share is not None:
-        yield WORDS("devices", share)
-    if held is not None:
-        yield WORDS("held", held)
 
 
 def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced: bool) -> str:
@@ -192,12 +235,6 @@ def _impacts_csv(signals: Signals) -> bytes:
     return ("time_s,membrane,standard_error_s\n" + "".join(rows)).encode()
 
 
-def _png(signals: Signals) -> bytes:
-    from vireport.figures.record import record_picture
-
-    return record_picture(signals).png
-
-
 def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
     own, shaker = signals.picked, signals.shaker
     recording = own.recording
@@ -234,14 +271,14 @@ def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
     }
 
 
-def _signals_parts(signals: Signals) -> Iterator[str | Table]:
+def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
     own, shaker = signals.picked, signals.shaker
-    yield WORDS("heard", own, own.heard, own.recording)
+    yield words("heard", own, own.heard, own.recording, Path(own.recording.name).name)
     for finding in own.findings:
-        yield WORDS("finding", finding)
+        yield words("finding", finding)
     if shaker is None:
         return
-    yield WORDS("shaker", shaker)
+    yield words("shaker", shaker)
     rows = tuple(
         (
             str(harmonic.order),
@@ -363,26 +400,39 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
     return text
 
 
-def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Table]:
+def _opened(
+    answer: Identification, share: MeasuredShare | None, held: HeldHarmonics | None, words: Words
+) -> Iterator[str]:
+    """What the opening has as well: here with all numbers, and as reasons."""
     found, misfit = answer.found, answer.misfit
     if isinstance(found, Fitted):
         missed = sum(gap.missed_s is not None for gap in found.gaps)
-        own = found.adjusted
-        weighted = own.equations.relative is not None
+        weighted = found.adjusted.equations.relative is not None
         counts = (missed, len(found.false), found.lost)
-        told = WORDS("summary", len(found.impacts), answer.timing_error_s, *counts, weighted)
+        told = words("summary", len(found.impacts), answer.timing_error_s, *counts, weighted)
         if misfit.accepted:
             p = "" if misfit.p_value is None else f" (p = {shown(misfit.p_value, ROUGHLY)})"
-            yield f"{told} {WORDS('reason', misfit).capitalize()}{p}."
+            yield f"{told} {words('reason', misfit).capitalize()}{p}."
         else:
             yield told
-    if answer.rounding is not None:
-        yield WORDS("rounded", answer.rounding)
     if not misfit.accepted:
-        yield f"The data contradict the model: {WORDS('reason', misfit)}."
+        yield f"The data contradict the model: {words('reason', misfit)}."
+    if share is not None:
+        yield words("devices", share)
+    if held is not None:
+        yield words("held", held)
+
+
+def _parts(
+    answer: Identification, signals: Signals | None, unused: tuple[str, ...], words: Words
+) -> Iterator[str | Table]:
+    """What is identified, what the record does not show, and what was picked."""
+    misfit = answer.misfit
+    if answer.rounding is not None:
+        yield words("rounded", answer.rounding)
     rows = tuple(
         (
-            WORDS("name_of", own.unknown),
+            words("name_of", own.unknown),
             measured(own.value, own.error),
             shown(own.error, ROUGHLY),
             *(measured(end, own.error) for end in (own.low, own.high)),
@@ -394,9 +444,11 @@ def _parts(answer: Identification, unused: tuple[str, ...]) -> Iterator[str | Ta
         columns = (*texts("Input"), *numbers("Value", "Standard error", "From", "To"), *texts("Unit"))
         yield Table("Identified, with 95 % intervals", columns, rows)
     unseen = misfit.untested, misfit.swapped_untested, misfit.distortion_untested
-    if misfit.accepted and (untested := WORDS("untested", *unseen)):
+    if misfit.accepted and (untested := words("untested", *unseen)):
         yield untested
     if misfit.accepted and misfit.hidden:
-        yield WORDS("hidden", misfit.hidden, most_hidden(misfit.hidden))
+        yield words("hidden", misfit.hidden, most_hidden(misfit.hidden))
     if unused:
-        yield WORDS("not_used", unused)
+        yield words("not_used", unused)
+    if signals is not None:
+        yield from _signals_parts(signals, words)

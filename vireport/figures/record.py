@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,18 +40,20 @@ WEAKEST: Look = {"color": Color.VERMILION, "linewidth": 0.8, "linestyle": (0, (3
 FITTED: Look = {"color": Color.VERMILION, "linewidth": 1.2}
 
 
-def record_picture(signals: Signals) -> Picture:
+def record_picture(signals: Signals, templates: Path | None = None) -> Picture:
     """The figure with its words.
 
     Parameters
     ----------
     signals : Signals
+    templates : Path, optional
+        A folder whose words come before the package's own.
     """
-    words = Words("figures/record")
+    words = Words("figures/record", templates)
     own = signals.picked
     shown = {
         "impacts": len(own.times),
-        "name": own.recording.name,
+        "name": Path(own.recording.name).name,
         "channels": len(own.heard),
         "shaker": signals.shaker,
     }

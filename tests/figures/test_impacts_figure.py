@@ -1,0 +1,83 @@
+"""The figure of an identification: errors of the times by membrane with their band, or impacts where nothing fits."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace as Thing
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from msgspec.structs import replace
+
+from vireport.figures import impacts
+from vireport.figures.impacts import figure_errors, figure_phases, impacts_picture
+from vireport.measurement.flights import MeasuredImpacts
+from vireport.measurement.identification import Fitted, NoFit, Unfit
+from vireport.measurement.inquiry import Identification, Inquiry
+from vireport.measurement.misfit import Misfit
+from vireport.measurement.records import Record
+from vireport.measurement.screening import Screened
+
+COUNT, ORIGIN, ERROR = 40, 0.25, 1e-4
+KEPT = np.delete(np.arange(COUNT), 7)
+PANELS = ("top", -1.0), ("bottom", 1.0)
+"""Of the figure, as the membranes stand."""
+
+DRAWS = np.random.default_rng(5)
+ERRORS = ERROR * DRAWS.standard_normal(len(KEPT))
+RECORD = Record("taps.csv", 0.2 + 0.23 * np.arange(COUNT), np.where(np.arange(COUNT) % 3, 1.0, -1.0))
+
+
+def answer(relative: np.ndarray | None = None) -> Identification:
+    times = MeasuredImpacts.undoubted(RECORD.times - ORIGIN, RECORD.walls, relative)
+    adjusted = Thing(errors=ERRORS, timing_error_s=ERROR)
+    found = Fitted(adjusted, Screened(KEPT, np.ones(len(KEPT) - 1, dtype=bool), ()), times)
+    model = Thing(device=Thing(frequency_hz=2.0))
+    return Identification(Inquiry(model, (), ()), found, Misfit(1.0, 0.5, accepted=True), ORIGIN)
+
+
+def drawn(figure: Figure) -> list[np.ndarray]:
+    """The points of each panel; its other lines go across."""
+    return [next(line.get_xydata() for line in axes.lines if line.get_marker() != "None") for axes in figure.axes]
+
+
+def test_every_error_stands_at_the_time_of_its_impact_within_the_band_of_the_clock() -> None:
+    figure = figure_errors(answer().found, ORIGIN)
+    for axes, points, (name, wall) in zip(figure.axes, drawn(figure), PANELS, strict=True):
+        mine = RECORD.walls[KEPT] == wall
+        np.testing.assert_allclose(points, np.column_stack([RECORD.times[KEPT][mine], 1e6 * ERRORS[mine]]))
+        (band,) = axes.patches
+        ends = band.get_patch_transform().transform(band.get_path().vertices)[:, 1]
+        assert [ends.min(), ends.max()] == pytest.approx([-196, 196])
+        assert {name, "95 %"} == {text.get_text() for text in axes.texts}
+        assert axes.get_ylabel() == "error [µs]"
+        assert axes.get_xlim()[0] < RECORD.times[0] < RECORD.times[-1] < axes.get_xlim()[1]
+
+
+def test_errors_of_unequal_times_are_scaled_to_the_median_one() -> None:
+    relative = np.where(np.arange(COUNT) % 2, 0.5, 2.0)
+    top, _ = drawn(figure_errors(answer(relative).found, ORIGIN))
+    mine = RECORD.walls[KEPT] == -1.0
+    np.testing.assert_allclose(top[:, 1], 1e6 * (ERRORS / relative[KEPT])[mine])
+
+
+def test_where_nothing_fits_impacts_stand_at_their_phases(monkeypatch) -> None:
+    figure = figure_phases(answer(), RECORD)
+    for points, (_, wall) in zip(drawn(figure), PANELS, strict=True):
+        times = RECORD.times[RECORD.walls == wall]
+        np.testing.assert_allclose(points, np.column_stack([times, (times - ORIGIN) * 2.0 % 1]))
+    monkeypatch.setattr(impacts, "MOST_SHOWN", 10)
+    assert [len(points) for points in drawn(figure_phases(answer(), RECORD))] == [4, 7]
+
+
+@pytest.mark.slow
+def test_it_is_told_by_what_it_shows() -> None:
+    picture = impacts_picture(answer(), RECORD)
+    assert picture.title == "Errors of the impact times"
+    assert picture.caption.startswith("Measured less fitted times of 39 impacts. ")
+    weighted = replace(RECORD, errors=np.ones(COUNT))
+    assert ", scaled to the median standard error. " in impacts_picture(answer(np.ones(COUNT)), weighted).caption
+    without = impacts_picture(replace(answer(), found=NoFit(Unfit.NO_MOTION, 0.1)), RECORD)
+    assert without.title == "Impacts within the period of the force"
+    assert without.caption.startswith("All 40 impacts of taps.csv, as measured. ")
+    assert "40 impacts" in without.alt

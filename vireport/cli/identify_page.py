@@ -1,0 +1,76 @@
+"""What the template of the page of an identification knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from vireport.gate.alerts import Alert
+from vireport.gate.opening import Opening, WordedOpening
+from vireport.scenario.loading import Loaded
+from vireport.study.provenance import Provenance
+from vireport.text.formatting import tied
+from vireport.text.tables import Table
+from vireport.wording.templates import Words
+
+if TYPE_CHECKING:
+    from vireport.figures.style import Picture
+
+
+class IdentifyReport(Struct, frozen=True, eq=False):
+    """The object `report` of the templates of `vireport identify`.
+
+    Attributes
+    ----------
+    opening : Opening
+    parts : tuple of str or Table
+        All that is known, in numbers.
+    alerts : tuple of Alert
+        On the record.
+    record : str
+        Name of the record.
+    loaded : Loaded
+        The scenario.
+    pictures : mapping of str to Picture
+    provenance : Provenance
+    templates : Path, optional
+        A folder whose templates come before ours.
+    """
+
+    opening: Opening
+    parts: tuple[str | Table, ...]
+    alerts: tuple[Alert, ...]
+    record: str
+    loaded: Loaded
+    pictures: Mapping[str, Picture]
+    provenance: Provenance
+    templates: Path | None = None
+    template: str = "identify.typ.j2"
+
+    @property
+    def title(self) -> str:
+        """That of the scenario, "" where it has none."""
+        return self.loaded.scenario.title or ""
+
+    @property
+    def heading(self) -> str:
+        """What was identified from what."""
+        return Words("identify", self.templates)("heading", self.record)
+
+    @property
+    def subtitle(self) -> str:
+        """Title and file of the scenario."""
+        return " · ".join(tied(part) for part in (self.title, self.provenance.scenario_name) if part)
+
+    @property
+    def verdict(self) -> WordedOpening:
+        """What it opens with."""
+        return self.opening.worded(self.templates)
+
+    @property
+    def listing(self) -> str:
+        """The scenario as given."""
+        return self.loaded.document.text
