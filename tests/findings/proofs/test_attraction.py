@@ -36,7 +36,8 @@ from vireport.findings.proofs.flights import (
     simulated,
     simulated_past,
 )
-from vireport.findings.proofs.following import come_in, patience
+from vireport.findings.proofs.following import Goal, come_in, patience
+from vireport.findings.proofs.itineraries import RETURNS, itineraries
 from vireport.findings.proofs.proved import Arrival, Proved, ProvedRegion, prove_again, rounded_down
 from vireport.findings.proofs.release import PRECISIONS, reaches
 from vireport.findings.proofs.section import (
@@ -45,8 +46,6 @@ from vireport.findings.proofs.section import (
     _Covered,
     _first_cells,
     _first_moments,
-    _Task,
-    _ways,
     proved_section,
     section_again,
 )
@@ -516,14 +515,14 @@ def test_every_shock_up_to_the_bound_is_in_a_cell_that_is_proved(monkeypatch: py
         def __init__(self, *_: object) -> None:
             pass
 
-        def prove(self, cells, impacts):
+        def prove(self, cells):
             least = np.minimum(np.abs(cells.low[1]), np.abs(cells.high[1]))
             holds = (random.random(len(least)) < 0.7) | ((least < 0.02) & (len(told) > 0))
             told.append(cells[holds])
             return holds, random.integers(0, 2, len(least)), 100_000
 
     monkeypatch.setattr("vireport.findings.proofs.survived.MotionFlights", Chance)
-    found = survived(groups, trap, 0.05, True)
+    found = survived(Goal(groups, trap), 0.05)
     assert 0.02 <= found.jump < 0.05
     assert found.cells == sum(len(cells.impact) for cells in told)
     low, high = (np.concatenate([getattr(cells, end) for cells in told], axis=1) for end in ("low", "high"))
@@ -549,18 +548,18 @@ def attack(groups: Groups, trap: Trap, jump: float, count: int, seed: int = 3) -
 def test_small_shocks_are_all_proved_and_cells_on_the_edge_never() -> None:
     """The least shock at 3.6 N is 0.1694 y_c, towards the bottom, just after the bottom impact."""
     groups, motion, trap = stable(3.6)
-    found = survived(groups, trap, 0.05, True)
+    found = survived(Goal(groups, trap), 0.05)
     assert found.jump == 0.05
     assert found.cells == np.count_nonzero(found.halved == -1) > 100
     attack(groups, trap, found.jump, 500)
-    assert survived_again(groups, trap, 0.05, found.halved) == 0.05
+    assert survived_again(Goal(groups, trap, compiled=False), 0.05, found.halved) == 0.05
     with pytest.raises(ValueError, match="not complete"):
-        survived_again(groups, trap, 0.05, found.halved[:-1])
+        survived_again(Goal(groups, trap, compiled=False), 0.05, found.halved[:-1])
     # Sets on the section just after it that hold the edge of the basin, the narrowest ones too.
     starts = shocked(groups, motion, 0, np.zeros(1), np.array([0.16939719992646393]))[0]
     for width in (1e-2, 1e-4, 1e-6, 1e-9):
         sets = sets_of(groups, np.array([1]), starts[[3]] / pi, starts[[2]], np.array([[0.0], [width]]))
-        came, _, _ = come_in(groups, trap, sets, simulated(groups, middles(groups, sets), True), patience(trap), True)
+        came, _, _ = come_in(Goal(groups, trap), sets, None, patience(trap))
         assert not came.any()
 
 
@@ -639,48 +638,59 @@ def test_impacts_and_moments_that_are_proved_come_to_the_motion(monkeypatch: pyt
     monkeypatch.setattr("vireport.findings.proofs.section.MOST_FLIGHTS", 6000)
     monkeypatch.setattr("vireport.findings.proofs.section.HALVINGS", 1)
     (groups, _, trap), fastest = stable(3.6), 1.9
-    found = proved_section(groups, trap, fastest, (), True)
+    found = proved_section(Goal(groups, trap), fastest)
     assert found.share > 0.02
     attack_section(groups, found, 5000)
-    again = section_again(groups, trap, fastest, (), found.halved, found.moments)
+    claimed = Goal(groups, trap, compiled=False)
+    again = section_again(claimed, fastest, found.halved, found.moments)
     assert again == pytest.approx((found.share, found.switch_on), rel=1e-12)
     # What is only claimed to be proved is not believed.
     everything = (np.full(len(cells), -1) for cells in (_first_cells(fastest), _first_moments()))
-    assert max(section_again(groups, trap, fastest, (), *everything)) < 0.1
+    assert max(section_again(claimed, fastest, *everything)) < 0.1
     for halved, moments in ((found.halved[:-1], found.moments), (found.halved, found.moments[:-1])):
         with pytest.raises(ValueError, match="not complete"):
-            section_again(groups, trap, fastest, (), halved, moments)
+            section_again(claimed, fastest, halved, moments)
 
 
 @pytest.mark.slow
-def test_each_impact_of_a_cell_takes_one_of_its_ways() -> None:
-    """Also of cells some of whose impacts lead to a touch, which have a way for each kind."""
-    groups, _, trap = stable(3.6)
-    random, count = np.random.default_rng(11), 4000
+@pytest.mark.parametrize(("force", "length", "beta"), [(3.6, 0.75, 45.0), (5.0, 0.5554, 0.0)])
+def test_every_state_of_a_cell_takes_one_of_its_itineraries(force: float, length: float, beta: float) -> None:
+    """It returns in all boxes of that, in their order, and comes to the region where the itinerary arrives."""
+    groups, _, trap = stable(force, length, beta)
+    random, count, size = np.random.default_rng(11), 1000, 0.01
     low = np.stack([2 * random.random(count), 1.8 * random.random(count)])
-    cells = Cells(low, low + 0.01, np.zeros(count, np.intp))
-    ways, _, _ = _ways(groups, trap, cells, (), True)
-    told = np.isfinite(ways.box[:, 0]).all(axis=1)
-    begun = np.bincount(ways.cell[told], minlength=count) == np.bincount(ways.cell, minlength=count)
-    # The first `count` ways are of the cells in their order, those that part from them come later.
-    parted = np.flatnonzero((ways.box[count:, 0] != ways.box[ways.cell[count:], 0]).any(axis=1) & told[count:])
-    twice = np.intersect1d(ways.cell[count + parted], np.flatnonzero(begun))
-    assert len(twice) > 20
-    for cell in (twice, np.flatnonzero(begun)):
-        time, velocity = cells.low[:, cell] + 0.01 * random.random((2, len(cell)))
-        rows = followed(groups, 1, time, velocity, 6)
-        first = 1 + np.argmax(rows[:, 1:, WALL] == 1, axis=1)
-        end, held = rows[np.arange(len(cell)), first], np.zeros(count, dtype=bool)
-        place = np.full(count, -1)
-        place[cell] = np.arange(len(cell))
-        own = np.flatnonzero(told & (place[ways.cell] >= 0))
-        late, fast = end[place[ways.cell[own]], PHASE] / pi, end[place[ways.cell[own]], VELOCITY]
-        box = ways.box[own, 0]
-        late = late - 2 * np.round((late - box[:, :2].mean(axis=1)) / 2)
-        within_box = (box[:, 0] <= late + 1e-12) & (late <= box[:, 1] + 1e-12)
-        within_box &= (box[:, 2] <= fast + 1e-12) & (fast <= box[:, 3] + 1e-12)
-        held[ways.cell[own[within_box]]] = True
-        assert held[cell].all()
+    known, _, _ = itineraries(Goal(groups, trap), Cells(low, low + size, np.zeros(count, np.intp)))
+    assert (known.cell[:count] == np.arange(count)).all()
+    assert (np.isfinite(known.box).all(axis=2) == (np.arange(RETURNS) < known.returns[:, None])).all()
+    assert len(known) > count + 20
+    assert known.returns[count:].mean() > 1.6  # those that part are followed on as well
+    assert np.count_nonzero(known.arrives) > 20
+    assert np.count_nonzero(known.returns == RETURNS) > 20
+    # States on the edges of cells, too, and many of the cells that have several itineraries.
+    cell = np.concatenate([np.repeat(np.arange(count), 3), np.repeat(known.cell[count:], 20)])
+    share = np.clip(random.uniform(-0.2, 1.2, (2, len(cell))), 0, 1)
+    time, velocity = low[:, cell] + size * share
+    rows = followed(groups, 1, time, velocity, 12)
+    came = arrived(groups, trap, time, velocity)
+    order = np.argsort(known.cell, kind="stable")
+    first = np.searchsorted(known.cell[order], np.arange(count + 1))
+    parted = 0
+    for state, k in enumerate(cell.tolist()):
+        back = np.flatnonzero(rows[state, 1:, WALL] == 1)[:RETURNS] + 1
+        late, fast = rows[state, back, PHASE] / pi, rows[state, back, VELOCITY]
+        taken = []
+        for i in order[first[k] : first[k + 1]]:
+            box = known.box[i, : known.returns[i]]
+            if len(box) > len(back) or (known.arrives[i] and not came[state]):
+                continue
+            near = late[: len(box)] - 2 * np.round((late[: len(box)] - box[:, :2].mean(axis=1)) / 2)
+            held = (box[:, 0] <= near + 1e-12) & (near <= box[:, 1] + 1e-12)
+            held &= (box[:, 2] <= fast[: len(box)] + 1e-12) & (fast[: len(box)] <= box[:, 3] + 1e-12)
+            if held.all():
+                taken.append(i)
+        assert taken
+        parted += min(taken) >= count
+    assert parted > 20
 
 
 def test_a_box_is_known_where_all_of_it_is() -> None:
@@ -705,9 +715,7 @@ def test_a_ball_that_comes_to_rest_is_proved_to_arrive_only_where_that_membrane_
     groups, _, trap = stable(3.0)
     moments = _first_moments()
     nothing = _Covered(moments[np.zeros(len(moments), dtype=bool)], 1.9)
-    never, top, bottom = (
-        _arrives(_Task(groups, trap, 1.9, rests, True), moments, nothing) for rests in ((), (-1,), (1,))
-    )
+    never, top, bottom = (_arrives(Goal(groups, trap, rests), moments, nothing) for rests in ((), (-1,), (1,)))
     pressed = moments.high[0] < np.arccos(-groups.gbar) / pi
     assert bottom[pressed].all()
     assert not never[pressed].any()
@@ -728,7 +736,7 @@ def test_of_many_impacts_that_are_proved_none_fails(monkeypatch: pytest.MonkeyPa
     """Nor of moments of switching on: nearly all at which the ball is pressed down, and others."""
     monkeypatch.setattr("vireport.findings.proofs.section.MOST_FLIGHTS", 30_000)
     groups, _, trap = stable(3.0)
-    found = proved_section(groups, trap, 1.9, (1,), True)
+    found = proved_section(Goal(groups, trap, (1,)), 1.9)
     assert found.share > 0.5
     attack_section(groups, found, 100_000)
     pressed = np.arccos(-groups.gbar) / pi
@@ -740,7 +748,7 @@ def test_where_the_ball_pressed_down_comes_to_rest_other_moments_of_switching_on
     """One in four or five at 3.6 N."""
     monkeypatch.setattr("vireport.findings.proofs.section.MOST_FLIGHTS", 20_000)
     groups, _, trap = stable(3.6)
-    found = proved_section(groups, trap, 1.9, (), True)
+    found = proved_section(Goal(groups, trap), 1.9)
     attack_section(groups, found, 20_000)
     assert switched_on_while_pressed(groups, found) == 0
     assert 0.15 < found.switch_on < 0.25
@@ -849,7 +857,7 @@ def test_proofs_are_gone_through_again_from_results_alone(monkeypatch: pytest.Mo
 def test_what_is_proved_of_several_motions_is_the_least_and_refused_where_gravity_is_neglected() -> None:
     at, largest = (5.0, 0.5554, 0.0), 0.01
     groups, motion, trap = stable(*at)
-    found = survived(groups, trap, largest, True)
+    found = survived(Goal(groups, trap), largest)
     both = found, replace(found, jump=0.004)
     least = {Proved(2.0, Arrival(), shocks=shocks).jump_m_s for shocks in (both, both[::-1])}
     assert least == {rounded_down(0.008)}
@@ -867,7 +875,7 @@ def test_cells_that_are_only_claimed_to_be_proved_are_not_believed() -> None:
     """All that the plane begins with, up to beyond the least shock that leads out."""
     groups, _, trap = stable(3.6)
     cells = 2 * len(trap.motion.word) * MOMENTS * (len(SIZES) - 1)
-    assert 0 < survived_again(groups, trap, 0.3, np.full(cells, -1)) < 0.1694
+    assert 0 < survived_again(Goal(groups, trap, compiled=False), 0.3, np.full(cells, -1)) < 0.1694
 
 
 def test_a_bound_is_rounded_down() -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from math import ceil, log
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.findings.proofs.flights import (
@@ -40,21 +42,44 @@ MOST_BRANCHES = 4
 """Sets that one becomes on average, by touches, before all are given up."""
 
 
+class Goal(Struct, frozen=True, eq=False):
+    """What states of a device are proved to come to: the region about one of its motions.
+
+    Attributes
+    ----------
+    groups : Groups
+        Of the device, as computed in doubles.
+    trap : Trap
+        The region.
+    rests : collection of int
+        The membranes, 1 bottom and -1 top, from which a ball that they release is proved to come into the region.
+    compiled : bool
+        Whether to compile the simulation, which says where to look, where numba is there.
+    """
+
+    groups: Groups[float]
+    trap: Trap
+    rests: Collection[int] = ()
+    compiled: bool = True
+
+
 def patience(trap: Trap) -> int:
-    """Impacts that sets are followed for at most, where the slowest deviation fades by a factor a period."""
+    """Impacts that sets are followed for at most: until the slowest deviation has faded to the size of a region."""
     fading = log(max(trap.radius, 1e-12)) / log(trap.slowest) if trap.slowest > 0 else 0.0
     return min(LAPS + ceil(2 * fading), MOST_LAPS) * len(trap.motion.word)
 
 
-def flown(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> tuple[ImpactSets, Ints, Ints]:
+def flown(goal: Goal, sets: Sets, guesses: Floats | None = None) -> tuple[ImpactSets, Ints, Ints]:
     """Follow sets for one flight, past touches as well.
 
     Parameters
     ----------
+    goal : Goal
+        Of whose device they are.
     sets : Sets
-        That begin flights.
-    guesses : ndarray (k, 3)
-        Where these end, see `next_impacts`.
+        That begin k flights.
+    guesses : ndarray (k, 3), optional
+        Where the flights of their middles end, see `next_impacts`; simulated by default, of sets that begin at impacts.
 
     Returns
     -------
@@ -65,55 +90,59 @@ def flown(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) ->
     lost : ndarray of int
         Sets that are not proved to end anywhere.
     """
-    exactly, count = enclosed(groups), len(sets)
-    at = next_impacts(exactly, sets, guesses)
-    failing = np.flatnonzero(~at.proved)
+    groups, exactly, count = goal.groups, enclosed(goal.groups), len(sets)
+    if guesses is None:
+        guesses = simulated(groups, middles(groups, sets), goal.compiled)
+    impacts = next_impacts(exactly, sets, guesses)
+    failing = np.flatnonzero(~impacts.proved)
     if not failing.size:
-        return at, np.arange(count), failing
-    guesses = simulated_past(groups, sets[failing], guesses[failing], compiled)
+        return impacts, np.arange(count), failing
+    guesses = simulated_past(groups, sets[failing], guesses[failing], goal.compiled)
     touch, past, touching = impacts_past_a_touch(exactly, sets[failing], guesses)
-    ends, both = np.flatnonzero(at.proved), failing[touch]
-    return joined([at[ends], past, touching]), np.concatenate([ends, both, both]), np.delete(failing, touch)
+    ends, both = np.flatnonzero(impacts.proved), failing[touch]
+    return joined([impacts[ends], past, touching]), np.concatenate([ends, both, both]), np.delete(failing, touch)
 
 
 @np.errstate(all="ignore")  # what is not proved may not be finite
-def come_in(
-    groups: Groups[float], trap: Trap, sets: Sets, guesses: Floats, impacts: int, compiled: bool
-) -> tuple[Mask, Ints, int]:
+def come_in(goal: Goal, sets: Sets, guesses: Floats | None, most: int) -> tuple[Mask, Ints, int]:
     """Which sets surely come into a region, along which coordinate to halve the others, and the flights followed.
 
     Parameters
     ----------
+    goal : Goal
+        With the region; rests do not count.
     sets : Sets
-        That begin flights.
-    guesses : ndarray (k, 3)
-        Where these end, see `next_impacts`.
-    impacts : int
-        After which sets that are not in it are given up.
+        That begin k flights.
+    guesses : ndarray (k, 3) or None
+        As of `flown`.
+    most : int
+        Impacts after which sets that are not in it are given up.
     """
-    exactly, flights = enclosed(groups), 0
+    exactly, flights = enclosed(goal.groups), 0
     lost, halved = np.zeros(len(sets), dtype=bool), longer(sets.time, sets.after)
+    # Number k of `rows` is the set that set k in flight is a part of: several where states touch that others miss.
     rows = np.arange(len(sets))
-    for _ in range(impacts):
+    for _ in range(most):
         flights += len(rows)
-        at, parent, failing = flown(groups, sets, guesses, compiled)
+        impacts, parent, failing = flown(goal, sets, guesses)
         lost[rows[failing]] = True
-        rows = rows[parent]
-        halved[rows] = longer(at.time, at.velocity)
-        lost[rows[~is_small(at)]] = True
-        goes_on = np.flatnonzero(~trap.holds(at.wall, at.time, at.velocity) & ~lost[rows])
+        rows, guesses = rows[parent], None
+        halved[rows] = longer(impacts.time, impacts.velocity)
+        lost[rows[~is_small(impacts)]] = True
+        # A set is proved by all its parts: once one is lost, the others are spared.
+        outside = ~goal.trap.holds(impacts.wall, impacts.time, impacts.velocity)
+        goes_on = np.flatnonzero(outside & ~lost[rows])
         rows = rows[goes_on]
         if not rows.size or len(rows) > MOST_BRANCHES * len(lost):
             break
-        sets = after_impact(exactly, at, goes_on)
-        guesses = simulated(groups, middles(groups, sets), compiled)
+        sets = after_impact(exactly, impacts, goes_on)
     lost[rows] = True
     return ~lost, halved, flights
 
 
-def is_small(at: ImpactSets) -> Mask:
+def is_small(impacts: ImpactSets) -> Mask:
     """Which sets are small enough to be followed any further."""
-    return np.asarray((at.time.reach < LARGEST) & (at.velocity.reach < LARGEST))
+    return np.asarray((impacts.time.reach < LARGEST) & (impacts.velocity.reach < LARGEST))
 
 
 def longer(time: Affine, velocity: Affine) -> Ints:

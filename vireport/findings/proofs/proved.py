@@ -16,6 +16,7 @@ from vireport.base.records import brief
 from vireport.design.from_rest import Destination, FromRest
 from vireport.design.solution import Solution
 from vireport.disturbances.behaviour import Disturbances
+from vireport.findings.proofs.following import Goal
 from vireport.findings.proofs.section import Section, proved_section, section_again
 from vireport.findings.proofs.survived import Survived, survived, survived_again
 from vireport.findings.proofs.trap import Trap, proved_trap, trap_of
@@ -170,19 +171,19 @@ def proved_of(
         return Proved(unit, arrival, sections, unproved=Unproved.NO_REGION if motions else Unproved.NO_MOTION)
     say("proving which shocks the motion survives")
     farthest = _farthest(groups, motions, companions, withstood, compiled)
-    shocks = (survived(groups, trap, farthest, compiled) for trap in traps if trap is not None)
+    shocks = (survived(Goal(groups, trap, compiled=compiled), farthest) for trap in traps if trap is not None)
     return Proved(unit, arrival, sections, tuple(shocks))
 
 
 def _sections(
     device: Device, groups: Groups[float], traps: Sequence[Trap | None], compiled: bool
 ) -> tuple[Section, ...]:
-    """The shares that come into each of some regions."""
+    """The shares of the section that are proved to come into each of some regions."""
     regions = list(dict.fromkeys(trap for trap in traps if trap is not None))
     fastest = max((float(np.abs(trap.motion.velocity).max()) for trap in regions), default=0.0)
     farthest = float(start_speed(groups.restitution, fastest))
     return tuple(
-        proved_section(groups, trap, farthest, _released_into(device, groups, trap, compiled), compiled)
+        proved_section(Goal(groups, trap, _released_into(device, groups, trap, compiled), compiled), farthest)
         for trap in regions
     )
 
@@ -327,13 +328,15 @@ def prove_again(
     bounds = []
     for region, largest, halved in shocks:
         trap = again(region)
-        bounds.append(0.0 if trap is None else survived_again(groups, trap, largest, halved))
+        bounds.append(0.0 if trap is None else survived_again(Goal(groups, trap, compiled=False), largest, halved))
     shares = []
     for claimed in sections:
         trap = again(claimed.region)
-        rests = set() if trap is None else _released_into(device, groups, trap, compiled=False)
-        cells = claimed.halved, claimed.moments
-        shares.append((0.0, 0.0) if trap is None else section_again(groups, trap, claimed.fastest, rests, *cells))
+        if trap is None:
+            shares.append((0.0, 0.0))
+            continue
+        goal = Goal(groups, trap, _released_into(device, groups, trap, compiled=False), compiled=False)
+        shares.append(section_again(goal, claimed.fastest, claimed.halved, claimed.moments))
     least = min(bounds, default=0.0)
     survives = rounded_down(least * unit) if least > 0 else 0.0
     return Rechecked(reached, survives, tuple(x for x, _ in shares), tuple(x for _, x in shares))

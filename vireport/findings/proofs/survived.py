@@ -21,10 +21,9 @@ from vireport.findings.proofs.flights import (
     restitutions,
     simulated,
 )
-from vireport.findings.proofs.following import come_in, patience
+from vireport.findings.proofs.following import Goal, come_in, patience
 from vireport.findings.proofs.trap import Trap, around
 from vireport.physics.affine import Affine, between
-from vireport.physics.groups import Groups
 from vireport.shocks.shock import shocked
 
 Floats = NDArray[np.float64]
@@ -75,7 +74,7 @@ class Survived(Struct, frozen=True, eq=False):
 
 
 def _first_cells(impacts: int, largest: float) -> Cells:
-    """The cells that all begins with, the smallest jumps first."""
+    """Cells of moment and jump that cover all shocks up to a size [y_c] after each impact, the smallest jumps first."""
     share, size = np.arange(MOMENTS + 1) / MOMENTS, largest * np.array(SIZES)
     rows = [
         (share[m], share[m + 1], *((size[k], size[k + 1]) if sign > 0 else (-size[k + 1], -size[k])), impact)
@@ -89,63 +88,84 @@ def _first_cells(impacts: int, largest: float) -> Cells:
 
 
 class MotionFlights:
-    """The flights of the motion itself, each an enclosure of one."""
+    """Enclosures of the flights of a periodic motion itself, from which shocks knock the ball.
+
+    Attributes
+    ----------
+    goal : Goal
+        The region about the motion.
+    times, after, durations : list of Affine (1,)
+        Of each impact: its time [t_c], the velocity just after it [y_c] and the time until the next one [t_c].
+    """
 
     @np.errstate(all="ignore")
-    def __init__(self, groups: Groups[float], trap: Trap, compiled: bool) -> None:
-        self.groups, self.trap, self.compiled = groups, trap, compiled
-        exactly, motion = enclosed(groups), trap.motion
-        aside = np.linalg.norm(np.linalg.inv(trap.metric), axis=1) * trap.off * (1 + 1e-9)
+    def __init__(self, goal: Goal) -> None:
+        self.goal, trap = goal, goal.trap
+        exactly, motion = enclosed(goal.groups), trap.motion
+        # The motion is not quite in the middle of its region: an ellipse about that in the metric holds it.
+        inaccuracy = np.linalg.norm(np.linalg.inv(trap.metric), axis=1) * trap.off * (1 + 1e-9)
         time, velocity = (
             Affine(np.array([float(x)]), np.zeros((SYMBOLS, 1)), np.array([radius]))
-            for x, radius in zip((motion.time[0], motion.velocity[0]), aside, strict=True)
+            for x, radius in zip((motion.time[0], motion.velocity[0]), inaccuracy, strict=True)
         )
         self.times: list[Affine] = []
         self.after: list[Affine] = []
         self.durations: list[Affine] = []
-        for before, end in around(groups, motion, time, velocity, compiled):
+        for before, end in around(goal.groups, motion, time, velocity, goal.compiled):
             self.times.append(before.time)
             self.after.append(before.velocity * -restitutions(exactly, before.wall))
             self.durations.append(end.duration)
 
     @np.errstate(all="ignore")
-    def prove(self, cells: Cells, impacts: int) -> tuple[Mask, Ints, int]:
-        """Which cells are proved, along which coordinate to halve the others, and how many flights that took."""
+    def prove(self, cells: Cells) -> tuple[Mask, Ints, int]:
+        """Which cells of shocks are proved to die out.
+
+        Parameters
+        ----------
+        cells : Cells
+            Of the moment, as a share of the flight after the cell's impact, and the jump of the velocity [y_c].
+
+        Returns
+        -------
+        proved : ndarray of bool
+        halved : ndarray of int
+            The coordinate along which to halve each of the others.
+        flights : int
+            Flights of sets that were followed.
+        """
         proved, halved, flights = np.zeros(len(cells.impact), dtype=bool), np.zeros(len(cells.impact), dtype=np.intp), 0
+        goal, most = self.goal, patience(self.goal.trap)
         for impact in np.unique(cells.impact).tolist():
             rows = np.flatnonzero(cells.impact == impact)
-            after_it = cells[rows]
-            middle = (after_it.low + after_it.high) / 2
+            after_impact = cells[rows]
+            middle = (after_impact.low + after_impact.high) / 2
             delay = middle[0] * self.durations[impact].centre[0]
-            start = shocked(self.groups, self.trap.motion, impact, delay, middle[1])
-            guesses = simulated(self.groups, start, self.compiled)
-            came = come_in(self.groups, self.trap, self._sets(after_it, impact), guesses, impacts, self.compiled)
-            proved[rows], halved[rows], flights = came[0], came[1], flights + came[2]
+            start = shocked(goal.groups, goal.trap.motion, impact, delay, middle[1])
+            guesses = simulated(goal.groups, start, goal.compiled)
+            proved[rows], halved[rows], taken = come_in(goal, self._sets(after_impact, impact), guesses, most)
+            flights += taken
         return proved, halved, flights
 
     def _sets(self, cells: Cells, impact: int) -> Sets:
-        """What shocks make of the motion: as if the ball had left with its new velocity, from elsewhere."""
-        rows, wall = np.zeros(len(cells.impact), dtype=np.intp), self.trap.motion.word.walls[impact]
+        """Sets of states just after shocks: as if the ball had left with its new velocity, from elsewhere."""
+        rows, wall = np.zeros(len(cells.impact), dtype=np.intp), self.goal.trap.motion.word.walls[impact]
         share, jump = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
         since = share * self.durations[impact][rows]
         time, after = merged(self.times[impact][rows], self.after[impact][rows] + jump)
         return Sets(np.full(len(rows), wall), time, after, jump * since * float(wall), since)
 
 
-def survived(groups: Groups[float], trap: Trap, largest: float, compiled: bool) -> Survived:
-    """Prove as large a bound as the effort allows.
+def survived(goal: Goal, largest: float) -> Survived:
+    """Prove as large a bound of the shocks that die out as the effort allows.
 
     Parameters
     ----------
-    groups : Groups
-        Of the device, as computed in doubles.
-    trap : Trap
+    goal : Goal
+        The region about the motion that is knocked.
     largest : float
         Size that the bound cannot exceed, or need not [y_c].
-    compiled : bool
-        Whether to compile the simulation, where numba is there.
     """
-    period, impacts = MotionFlights(groups, trap, compiled), patience(trap)
+    period, trap = MotionFlights(goal), goal.trap
     halving, used, bound = Halving(_first_cells(len(trap.motion.word), largest)), 0, largest
     pending = np.arange(len(halving.cells))
     while pending.size and used < MOST_FLIGHTS:
@@ -156,7 +176,7 @@ def survived(groups: Groups[float], trap: Trap, largest: float, compiled: bool) 
         if not now.size:
             break
         cells = halving.cells[now]
-        proved, halved, flights = period.prove(cells, impacts)
+        proved, halved, flights = period.prove(cells)
         used += flights
         halving.code[now[proved]] = PROVED
         # A cell too small to be halved bounds what can be proved: larger jumps are not looked at any more.
@@ -169,24 +189,31 @@ def survived(groups: Groups[float], trap: Trap, largest: float, compiled: bool) 
 
 
 def _bound(left: Cells, largest: float) -> float:
-    """The size up to which no cell is left."""
+    """The size of shocks up to which no cell is left unproved."""
     return float(left.smallest.min(initial=largest))
 
 
-def survived_again(groups: Groups[float], trap: Trap, largest: float, halved: Ints) -> float:
-    """Go through the cells of a proof once more; the size up to which all are proved [y_c].
+def survived_again(goal: Goal, largest: float, halved: Ints) -> float:
+    """Go through the cells of a proof once more; the size of shocks up to which all are proved [y_c].
 
     That the cells cover the plane follows from how it is halved; nothing else is believed.
+
+    Parameters
+    ----------
+    goal : Goal
+    largest : float
+        Size up to which cells reach [y_c].
+    halved : ndarray of int
+        As in `Survived`: what is claimed.
 
     Raises
     ------
     ValueError
         If there are not as many cells as it takes.
     """
-    period, impacts = MotionFlights(groups, trap, compiled=False), patience(trap)
-    bound = largest
-    for cells, code in generations(_first_cells(len(trap.motion.word), largest), halved):
-        holds, _, _ = period.prove(cells[code == PROVED], impacts)
+    period, bound = MotionFlights(goal), largest
+    for cells, code in generations(_first_cells(len(goal.trap.motion.word), largest), halved):
+        holds, _, _ = period.prove(cells[code == PROVED])
         missing = code < 0
         missing[np.flatnonzero(code == PROVED)[holds]] = False
         bound = min(bound, _bound(cells[missing], largest))

@@ -1,0 +1,180 @@
+"""Itineraries of cells of impacts: where they return to the bottom membrane, and whether they arrive at a motion.
+
+Some states of a cell may touch a membrane that others miss. From such a touch on the cell has two itineraries, so that
+a cell has as many as there are ways for its states to go.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.findings.proofs.cells import Cells
+from vireport.findings.proofs.flights import FIRST, SECOND, SYMBOLS, ImpactSets, Sets, after_impact, enclosed
+from vireport.findings.proofs.following import Goal, flown, is_small, longer, patience
+from vireport.findings.proofs.settling import settles
+from vireport.physics.affine import between
+from vireport.simulation.events import BOTTOM
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+RETURNS = 3
+"""Impacts on the bottom membrane after which a cell is followed further only where it is near the region."""
+
+NEAR = 10.0
+"""How near, over the region's radius: there the way into it is long where disturbances die out slowly."""
+
+
+class Itineraries(Struct, frozen=True, eq=False):
+    """Successive returns to the bottom membrane that the states of cells take, n itineraries in all.
+
+    Invariant: every state of a cell takes one of the cell's itineraries. It returns to the bottom membrane first in box
+    0 of that, then in box 1, and so on through its `returns` boxes; and if the itinerary `arrives`, it comes to the
+    motion. So a cell is proved once each of its itineraries arrives, or has a box all of which is proved.
+
+    Attributes
+    ----------
+    cell : ndarray of int (n,)
+        Number of the cell.
+    arrives : ndarray of bool (n,)
+        Whether it ends in the region, or in a rest from which the ball is proved to come there.
+    returns : ndarray of int (n,)
+        Number of its boxes, at most `RETURNS`.
+    box : ndarray (n, RETURNS, 4)
+        Least and largest time [t_c], least and largest velocity before the impact [y_c] at each return; NaN from box
+        `returns` on.
+    """
+
+    cell: Ints
+    arrives: Mask
+    returns: Ints
+    box: Floats
+
+    @classmethod
+    def begun(cls, count: int) -> Itineraries:
+        """One itinerary for each of some cells, in which nothing has happened yet."""
+        empty = np.full((count, RETURNS, 4), np.nan)
+        return cls(np.arange(count), np.zeros(count, dtype=bool), np.zeros(count, np.intp), empty)
+
+    def __getitem__(self, rows: Any) -> Itineraries:
+        return Itineraries(*(getattr(self, name)[rows] for name in self.__struct_fields__))
+
+    def __len__(self) -> int:
+        return len(self.cell)
+
+    def __add__(self, other: Itineraries) -> Itineraries:
+        columns = ((getattr(self, name), getattr(other, name)) for name in self.__struct_fields__)
+        return Itineraries(*map(np.concatenate, columns))
+
+    def of_cells_from(self, first: int) -> Itineraries:
+        """The itineraries where cells are numbered from another number on than 0."""
+        return replace(self, cell=self.cell + first)
+
+    def with_arrivals(self, rows: Ints) -> Itineraries:
+        """The itineraries where some have arrived."""
+        arrives = self.arrives.copy()
+        arrives[rows] = True
+        return replace(self, arrives=arrives)
+
+    def with_returns(self, rows: Ints, impacts: ImpactSets) -> Itineraries:
+        """The itineraries where some, each once, have one more return: sets of impacts on the bottom membrane."""
+        returns, box = self.returns.copy(), self.box.copy()
+        time, velocity = impacts.time, impacts.velocity
+        box[rows, returns[rows]] = np.stack([time.lower, time.upper, velocity.lower, velocity.upper], axis=1)
+        returns[rows] += 1
+        return replace(self, returns=returns, box=box)
+
+
+class _Fronts(Struct, frozen=True, eq=False):
+    """The latest impacts of itineraries that are still followed.
+
+    Invariant: no itinerary has two fronts, and those without have ended: they arrive, or are given up. Every state of a
+    cell is in the front of the itinerary that it takes, if there is one.
+
+    Attributes
+    ----------
+    itinerary : ndarray of int (k,)
+    impacts : ImpactSets
+        Of k sets.
+    """
+
+    itinerary: Ints
+    impacts: ImpactSets
+
+    def __getitem__(self, rows: Any) -> _Fronts:
+        return _Fronts(self.itinerary[rows], self.impacts[rows])
+
+
+@np.errstate(all="ignore")  # what is not proved may not be finite
+def itineraries(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
+    """Follow cells of impacts on the bottom membrane until they arrive, or are given up.
+
+    What is given up stays as it is, and proves nothing: an enclosure that is too large or not near the region after
+    `RETURNS` returns, and a set that is not proved to end its flight anywhere.
+
+    Parameters
+    ----------
+    goal : Goal
+    cells : Cells
+        Of times [t_c] and velocities before the impact [y_c].
+
+    Returns
+    -------
+    known : Itineraries
+        First that of each cell in their order, then those that part from them at touches.
+    halved : ndarray of int (cells,)
+        The coordinate along which each cell should be halved, if it has to be.
+    flights : int
+        Flights of sets that were followed.
+    """
+    count, flights = len(cells), 0
+    time, velocity = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
+    known, halved = Itineraries.begun(count), longer(time, velocity)
+    struck = ImpactSets(np.ones(count, dtype=bool), np.full(count, BOTTOM), time, velocity, time)
+    fronts = _Fronts(np.arange(count), struck)
+    for _ in range(patience(goal.trap)):
+        known, departing, sets = _departing(goal, known, fronts)
+        if not departing.size:
+            break
+        flights += len(departing)
+        known, fronts = _landed(goal, known, departing, sets)
+        halved[known.cell[fronts.itinerary]] = longer(fronts.impacts.time, fronts.impacts.velocity)
+        fronts = fronts[is_small(fronts.impacts)]
+    return known, halved, flights
+
+
+def _departing(goal: Goal, known: Itineraries, fronts: _Fronts) -> tuple[Itineraries, Ints, Sets]:
+    """Itineraries with the arrivals among their fronts, those of them that go on, and the flights that begin there."""
+    trap, exactly, impacts = goal.trap, enclosed(goal.groups), fronts.impacts
+    inside = trap.holds(impacts.wall, impacts.time, impacts.velocity)
+    known = known.with_arrivals(fronts.itinerary[inside])
+    deviation = trap.size(*trap.deviations(impacts.time, impacts.velocity))
+    near = (impacts.wall != BOTTOM) | (deviation < NEAR * trap.radius)
+    goes_on = np.flatnonzero(~inside & ((known.returns[fronts.itinerary] < RETURNS) | near))
+    itinerary, sets = fronts.itinerary[goes_on], after_impact(exactly, impacts, goes_on)
+    # A ball that rests is released in one state, whatever it came from: its future is known for each membrane.
+    resting = settles(exactly, sets)
+    known = known.with_arrivals(itinerary[resting & np.isin(sets.wall, list(goal.rests))])
+    moving = np.flatnonzero(~resting)
+    return known, itinerary[moving], sets[moving]
+
+
+def _landed(goal: Goal, known: Itineraries, departing: Ints, sets: Sets) -> tuple[Itineraries, _Fronts]:
+    """Itineraries and their fronts after one flight each; those of sets that are not proved to land end."""
+    impacts, parent, _ = flown(goal, sets)
+    itinerary = departing[parent]
+    # A set lands twice if some of its states touch a membrane that others miss: the latter part from the former.
+    _, first = np.unique(parent, return_index=True)
+    second = np.setdiff1d(np.arange(len(parent)), first)
+    parting = known[itinerary[second]]
+    itinerary[second] = len(known) + np.arange(len(second))
+    known = known + parting
+    returning = (impacts.wall == BOTTOM) & (known.returns[itinerary] < RETURNS)
+    known = known.with_returns(itinerary[returning], impacts[returning])
+    return known, _Fronts(itinerary, impacts)
