@@ -22,8 +22,8 @@ from vireport import load
 from vireport.checks.methods import METHOD_NAMES, WHOLE
 from vireport.checks.workprecision import ACCURACIES
 from vireport.cli.accuracy_outputs import asked, files, measured, text
-from vireport.membranes.compliance import compliance_data
-from vireport.membranes.stiff_solvers import STEPS
+from vireport.findings.membranes.compliance import compliance_data
+from vireport.findings.membranes.solvers import STEPS
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
@@ -60,7 +60,7 @@ def main() -> None:
         columns=columns,
         without_guess_us=microseconds.pop(WHOLE),
         us=microseconds,
-        compliant=compliant(compliance_data(study.compliance)),
+        compliant=compliant(compliance_data(study.findings["membranes"])),
     )
     picture = EXAMPLES / "pictures" / "inclined-figure-accuracy.png"
     picture.write_bytes(files(study)["figure-accuracy.png"])

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vireport.base.records import plain
-from vireport.checks.timing import machine
+from vireport.base.timing import machine
 
 RESULTS = Path(__file__).resolve().parent / "results"
 LOAD = os.getloadavg()[0] if hasattr(os, "getloadavg") else None

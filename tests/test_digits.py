@@ -31,7 +31,7 @@ TELL_NO_RESULT = {
     "study/measured.py": OF_INPUTS,
     "study/plan.py": "times that a run takes",
     "command/outcome.py": "times that a run takes",
-    "membranes/compliance.py": "what is being worked at",
+    "findings/membranes/compliance.py": "what is being worked at",
     "design/solution.py": OF_INPUTS,
     "design/speed_law.py": OF_INPUTS,
     "motions/": "why a solver has ended",

@@ -12,6 +12,7 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport.base.errors import NumericalError
+from vireport.base.timing import Machine, Spread
 from vireport.checks import reference
 from vireport.checks.accuracy_tables import measurements, ranking
 from vireport.checks.benchmark import (
@@ -48,7 +49,6 @@ from vireport.checks.methods import (
 )
 from vireport.checks.reference import reference_orbit, reference_voltage
 from vireport.checks.rootfinding import find_root
-from vireport.checks.timing import Machine, Spread
 from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, compare, measure
 from vireport.figures.accuracy import figure_accuracy, shown_errors
 from vireport.figures.captions import alt_text

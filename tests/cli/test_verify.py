@@ -7,15 +7,14 @@ from types import SimpleNamespace as Thing
 import pytest
 from msgspec.structs import replace
 
+from vireport.base.timing import Spread
 from vireport.checks.benchmark import MeasuredQuantity, MethodTask
 from vireport.checks.methods import CLOSED, METHODS, WHOLE, Knob
-from vireport.checks.timing import Spread
 from vireport.checks.workprecision import MethodRun, WorkPrecision
 from vireport.cli.accuracy_outputs import accuracy_opening
 from vireport.cli.app import main
 from vireport.gate.opening import WordedOpening
 from vireport.gate.verdict import Status
-from vireport.study.plan import Task
 
 QUANTITIES = (
     MeasuredQuantity("velocity", MethodTask.ORBIT, "1.004", True),
@@ -41,8 +40,8 @@ def work(worst: float = 5.4e-13, *more: MethodRun, **other: object) -> WorkPreci
 
 
 def opened(own: WorkPrecision | None) -> WordedOpening:
-    step = Thing(task=Task.COMPLIANT, why="accuracy.compliant_membrane is false")
-    return accuracy_opening(Thing(work=own, compliance=None, plan=Thing(steps=(step,)))).worded()
+    plan = Thing(reason=lambda task: {"compliant": "accuracy.compliant_membrane is false"}[task])
+    return accuracy_opening(Thing(work=own, findings={}, verdict=Thing(added={}), plan=plan)).worded()
 
 
 def test_a_right_solution_is_told_in_three_lines() -> None:

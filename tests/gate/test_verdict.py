@@ -12,11 +12,10 @@ from conftest import solved, toleranced
 from msgspec.structs import replace
 
 from vireport.design.solution import Solution
-from vireport.gate.alerts import CAUSES, alerts
+from vireport.gate.alerts import CAUSES
 from vireport.gate.evidence import Evidence, Question
 from vireport.gate.opening import margin_said, opening_of
 from vireport.gate.verdict import Status, Verdict, verdict_of
-from vireport.membranes.compliance import Grade
 from vireport.physics.contact import contacts
 from vireport.text.alerts import CATALOGUE, AlertCode, Severity
 from vireport.wording.templates import Words
@@ -145,9 +144,6 @@ def test_the_stable_range_of_the_nearest_end_comes_first() -> None:
 
 def test_what_weighs_most_is_said_first(study_of: Callable) -> None:
     solution = solved("inclined", device__ball_mass_kg=1e-5)
-    rigid = [said(solution, compliance=SimpleNamespace(grade=grade)) for grade in sorted(Grade)]
-    assert [fact(verdict, Question.RIGID).status for verdict in rigid] == ["good", "caution", "bad"]
-    assert [verdict.word == "Stable" for verdict in rigid] == [True, True, False]
     failed = said(solution, crosscheck=check(passed=False, misses=(1,), phase_difference=3e-3))
     assert (failed.status, failed.word) == ("caution", "Not verified")
     assert "The simulation departs from 1 of 9 stable motions" in opening_of(failed).worded().facts[0][1]
@@ -186,17 +182,6 @@ def test_alerts_have_the_numbers_that_they_warn_of(study_of: Callable) -> None:
     slowest = unit * min(np.minimum(motions.velocity_bottom, -motions.velocity_top)[motions.stable_mask])
     share = 2 * float(contacts(np.array(slowest), solution.membrane, 0.5).duration)
     assert f"some {100 * share:.2g} % of the forcing period" in cause("VR011", Evidence(solution))
-    for shift in (0.2, -0.2):
-        shifted = SimpleNamespace(name="U_ave", shift=shift, grade=Grade.INSUFFICIENT)
-        compliance = SimpleNamespace(
-            grade=shifted.grade, critical=None, quantities=[SimpleNamespace(unit="V", criterion=shifted)]
-        )
-        assert f"U_ave by {100 * shift:+.0f} %".replace("-", "−") in cause(
-            "VR013", Evidence(solution, compliance=compliance)
-        )
-    # Short contacts may move a motion as well, next to its end: each alert has its own cause.
-    stiff = Evidence(solved("inclined", device__membrane__stiffness=1e12), compliance=compliance)
-    assert {"VR011", "VR013"} & {alert.code for alert in alerts(stiff)} == {"VR013"}
     membrane = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 2e7}
     charged = solved("design-point", **{f"device__membrane__{key}": value for key, value in membrane.items()})
     field = float(charged.design.conversion_by_motion.field_v_m[charged.design.motions.stable_mask].max())

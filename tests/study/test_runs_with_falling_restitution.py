@@ -12,8 +12,8 @@ from vireport.base.errors import ScenarioError, UsageError
 from vireport.checks.workprecision import measure
 from vireport.compliant.own_stiffness import own_stiffness
 from vireport.disturbances.behaviour import disturbances_of
+from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.region import region_of
-from vireport.membranes.compliance import compliance
 from vireport.physics import flight
 from vireport.report.context import Report
 from vireport.report.rendering import render_html

@@ -16,8 +16,8 @@ from vireport.checks.certificates import certify
 from vireport.checks.workprecision import measure
 from vireport.compliant.own_stiffness import own_stiffness
 from vireport.figures.device import shown_motion
+from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.region import region_of
-from vireport.membranes.compliance import compliance
 from vireport.motions.events import Event
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device

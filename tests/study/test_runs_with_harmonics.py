@@ -15,10 +15,10 @@ from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
 from vireport.checks.workprecision import measure
+from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.proof import prove_region
 from vireport.findings.tolerances.region import region_of
 from vireport.findings.tolerances.results import recheck
-from vireport.membranes.compliance import compliance
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.report.context import Report

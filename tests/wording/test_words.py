@@ -34,7 +34,6 @@ from vireport.maps.cells import AxisName
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import NoFit, Open, Unfit
 from vireport.measurement.misfit import BetterFit, Hidden
-from vireport.membranes.compliance import Grade
 from vireport.motions.events import Event
 from vireport.motions.switching import Limits
 from vireport.physics.energy import ElectricalCycle
@@ -539,7 +538,6 @@ OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("title_inclined", ("0.7 m", "45°"), "Capsule at 45°, length 0.7 m"),
     ("title_upright", ("0.7 m", "90°"), "Upright capsule, length 0.7 m"),
     ("driven", ("3 N", "2 Hz"), "force 3 N at 2 Hz"),
-    ("not_rigid", ("It runs",), "It runs, by a rigid model that is not good enough."),
     ("end_unknown", ("It runs",), "It runs; where that ends with soft membranes is not known."),
     ("stretched_far", ("It runs",), "It runs; a membrane stretches farther than has been demonstrated."),
     ("window_narrow", ("It runs",), "It runs, but only within narrow limits."),
@@ -687,7 +685,6 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
             ("margin_short", "margin to use less than required"),
             ("margin_small", "margin small"),
             ("window_narrow", "starts within narrow limits only"),
-            ("not_rigid", "rigid model not good enough"),
             ("stretched_far", "stretched farther than demonstrated"),
             ("end_unknown", "end with soft membranes not known"),
             ("stable", "stable"),
@@ -904,7 +901,6 @@ ERRORS = {
         ("closed form", [("the motion", "1 µs", 1e-15)]),
     ],
 }
-STIFF = {"wrong": 0.01, "order": 0.2778, "failed": [], "exponents": []}
 
 ANSWER = {
     "swept": LENGTH,
@@ -1144,14 +1140,6 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         "B1 not "
         "to 10⁻⁶, least error 0.0001. closed form: the motion 1 µs to 10⁻⁶, least error 1 × 10⁻¹⁵.",
     ),
-    ("figure_stiffness_caption", STIFF, "exceeds 0.01 and at the top"),
-    ("figure_stiffness_caption", STIFF, "the slope expected, −0.278 (dashed); no exponent could be fitted."),
-    (
-        "figure_stiffness_alt",
-        {**STIFF, "failed": ["RK4", "DOP853"], "exponents": [("velocity", -0.277), ("B1", -0.28)]},
-        "Some runs of RK4, DOP853 failed. Fitted exponents: velocity −0.277, B1 −0.28.",
-    ),
-    ("figure_stiffness_alt", STIFF, "No run failed. No exponent could be fitted."),
 ]
 
 
@@ -1166,16 +1154,6 @@ def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) 
 
 
 B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
-ORBIT = thing(contact_share=0.0209, stable=True)
-OWN = thing(orbit=ORBIT, critical_value=0.58, reason="")
-
-
-def compared(name: str, shift: float, *, of_margin: bool = False, moved: float | None = -0.1) -> SimpleNamespace:
-    return thing(criterion=thing(name=name, shift=shift), of_margin=of_margin, shift=moved)
-
-
-def comparison(**of: object) -> SimpleNamespace:
-    return thing(**{"own": OWN, "critical": B1, "grade": Grade.GOOD, "reason": "there is no ball"} | of)
 
 
 def point(label: str, **of: object) -> SimpleNamespace:
@@ -1486,61 +1464,6 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
         "left",
         (shift("FRICTION", left=None, stable=False, computed=False),),
         "not known: the ball stops on its way",
-    ),
-    ("compliant", "head", ("critical",), "critical point"),
-    ("compliant", "head", ("critical", "B1"), "B1"),
-    ("compliant", "quantity", ("phase", "rad"), "Phase [rad]"),
-    ("compliant", "quantity", ("restitution", ""), "Restitution"),
-    ("compliant", "what_is_lost", ("B1",), "B1"),
-    ("compliant", "what_is_lost", ("",), "the motion"),
-    ("compliant", "why", ("lost at 5: no root: none",), "lost at 5 (no root, none)"),
-    ("compliant", "why", ("lost",), "lost"),
-    (
-        "compliant",
-        "verdict",
-        (comparison(own=None), []),
-        "Rigid and compliant membranes were not compared: there is no ball.",
-    ),
-    (
-        "compliant",
-        "verdict",
-        (comparison(own=thing(orbit=None, reason="lost: no root")), []),
-        "The rigid model is not good enough here: on the compliant membranes the motion is lost (no root).",
-    ),
-    (
-        "compliant",
-        "verdict",
-        (comparison(own=thing(orbit=thing(stable=False))), []),
-        "The rigid model is not good enough here: on the compliant membranes the motion is no longer stable.",
-    ),
-    (
-        "compliant",
-        "verdict",
-        (comparison(own=thing(orbit=ORBIT, critical_value=None, reason="lost")), []),
-        "Contacts last up to 2.1 % of the forcing period. The rigid model is not good enough here: followed from stiff "
-        "membranes to softer ones, B1 is lost.",
-    ),
-    (
-        "compliant",
-        "verdict",
-        (comparison(), []),
-        "period. The rigid model is good enough here by all criteria.",
-    ),
-    ("compliant", "verdict", (comparison(critical=None, grade=None), []), "The rigid model is good enough here by all"),
-    (
-        "compliant",
-        "verdict",
-        (
-            comparison(grade=Grade.INSUFFICIENT),
-            [
-                compared("U_ave", 0.25),
-                compared("B1", -0.6, of_margin=True),
-                compared("B1", 2.46, of_margin=True, moved=0.1),
-            ],
-        ),
-        "The rigid model is not good enough here: U_ave shifts by +25 %; B1 moves by 60 % of the margin to it, towards "
-        "the "
-        "motion; B1 moves by 2.5 times the margin to it, away from the motion.",
     ),
 ]
 

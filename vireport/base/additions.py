@@ -32,6 +32,7 @@ class AdditionRow(NamedTuple):
 
 
 ROWS: Mapping[str, AdditionRow] = {
+    "membranes": AdditionRow(("findings.membranes",), ("finding",)),
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),

@@ -8,9 +8,9 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vireport.base.timing import Spread
 from vireport.checks.benchmark import MethodTask
 from vireport.checks.methods import CLOSED, METHOD_NAMES, WHOLE
-from vireport.checks.timing import Spread
 from vireport.checks.workprecision import (
     ACCURACIES,
     MethodRun,

@@ -19,8 +19,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.errors import NumericalError, install_command
-from vireport.base.progress import Progress, WorkStep, portion
+from vireport.base.progress import Progress, WorkStep, counted, portion
 from vireport.base.records import brief, plain
+from vireport.base.timing import (
+    Machine,
+    Spread,
+    machine,
+    timed_in_turns,
+)
 from vireport.checks.benchmark import (
     Benchmark,
     BenchmarkProblem,
@@ -35,12 +41,6 @@ from vireport.checks.methods import (
     WHOLE,
     Knob,
     Method,
-)
-from vireport.checks.timing import (
-    Machine,
-    Spread,
-    machine,
-    timed_in_turns,
 )
 from vireport.text.formatting import ROUGHLY, shown
 
@@ -268,7 +268,11 @@ def compare(
                 ladder = list(_ladder(method, task, target, solver, benchmark))
                 trials += ladder
                 orders += _orders(method, task, [run for run, _ in ladder])
-    spreads = iter(timed_in_turns([call for _, call in trials if call is not None], repeats, timing))
+
+    def timed(turn: int) -> None:
+        timing(counted("accuracy: run times", turn, repeats))
+
+    spreads = iter(timed_in_turns([call for _, call in trials if call is not None], repeats, timed))
     runs = tuple(run if call is None else replace(run, seconds=next(spreads)) for run, call in trials)
     return WorkPrecision("", benchmark, runs, tuple(orders), tuple(absent), machine(), repeats)
 

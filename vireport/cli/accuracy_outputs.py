@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from itertools import chain
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
@@ -12,10 +13,9 @@ from vireport.base.encoding import json_text
 from vireport.checks.accuracy_tables import measurements, power, ranking
 from vireport.checks.methods import CLOSED, WHOLE
 from vireport.checks.workprecision import WorkPrecision, accuracy_data
+from vireport.gate.findings import findings, found_by
 from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
 from vireport.gate.verdict import Status
-from vireport.membranes.compliance import Grade, compliance_data
-from vireport.membranes.compliance_tables import comparison_with_rigid, solvers_on_stiff_membranes, verdict
 from vireport.scenario.blocks import AccuracyBlock
 from vireport.scenario.loading import Loaded
 from vireport.study.plan import Task
@@ -35,6 +35,9 @@ _said = words_of("verify")
 
 AGREES = 1e-9
 """Error up to which the solution is right: far below any digit that is shown, above what rounding leaves."""
+
+MEMBRANES = "membranes"
+"""The addition whose answer is said as well, where it is there."""
 
 FORMATS = Task.PNG, Task.JSON
 """What a study of accuracy has."""
@@ -60,7 +63,7 @@ def accuracy_opening(study: Study) -> Opening:
     work = study.work
     if work is None or work.benchmark is None:
         why = "" if work is None else work.nothing
-        return Opening(Status.BAD, _said("word_nothing"), _said("nothing", why), (_soft_membranes(study),))
+        return Opening(Status.BAD, _said("word_nothing"), _said("nothing", why), tuple(_soft_membranes(study)))
     point, errors = work.benchmark.point, dict(_errors(work))
     wrong = [key for key, error in errors.items() if not error <= AGREES]
     names = [_said(key, point) for key in wrong or errors]
@@ -72,7 +75,7 @@ def accuracy_opening(study: Study) -> Opening:
     whole = work.without_guess()
     if whole is not None and whole.seconds is not None:
         tiles.append(Statement(Status.NEUTRAL, _said("tile_time", whole.seconds.median)))
-    facts = gravest([_soft_membranes(study), *_of_runs(work)])
+    facts = gravest([*_soft_membranes(study), *_of_runs(work)])
     return Opening(status, _said(f"word_{name}"), _said(name, names), facts, tuple(tiles))
 
 
@@ -88,14 +91,18 @@ def _errors(work: WorkPrecision) -> Iterator[tuple[str, float]]:
             yield quantity.key, max(reached)
 
 
-def _soft_membranes(study: Study) -> Statement:
+def _soft_membranes(study: Study) -> Iterator[Statement]:
     """Whether rigid impacts are good enough, or why that is not known."""
-    compliance = study.compliance
-    if compliance is None:
-        why = next(step.why for step in study.plan.steps if step.task is Task.COMPLIANT)
-        return Statement(Status.NEUTRAL, _said("soft_membranes_left_out", why))
-    statuses = {None: Status.NEUTRAL, Grade.GOOD: Status.GOOD, Grade.CARE: Status.CAUTION}
-    return Statement(statuses.get(compliance.grade, Status.BAD), _said("soft_membranes", verdict(compliance)))
+    finding = findings().get(MEMBRANES)
+    if finding is None:
+        return
+    found, answer = study.findings.get(MEMBRANES), study.verdict.added.get(MEMBRANES)
+    if found is None:
+        step = next(iter(finding.steps())).task
+        yield Statement(Status.NEUTRAL, _said("soft_membranes_left_out", study.plan.reason(step)))
+    else:
+        status = Status.NEUTRAL if answer is None else answer.status
+        yield Statement(status, _said("soft_membranes", finding.parts(found, None)["verdict"]))
 
 
 def _of_runs(work: WorkPrecision) -> Iterator[Statement]:
@@ -123,9 +130,10 @@ def _parts(study: Study, every: bool) -> Iterator[Table]:
         return
     yield from measurements(study.work, every)
     yield from ranking(study.work)
-    if study.compliance is not None:
-        yield from comparison_with_rigid(study.compliance)
-        yield from solvers_on_stiff_membranes(study.compliance)
+    for finding, found in found_by(study.findings):
+        if finding.name == MEMBRANES:
+            parts = finding.parts(found, None)
+            yield from (*parts["comparison"], *parts["solvers"])
 
 
 def data(study: Study, command: str) -> bytes:
@@ -133,10 +141,15 @@ def data(study: Study, command: str) -> bytes:
     content = {
         "scenario_sha256": study.loaded.sha256,
         "accuracy": None if study.work is None else accuracy_data(study.work),
-        "compliant": None if study.compliance is None else compliance_data(study.compliance),
+        **_of_membranes(study),
         "provenance": provenance_of(study.loaded, command).to_dict(),
     }
     return (json_text(content, indent=1) + "\n").encode()
+
+
+def _of_membranes(study: Study) -> Mapping[str, Any]:
+    finding = findings().get(MEMBRANES)
+    return {} if finding is None else finding.results(study.findings.get(MEMBRANES), study)
 
 
 def files(study: Study, command: str, width_mm: float | None = None) -> dict[str, bytes]:
@@ -145,5 +158,6 @@ def files(study: Study, command: str, width_mm: float | None = None) -> dict[str
     from vireport.figures.style import Sheet, drawn_for
 
     with drawn_for(Sheet.of(width_mm)):
-        drawn = {f"{picture.name}.png": picture.png for picture in measured_pictures(study)}
-    return {"accuracy.json": data(study, command), **drawn}
+        added = (finding.pictures(found, study, None) for finding, found in found_by(study.findings))
+        drawn = {picture.name: picture.png for picture in chain(measured_pictures(study), *added)}
+    return {"accuracy.json": data(study, command), **{f"{name}.png": png for name, png in drawn.items()}}

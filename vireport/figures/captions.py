@@ -52,7 +52,6 @@ FILES = {
     Task.FIGURE_BASIN: "basin",
     Task.FIGURE_CYCLE: "cycle",
     Task.FIGURE_ACCURACY: "accuracy",
-    Task.FIGURE_STIFFNESS: "stiffness",
 }
 """Templates of the words of each figure of the core; those of figures that are not drawn are not read."""
 

@@ -151,13 +151,9 @@ def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 
 def measured_pictures(study: Study, templates: Path | None = None) -> Iterator[Picture]:
-    """Draw what a study has measured, as its plan says: error against run time, and solvers on stiff membranes."""
-    work, compliance = study.work, study.compliance
+    """Draw the error of methods against run time, where a study has measured it and its plan says so."""
+    work = study.work
     if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.quantities:
         from vireport.figures import accuracy
 
         yield accuracy.picture(work, templates)
-    if study.plan.runs(Task.FIGURE_STIFFNESS) and compliance is not None and compliance.runs:
-        from vireport.figures import stiffness
-
-        yield stiffness.picture(compliance, templates)

@@ -329,29 +329,6 @@ def _sensitive_to_ball_mass(results: Evidence) -> Iterator[Sentence]:
         yield Sentence("changes", {"percent": elasticity})
 
 
-def _not_rigid(results: Evidence) -> Iterator[Sentence]:
-    compliance = results.compliance
-    if compliance is None or compliance.grade is None or not compliance.grade.contradicts:
-        return
-    if not results.impacts[0].size:
-        return
-    shifts = [
-        Sentence("margins", {"name": criterion.name, "margins": abs(criterion.shift)})
-        if isinstance(compared.unit, Parameter)
-        else Sentence("percent", {"name": criterion.name, "percent": 100 * criterion.shift})
-        for compared in compliance.quantities
-        if (criterion := compared.criterion) is not None and criterion.grade.contradicts
-    ]
-    if shifts:
-        yield Sentence("moves", {"shifts": shifts})
-        return
-    own, critical = compliance.own, compliance.critical
-    if critical is not None and own is not None and own.orbit is not None and own.orbit.stable:
-        yield Sentence("point_lost", {"label": critical.label})
-    else:
-        yield Sentence("motion_lost")
-
-
 def _admissibility_undecided(results: Evidence) -> Iterator[Sentence]:
     solution, design = results.solution, results.solution.design
     if design is None or solution.bounds.design is None:
@@ -478,7 +455,6 @@ CAUSES: dict[AlertCode, Cause] = {
     AlertCode.DEEP_DEFLECTION: _deep_deflection,
     AlertCode.LONG_CONTACT: _long_contact,
     AlertCode.SENSITIVE_TO_BALL_MASS: _sensitive_to_ball_mass,
-    AlertCode.NOT_RIGID: _not_rigid,
     AlertCode.ADMISSIBILITY_UNDECIDED: _admissibility_undecided,
     AlertCode.IMPLAUSIBLE_INPUT: _implausible,
     AlertCode.BREAKDOWN: _breakdown,

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from vireport.design.followed import FollowedMotion
     from vireport.design.from_rest import FromRest
     from vireport.disturbances.behaviour import Disturbances
-    from vireport.membranes.compliance import Compliance
     from vireport.motions.families import Atlas, Family
     from vireport.physics.motion import Motion
     from vireport.shocks.attracting import AttractingMotions
@@ -65,7 +64,6 @@ class Question(StrEnum):
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"
-    RIGID = "Is the rigid model good enough?"
     SIMULATED = "Does the simulation agree?"
 
 
@@ -212,7 +210,6 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
 
     solution: Solution
     crosscheck: CrossCheck | None = None
-    compliance: Compliance | None = None
     atlas: Atlas | None = None
     own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()

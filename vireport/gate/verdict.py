@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from vireport.checks.crosscheck import CrossCheck
     from vireport.compliant.own_stiffness import OwnStiffness, StabilityEnd
     from vireport.disturbances.behaviour import Disturbances
-    from vireport.membranes.compliance import Grade
     from vireport.motions.families import Atlas
     from vireport.physics.device import Shaker
     from vireport.physics.energy import MembraneStretch
@@ -101,7 +100,6 @@ class Conclusion(Enum):
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small", Weight.MARGIN
     WINDOW_NARROW = Status.CAUTION, "Stable, reached from rest within narrow limits only", Weight.MARGIN
     MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only", Weight.MARGIN
-    NOT_RIGID = Status.CAUTION, "Stable, by a rigid model that is not good enough", Weight.MARGIN
     STRETCHED_FAR = Status.CAUTION, "Stable, but a membrane stretches farther than demonstrated", Weight.MODEL
     END_UNKNOWN = (
         *(Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"),
@@ -333,7 +331,6 @@ class Verdict(Struct, frozen=True, eq=False):
     voltage : Fact of StableVoltages or None
     shaker : Fact of Shaker, or None
     own_stiffness : Fact of OwnStiffness, or None
-    rigid : Fact of Grade, or None
     simulated : Fact of CrossCheck, or None
     added : mapping of str to AddedAnswer
         Those of additions, by their names, in the order of the additions' rows.
@@ -354,7 +351,6 @@ class Verdict(Struct, frozen=True, eq=False):
     voltage: Fact[StableVoltages | None]
     shaker: Fact[Shaker] | None
     own_stiffness: Fact[OwnStiffness] | None
-    rigid: Fact[Grade] | None
     simulated: Fact[CrossCheck] | None
     added: Mapping[str, AddedAnswer[Any]] = {}
     conclusions: tuple[AnyConclusion, ...] = ()
@@ -395,7 +391,6 @@ class Verdict(Struct, frozen=True, eq=False):
             "reached": self.reached,
             "voltage": self.voltage,
             "shaker": self.shaker,
-            "rigid": self.rigid,
             "simulated": self.simulated,
         }
         return {name: fact for name, fact in named.items() if fact is not None} | dict(self.added)
@@ -457,7 +452,6 @@ def verdict_of(evidence: Evidence) -> Verdict:
         voltage=_voltage(evidence) if not motions.narrow else Fact(Question.VOLTAGE, Status.NEUTRAL, None),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
         own_stiffness=_own_stiffness(evidence.own_stiffness) if not motions.narrow else None,
-        rigid=_rigid(evidence),
         simulated=_simulated(evidence.crosscheck),
         added=_added(evidence),
     )
@@ -534,8 +528,6 @@ def _of_the_core(verdict: Verdict) -> Iterator[tuple[Question, Conclusion]]:
         not_reached = Conclusion.NOT_FROM_REST if decided else Conclusion.FROM_REST_UNKNOWN
         yield Question.FROM_REST, Conclusion.WINDOW_NARROW if evidence.narrow else not_reached
     yield from ((Question.VOLTAGE, conclusion) for conclusion in _of_voltage(verdict))
-    if _has(verdict.rigid, Status.BAD):
-        yield Question.RIGID, Conclusion.NOT_RIGID
     if _has(verdict.simulated, Status.BAD):
         yield Question.SIMULATED, Conclusion.NOT_VERIFIED
 
@@ -720,11 +712,6 @@ def _converted(solution: Solution) -> tuple[float | None, float | None]:
     stable, converted = design.motions.stable_mask, design.conversion_by_motion
     field = converted.field_v_m[stable].max() / membrane.dielectric.breakdown_field_v_m
     return float(converted.efficiency[stable].max()), float(field)
-
-
-def _rigid(evidence: Evidence) -> Fact[Grade] | None:
-    grade = evidence.compliance.grade if evidence.compliance is not None else None
-    return None if grade is None else Fact(Question.RIGID, (Status.GOOD, Status.CAUTION, Status.BAD)[grade], grade)
 
 
 def _simulated(check: CrossCheck | None) -> Fact[CrossCheck] | None:

@@ -245,6 +245,17 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         added = (finding for finding, _ in found_by(self.study.findings))
         return [finding.section for finding in added if finding.section and finding.within == within]
 
+    def added_parts(self, name: str) -> Mapping[str, Any]:
+        """Sentences and tables of the section of an addition, by their names; empty where it found nothing.
+
+        Parameters
+        ----------
+        name : str
+            Of the addition.
+        """
+        added = (row for row in found_by(self.study.findings) if row[0].name == name)
+        return next((finding.parts(found, self.templates) for finding, found in added), {})
+
     @property
     def coexisting(self) -> list[str]:
         """Words of the other motions that are stable at the design point, beside a stable 1:1 motion."""
@@ -420,13 +431,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return families_table(self.study, self.study.atlas)
 
     @property
-    def rigid_verdict(self) -> str:
-        """Whether the rigid model is good enough, in a sentence."""
-        from vireport.membranes.compliance_tables import verdict
-
-        return verdict(self.study.compliance, self.templates) if self.study.compliance is not None else ""
-
-    @property
     def not_found(self) -> list[str]:
         """The motions that `motions.portraits` names and that are not among those found."""
         atlas, asked = self.study.atlas, self.study.scenario.motions
@@ -437,26 +441,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         if self.study.atlas is None:
             return ()
         return ladder(self.study.atlas.shown, self.solution.membrane)
-
-    def compliant(self) -> Iterator[Table]:
-        """The motion with compliant membranes beside the rigid model."""
-        from vireport.membranes.compliance_tables import comparison_with_rigid
-
-        compliance = self.study.compliance
-        return comparison_with_rigid(compliance, self.templates) if compliance is not None else iter(())
-
-    def lost(self) -> Iterator[tuple[float, str, str]]:
-        """Factors of the stiffness at which the motion or the critical point is lost, which of them, and why."""
-        from vireport.membranes.compliance_tables import lost
-
-        return lost(self.study.compliance, self.templates) if self.study.compliance is not None else iter(())
-
-    def stiff(self) -> Iterator[Table]:
-        """Solvers on the equation of compliant membranes."""
-        from vireport.membranes.compliance_tables import solvers_on_stiff_membranes
-
-        compliance = self.study.compliance
-        return solvers_on_stiff_membranes(compliance, self.templates) if compliance is not None else iter(())
 
 
 def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:

@@ -864,7 +864,11 @@ class AccuracyBlock(Block):
 
     repeats: int = key(5, "Repeats", "1", "Runs of each method, of which the median time counts.", ge=1, le=100)
     compliant_membrane: bool = key(
-        True, "Compliant membrane", "", "Whether to solve the motion with the membrane's own stiffness too."
+        True,
+        "Compliant membrane",
+        "",
+        "Whether to solve the motion with the membrane's own stiffness too.",
+        addition="membranes",
     )
     ladder: tuple[float, ...] = key(
         (1.0, 1e2, 1e4, 1e6, 1e8),
@@ -875,6 +879,7 @@ class AccuracyBlock(Block):
         min_length=2,
         max_length=8,
         strict=False,
+        addition="membranes",
     )
 
 

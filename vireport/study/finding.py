@@ -83,6 +83,10 @@ class AddedFinding(Generic[Found]):
         """The figures among its steps, each a `figures.style.Picture`."""
         return ()
 
+    def parts(self, found: Found, templates: Path | None) -> Mapping[str, Any]:
+        """Sentences and tables of its section, by the names that its template knows."""
+        return {}
+
     def written(self, found: Found, study: Study) -> Mapping[str, bytes]:
         """The content of its files, as far as there is any."""
         return {}

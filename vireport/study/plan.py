@@ -69,7 +69,6 @@ class Task(StrEnum):
     FIGURE_3 = "figure-3", "phase portraits and time series (figure-3)"
     FIGURE_6 = "figure-6", "displacement of the capsule's ends and of the ball (figure-6)"
     ACCURACY = "accuracy", "error against run time of several methods"
-    COMPLIANT = "compliant", "the motion with compliant membranes, and solvers on stiff ones"
     OWN_STIFFNESS = "own-stiffness", "the motion and its margin with the membranes' own stiffness, if contacts are long"
     MEASURED = "measured", "measured impacts, beside what is computed"
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
@@ -78,7 +77,6 @@ class Task(StrEnum):
     FIGURE_BASIN = "figure-basin", "basins of attraction on the section of impacts (figure-basin)"
     FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
     FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
-    FIGURE_STIFFNESS = "figure-stiffness", "solvers on stiff membranes"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     FIGURE_HYSTERESIS = "figure-hysteresis", "the motions of a slow sweep, with their jumps"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
@@ -127,7 +125,7 @@ AnyTask = Task | AddedTask
 FIGURES = (
     *(Task.FIGURE_ANSWER, Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_BASIN, Task.FIGURE_CYCLE),
-    *(Task.FIGURE_ACCURACY, Task.FIGURE_STIFFNESS, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
+    *(Task.FIGURE_ACCURACY, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
 
@@ -247,7 +245,7 @@ class Plan(Struct, frozen=True, eq=False):
         rows = [("run" if step.runs else "skip", step.task, step.what, step.why) for step in self.steps]
         return html_table(("", "Step", "What it is", "Why"), rows)
 
-    def runs(self, *tasks: AnyTask) -> bool:
+    def runs(self, *tasks: str) -> bool:
         """Whether any of the tasks is part of the run."""
         return any(step.runs for step in self.steps if step.task in tasks)
 
@@ -393,10 +391,6 @@ MOTIONS = Precondition(
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
 ACCURACY = Precondition(
     lambda scenario, _: scenario.accuracy, "the scenario has no accuracy block", adds=Addition.ACCURACY
-)
-COMPLIANT = Precondition(
-    lambda scenario, _: scenario.accuracy and scenario.accuracy.compliant_membrane,
-    "accuracy.compliant_membrane is false",
 )
 DISTURBANCES = Precondition(
     lambda scenario, _: scenario.disturbances,
@@ -576,20 +570,8 @@ STEPS = (
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.ACCURACY, (ACCURACY, MPMATH), "the scenario has an accuracy block", (), NUMBA, FEWER, _methods),
-    DeclaredStep(
-        Task.COMPLIANT,
-        (ACCURACY, COMPLIANT, BALL),
-        "the scenario has an accuracy block",
-        costs=lambda _: f"{Task.COMPLIANT.what}: some ten seconds",
-    ),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_ACCURACY, (MPMATH, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
-    DeclaredStep(
-        Task.FIGURE_STIFFNESS,
-        (COMPLIANT, PICTURES),
-        "the scenario has an accuracy block",
-        (ACCURACY, BALL),
-    ),
     DeclaredStep(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     DeclaredStep(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
     DeclaredStep(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "motions of other impact sequences are followed", (MOTIONS,)),

@@ -17,7 +17,7 @@ from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, sh
 from vireport.design.solution import Solution, solution_of
 from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
 from vireport.gate.evidence import Criterion, Evidence
-from vireport.gate.findings import findings
+from vireport.gate.findings import findings, found_by
 from vireport.motions.periodicity import model_of
 from vireport.motions.sweep import NO_TOLERANCE, Sweep
 from vireport.motions.switching import Limits
@@ -61,7 +61,6 @@ if TYPE_CHECKING:
     from vireport.disturbances.behaviour import Disturbances
     from vireport.gate.opening import Opening
     from vireport.gate.verdict import Verdict
-    from vireport.membranes.compliance import Compliance
     from vireport.motions.families import Atlas
     from vireport.motions.points import Point
     from vireport.shocks.attracting import AttractingMotions
@@ -94,8 +93,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         The families of motions of other impact sequences.
     work : WorkPrecision or None
         Error against run time of several methods.
-    compliance : Compliance or None
-        The motion with compliant membranes.
     own_stiffness : OwnStiffness or None
         The motion and its margin with the membranes' own stiffness; None where contacts are short.
     certificates : tuple of Certificate or None
@@ -125,7 +122,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     attractors_from_rest: tuple[AttractorFromRest, ...] = ()
     atlas: Atlas | None = None
     work: WorkPrecision | None = None
-    compliance: Compliance | None = None
     own_stiffness: OwnStiffness | None = None
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
@@ -156,7 +152,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return Evidence(
             self.solution,
             crosscheck=self.crosscheck,
-            compliance=self.compliance,
             atlas=self.atlas,
             own_stiffness=self.own_stiffness,
             criteria=self.criteria,
@@ -246,7 +241,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             **solution_data(solution, self.plan.reason(Task.DISTORTION)),
             "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
             **_motions_data(self.atlas, solution.membrane, shown),
-            **_accuracy_data(self.work, self.compliance),
+            "accuracy": self.work and _accuracy_data(self.work),
             "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
             "effects": self.effects and effects_data(self.effects),
             "margin_to_use": self._margin_to_use,
@@ -334,13 +329,10 @@ def _motions_data(atlas: Atlas | None, membrane: Membrane | None, shown: bool) -
     return {"motions": motions_data(atlas), "families": families_data(families, membrane)}
 
 
-def _accuracy_data(work: WorkPrecision | None, compliance: Compliance | None) -> dict[str, Any]:
-    if work is None and compliance is None:
-        return {"accuracy": None, "compliant": None}
+def _accuracy_data(work: WorkPrecision) -> dict[str, Any]:
     from vireport.checks.workprecision import accuracy_data
-    from vireport.membranes.compliance import compliance_data
 
-    return {"accuracy": work and accuracy_data(work), "compliant": compliance and compliance_data(compliance)}
+    return accuracy_data(work)
 
 
 def _measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
@@ -428,7 +420,7 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     if steps.runs(Task.BASINS):
         say("drawing the basin from impacts on the bottom")
         study = _with_basins(study)
-    if scenario.accuracy is not None and steps.runs(Task.ACCURACY, Task.COMPLIANT):
+    if scenario.accuracy is not None and steps.runs(Task.ACCURACY):
         study = _with_accuracy(study, scenario.accuracy, say)
     study = _with_findings(study, say)
     if steps.runs(Task.OWN_STIFFNESS):
@@ -553,25 +545,17 @@ def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence
         raise ScenarioError(loaded.document.name, mistakes)
 
 
-def _with_accuracy(study: Study, asked: AccuracyBlock, say: Progress) -> Study:
-    measured, compliant = study.plan.runs(Task.ACCURACY), study.plan.runs(Task.COMPLIANT)
-    share = MEASURED_SHARE if measured and compliant else float(measured)
-    if measured:
-        from vireport.checks.workprecision import measure
+def _with_accuracy(study: Study, block: AccuracyBlock, say: Progress) -> Study:
+    from vireport.checks.workprecision import measure
 
-        study = replace(study, work=measure(study.solution, asked.repeats, portion(say, 0.0, share)))
-    if compliant:
-        from vireport.membranes.compliance import compliance
-
-        solving = portion(say, share, 1.0)
-        study = replace(study, compliance=compliance(study.solution, asked.ladder, asked.repeats, solving))
-    return study
+    share = MEASURED_SHARE if study.plan.runs("compliant") else 1.0
+    return replace(study, work=measure(study.solution, block.repeats, portion(say, 0.0, share)))
 
 
 def _with_own_stiffness(study: Study) -> Study:
     """Add the motion with the membranes' own stiffness where contacts are long, or found to matter, for rigid ones."""
-    share, compared = study.evidence.contact_share, study.compliance
-    contradicted = compared is not None and compared.grade is not None and compared.grade.contradicts
+    share = study.evidence.contact_share
+    contradicted = any(finding.contradicts_rigid_impacts(found) for finding, found in found_by(study.findings))
     if share is None or not (share > LONG_CONTACT or contradicted):
         return study
     from vireport.compliant.own_stiffness import own_stiffness

@@ -1,8 +1,8 @@
 """The equation with compliant membranes over one period in one go, by the solvers an engineer would take off the shelf.
 
-Nothing is split at the contacts: the solver meets the membranes as it goes. A ladder of solvers and settings is judged
-by one function: each run starts and ends on the accurate motion, so that its error is known. A solver that
-gives up, overflows or passes a membrane by is a result like any other.
+Nothing is split at the contacts: the solver comes upon the membranes as it goes. A ladder of solvers and settings is
+judged by one function: each run starts and ends on the accurate motion, so that its error is known. A solver that gives
+up, overflows or passes a membrane by is a result like any other.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from math import cos, hypot, inf, isfinite, pi, sin
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
-from vireport.checks.methods import SOLVERS
-from vireport.checks.rootfinding import Floats
-from vireport.checks.timing import timed_in_turns
+from vireport.base.timing import timed_in_turns
 from vireport.compliant.descent import CompliantMotion
 from vireport.compliant.model import CompliantModel
 from vireport.physics import flight
@@ -29,13 +28,16 @@ from vireport.simulation.events import BOTTOM, TOP
 FIXED = "RK4"
 """The classical fourth-order method with fixed steps."""
 
+ADAPTIVE = "RK45", "DOP853", "Radau", "LSODA"
+"""Those of SciPy: two explicit ones, an implicit one, and one that switches between both kinds of formulae."""
+
 RTOLS = (1e-4, 1e-7, 1e-10)
 """Relative tolerances of the adaptive solvers; the absolute one is the same, of quantities of order 1."""
 
 STEPS = (300, 3_000, 30_000)
 """Steps per period of RK4: the coarsest takes a few per contact with a membrane as soft as the paper's."""
 
-LADDER = (*((FIXED, float(steps)) for steps in STEPS), *((name, rtol) for name in SOLVERS for rtol in RTOLS))
+LADDER = (*((FIXED, float(steps)) for steps in STEPS), *((name, rtol) for name in ADAPTIVE for rtol in RTOLS))
 """Solvers with their settings."""
 
 MOST_EVALUATIONS = 50_000
@@ -107,8 +109,8 @@ class Period(Struct, frozen=True):
     damping: tuple[float, float]
 
 
-class Seen(Struct):
-    """What a solver has asked for: evaluations, and whether either membrane was pressed in one of them."""
+class Calls(Struct):
+    """Evaluations of the force by a solver so far, and whether either membrane was pressed in one of them."""
 
     evaluations: int = 0
     bottom: bool = False
@@ -131,23 +133,23 @@ def period_of(model: CompliantModel, orbit: CompliantMotion) -> Period:
     return Period(model, phase, float(z), float(v), (bottom / orbit.bottom.velocity, -top / orbit.top.velocity))
 
 
-def acceleration(period: Period, seen: Seen) -> Force:
+def acceleration(period: Period, calls: Calls) -> Force:
     """Z'' as a function of t, Z and Z'; infinite where the force overflows."""
     model, phase = period.model, period.phase
     half, gbar, k, h = model.d / 2, model.gbar, model.membrane.stiffness, model.membrane.exponent
     bottom, top = period.damping
 
     def force(t: float, z: float, v: float) -> float:
-        seen.evaluations += 1
+        calls.evaluations += 1
         a = gbar + cos(pi * t + phase)
         try:
             if z > half:
                 # An adaptive solver may step over a whole contact and still end without an error of its own: then it
                 # never asked for a force there.
-                seen.bottom = True
+                calls.bottom = True
                 a -= k * (z - half) ** h * max(1 + bottom * v, 0.0)
             elif z < -half:
-                seen.top = True
+                calls.top = True
                 a += k * (-half - z) ** h * max(1 - top * v, 0.0)
         except OverflowError:
             # A float raised to a power raises an error where NumPy gives inf; solvers expect the latter.
@@ -168,23 +170,23 @@ def run_ladder(period: Period, factor: float, repeats: int) -> tuple[SolverRun, 
     repeats : int
         Samples of each run's time; fewer of long ones.
     """
-    ended: dict[tuple[str, float], SolverRun] = {}
+    runs: dict[tuple[str, float], SolverRun] = {}
 
     def call(solver: str, setting: float) -> None:
-        ended[solver, setting] = run_once(period, factor, solver, setting)
+        runs[solver, setting] = run_once(period, factor, solver, setting)
 
     times = timed_in_turns([partial(call, *rung) for rung in LADDER], repeats)
-    return tuple(replace(ended[rung], seconds=spread.median) for rung, spread in zip(LADDER, times, strict=True))
+    return tuple(replace(runs[rung], seconds=spread.median) for rung, spread in zip(LADDER, times, strict=True))
 
 
 def run_once(period: Period, factor: float, solver: str, setting: float) -> SolverRun:
     """Run one solver over the period, and judge how it went; without its time."""
-    seen = Seen()
-    force = acceleration(period, seen)
+    calls = Calls()
+    force = acceleration(period, calls)
     if solver == FIXED:
         outcome, end, steps = _fixed(period, force, int(setting))
     else:
-        outcome, end, steps = _adaptive(period, force, seen, solver, setting)
+        outcome, end, steps = _adaptive(period, force, calls, solver, setting)
     error = None
     if outcome is RunOutcome.SOLVED:
         distance = hypot(end[0] - period.position, end[1] - period.velocity)
@@ -192,10 +194,10 @@ def run_once(period: Period, factor: float, solver: str, setting: float) -> Solv
             outcome = RunOutcome.OVERFLOW
         else:
             error = distance
-            # A run that met no membrane has solved another problem, however near its end is.
-            met = seen.bottom and seen.top
-            outcome = RunOutcome.MISSED if not met else RunOutcome.WRONG if distance >= WRONG else RunOutcome.SOLVED
-    return SolverRun(solver, setting, factor, outcome, error, steps, seen.evaluations, 0.0)
+            # A run that touched no membrane has solved another problem, however near its end is.
+            touched = calls.bottom and calls.top
+            outcome = RunOutcome.MISSED if not touched else RunOutcome.WRONG if distance >= WRONG else RunOutcome.SOLVED
+    return SolverRun(solver, setting, factor, outcome, error, steps, calls.evaluations, 0.0)
 
 
 RunEnd = tuple[RunOutcome, tuple[float, float], int]
@@ -204,11 +206,11 @@ RunEnd = tuple[RunOutcome, tuple[float, float], int]
 NOWHERE = (inf, inf)
 
 
-def _adaptive(period: Period, force: Force, seen: Seen, solver: str, rtol: float) -> RunEnd:
+def _adaptive(period: Period, force: Force, calls: Calls, solver: str, rtol: float) -> RunEnd:
     from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
-    def system(t: float, state: Floats) -> tuple[float, float]:
-        if seen.evaluations >= MOST_EVALUATIONS:
+    def system(t: float, state: NDArray[np.float64]) -> tuple[float, float]:
+        if calls.evaluations >= MOST_EVALUATIONS:
             # SciPy knows no limit of evaluations, and an explicit solver takes ever more of them as the membrane
             # stiffens.
             raise _ExhaustedError

@@ -16,10 +16,11 @@ from vireport.compliant.descent import FINEST, CompliantMotion, Rigid, descend, 
 from vireport.compliant.model import compliant_model
 from vireport.compliant.return_map import SUBSTEPS, bounce
 from vireport.design.point import design_point
-from vireport.figures.stiffness import picture
-from vireport.membranes.compliance import Compliance, compliance, compliance_data
-from vireport.membranes.compliance_tables import comparison_with_rigid, solvers_on_stiff_membranes, verdict
-from vireport.membranes.stiff_solvers import RunOutcome, period_of, run_once
+from vireport.findings.membranes.compliance import Compliance, compliance, compliance_data
+from vireport.findings.membranes.figure import picture
+from vireport.findings.membranes.finding import FINDING
+from vireport.findings.membranes.solvers import RunOutcome, period_of, run_once
+from vireport.findings.membranes.tables import comparison_with_rigid, solvers_on_stiff_membranes, verdict
 from vireport.physics.contact import damping_number
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
@@ -160,13 +161,14 @@ def test_ladder_converges_at_the_rate_of_the_contact_time(effects) -> None:
 
 
 @pytest.mark.slow
-def test_own_membrane_moves_the_period_doubling_more_than_the_motion(effects) -> None:
+def test_own_membrane_moves_the_period_doubling_more_than_the_motion(study, effects) -> None:
     """The paper's K: contacts of two per cent of the period, velocities within 5 %, B1 far off."""
-    own = effects.own
+    own = effects.unscaled
     assert own.orbit.bottom.duration / 2 == pytest.approx(0.0209, abs=1e-4)
     assert own.orbit.bottom.velocity / effects.rigid.velocity_bottom - 1 == pytest.approx(0.01024, abs=1e-5)
     assert own.critical_value == pytest.approx(0.581545, abs=1e-6)
     assert effects.critical.sweep_value == pytest.approx(0.629457, abs=1e-6)
+    assert effects.volts.rigid == pytest.approx(study.solution.design.voltages_by_motion.average_v[0])
     assert effects.volts.by_deflection < effects.volts.rigid < effects.volts.by_velocity
     assert effects.grade == 2
     assert "B1" in verdict(effects)
@@ -228,8 +230,8 @@ def test_overflow_of_a_fixed_step_is_told(models, orbits) -> None:
 def test_strongly_compliant_membranes_are_a_result(study) -> None:
     soft = replace(study.solution, membrane=replace(study.solution.membrane, stiffness=1e-6))
     effects = compliance(soft, ladder=(1,), repeats=1)
-    assert effects.own.orbit is None
-    assert "followed to about K times" in effects.own.reason
+    assert effects.unscaled.orbit is None
+    assert "followed to about K times" in effects.unscaled.reason
     assert effects.grade == 2
     assert "not good enough" in verdict(effects)
     json.dumps(compliance_data(effects), allow_nan=False)
@@ -254,7 +256,8 @@ def test_no_motion_without_a_bounce(models) -> None:
 
 @pytest.mark.slow
 def test_figure_and_words_tell_of_failures_and_rates(effects) -> None:
-    drawn = picture(effects)
+    _, step = FINDING.steps()
+    drawn = picture(effects, step.task)
     figure = drawn.figure
     assert len(figure.axes) == 2
     assert "RK4" in drawn.alt

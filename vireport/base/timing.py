@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.base.progress import Progress, counted
-
 SAMPLE, MOST_CALLS = 2e-3, 100
 """A call shorter than this [s] is timed as one of several in a row, and of how many at the most."""
 
@@ -50,7 +48,9 @@ class Machine(Struct, frozen=True):
     libraries: tuple[tuple[str, str], ...]
 
 
-def timed_in_turns(calls: Sequence[Callable[[], Any]], repeats: int, progress: Progress | None = None) -> list[Spread]:
+def timed_in_turns(
+    calls: Sequence[Callable[[], Any]], repeats: int, progress: Callable[[int], object] | None = None
+) -> list[Spread]:
     """Time that each call takes, without collection of garbage.
 
     One sample of each is taken before the next of any, so that a slow minute of the machine falls on all alike.
@@ -62,7 +62,7 @@ def timed_in_turns(calls: Sequence[Callable[[], Any]], repeats: int, progress: P
     repeats : int
         Samples of each, at least one; fewer of long ones (`LONG`, `LONGEST`), more of short ones (`SHORT`).
     progress : callable, optional
-        Called with each round as it begins.
+        Called with the number of each round as it begins.
     """
     timers = [Timer(call) for call in calls]
     first = [timer.timeit(1) for timer in timers]
@@ -71,7 +71,7 @@ def timed_in_turns(calls: Sequence[Callable[[], Any]], repeats: int, progress: P
     times = [[t] if t >= LONG else [] for t in first]
     for k in range(repeats):
         if progress is not None:
-            progress(counted("accuracy: run times", k + 1, repeats))
+            progress(k + 1)
         for i, (timer, count) in enumerate(zip(timers, counts, strict=True)):
             if k < rounds[i]:
                 times[i] += [timer.timeit(count) / count for _ in range(MORE if first[i] < SHORT else 1)]

@@ -33,7 +33,7 @@ from vireport.compliant.descent import (
 from vireport.compliant.model import CompliantModel, compliant_model
 from vireport.compliant.own_stiffness import LEAST_RESTITUTION, TOO_LOSSY
 from vireport.design.solution import Solution
-from vireport.membranes.stiff_solvers import SolverRun, period_of, run_ladder
+from vireport.findings.membranes.solvers import SolverRun, period_of, run_ladder
 from vireport.motions.points import Point
 from vireport.physics.contact import contacts
 from vireport.physics.device import Device
@@ -189,6 +189,18 @@ class Volts(Struct, frozen=True):
     by_deflection: float
 
 
+class SolvedCase(Struct, frozen=True):
+    """A motion with rigid impacts, and the device and the membrane that it is solved with."""
+
+    rigid: Rigid
+    device: Device
+    membrane: Membrane
+
+    def model(self, factor: float = 1.0) -> CompliantModel:
+        """The equation of motion with the membrane's stiffness times a factor."""
+        return compliant_model(self.device, self.rigid.parameter, self.rigid.value, self.membrane, factor)
+
+
 class Compliance(Struct, frozen=True):
     """What compliant membranes change, and how solvers cope.
 
@@ -233,8 +245,8 @@ class Compliance(Struct, frozen=True):
     __repr__ = brief
 
     @property
-    def own(self) -> StiffnessRung | None:
-        """The rung with the scenario's stiffness."""
+    def unscaled(self) -> StiffnessRung | None:
+        """The rung with the scenario's own stiffness."""
         return next((rung for rung in self.rungs if rung.factor == 1), None)
 
     @property
@@ -245,11 +257,12 @@ class Compliance(Struct, frozen=True):
     @property
     def grade(self) -> Grade | None:
         """The worst of the criteria, or that a motion or critical point is lost; None where nothing is compared."""
-        if self.own is None:
+        rung = self.unscaled
+        if rung is None:
             return None
-        if self.own.orbit is None or not self.own.orbit.stable:
+        if rung.orbit is None or not rung.orbit.stable:
             return Grade.INSUFFICIENT
-        if self.critical is not None and self.own.critical_value is None:
+        if self.critical is not None and rung.critical_value is None:
             return Grade.INSUFFICIENT
         return max(criterion.grade for criterion in self.criteria)
 
@@ -257,7 +270,7 @@ class Compliance(Struct, frozen=True):
 def compliance(
     solution: Solution, ladder: Sequence[float], repeats: int = 3, progress: Progress | None = None
 ) -> Compliance:
-    """Compare the rigid model with compliant membranes, and try solvers on them.
+    """Compare the rigid model of a device with its compliant membranes, and try solvers on them.
 
     Parameters
     ----------
@@ -269,26 +282,27 @@ def compliance(
     progress : callable, optional
         Called with each long step as it begins.
     """
-    tell = progress or (lambda _: None)
+    say = progress or (lambda _: None)
     solution.device.of_sine("the ladder of stiffnesses")
     membrane = solution.membrane
     if membrane is None:
         return Compliance("the contact needs the ball's mass: device.ball_mass_kg is not given")
-    chosen = rigid_motion(solution)
-    if chosen is None:
+    motion_and_device = rigid_motion(solution)
+    if motion_and_device is None:
         return Compliance("there is no stable 1:1 motion whose impacts could be compared")
-    rigid, device = chosen
+    rigid, device = motion_and_device
     if min(by_wall(device.restitution)) < LEAST_RESTITUTION:
         return Compliance(TOO_LOSSY.reason, rigid)
-    varied, critical = _followed(solution, device)
+    varied, critical = _critical_point(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
-    tell(WorkStep("compliant membranes: periodic motions", 0.0))
+    say(WorkStep("compliant membranes: periodic motions", 0.0))
     orbits = descend(motion_to_follow(device, membrane, rigid), factors, FINEST)
-    tell("compliant membranes: critical points")
+    say("compliant membranes: critical points")
     values: Sequence[Reached | Absence | None] = [None] * len(factors)
     if critical is not None:
         values = descend(end_to_follow(device, membrane, varied, critical), factors, FINEST)
     rungs = tuple(StiffnessRung.of(*row) for row in zip(factors, orbits, values, strict=True))
+    case = SolvedCase(rigid, device, membrane)
     comparison = Compliance(
         rigid=rigid,
         critical=critical,
@@ -298,34 +312,31 @@ def compliance(
         periods=device.period_ratio,
         rungs=rungs,
         convergence=tuple(_convergence(rigid, critical, rungs)),
-        runs=tuple(_solver_runs(device, rigid, membrane, rungs, repeats, portion(tell, MOTIONS_SHARE, 1.0))),
+        runs=tuple(_solver_runs(case, rungs, repeats, portion(say, MOTIONS_SHARE, 1.0))),
     )
-    if comparison.own is None or comparison.own.orbit is None:
+    if comparison.unscaled is None or comparison.unscaled.orbit is None:
         return comparison
-    model = compliant_model(device, rigid.parameter, rigid.value, membrane)
-    volts = _volts(rigid, comparison.own.orbit, model, membrane)
-    quantities = (*_motion_rows(rigid, comparison.own.orbit, model), *_voltage_rows(volts), *_critical_rows(comparison))
+    orbit, model = comparison.unscaled.orbit, case.model()
+    volts = _volts(rigid, orbit, model, membrane)
+    quantities = (*_motion_rows(rigid, orbit, model), *_voltage_rows(volts), *_critical_rows(comparison))
     return replace(comparison, volts=volts, quantities=quantities)
 
 
-def _solver_runs(
-    device: Device, rigid: Rigid, membrane: Membrane, rungs: Sequence[StiffnessRung], repeats: int, tell: Progress
-) -> Iterator[SolverRun]:
+def _solver_runs(case: SolvedCase, rungs: Sequence[StiffnessRung], repeats: int, say: Progress) -> Iterator[SolverRun]:
     """Every solver on every rung that has a motion."""
     for k, rung in enumerate(rungs):
         if rung.orbit is not None:
-            tell(WorkStep(f"compliant membranes: solvers at K times {rung.factor:g}", k / len(rungs)))
-            model = compliant_model(device, rigid.parameter, rigid.value, membrane, rung.factor)
-            yield from run_ladder(period_of(model, rung.orbit), rung.factor, repeats)
+            say(WorkStep(f"compliant membranes: solvers at K times {rung.factor:g}", k / len(rungs)))
+            yield from run_ladder(period_of(case.model(rung.factor), rung.orbit), rung.factor, repeats)
 
 
-def _followed(solution: Solution, device: Device) -> tuple[Parameter, Point | None]:
+def _critical_point(solution: Solution, device: Device) -> tuple[Parameter, Point | None]:
     """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
-    own = float(device.value_of(solution.parameter))
+    design_value = float(device.value_of(solution.parameter))
     for kind in MULTIPLIER:
         points = [point for point in solution.critical_points if point.event is kind]
         if points:
-            return solution.parameter, min(points, key=lambda point: abs(point.sweep_value - own))
+            return solution.parameter, min(points, key=lambda point: abs(point.sweep_value - design_value))
         if solution.diagram is None and solution.design is not None:
             for margin in solution.design.endings(kind):
                 if (varied := margin.parameter.sweepable) is not None and not varied.bounces:
@@ -349,10 +360,10 @@ def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[Stiffness
     }
     for name, values in distances.items():
         # The stiffest rungs above the noise of the iteration: softer ones have terms of higher order.
-        known = [(r.factor, e) for r, e in zip(rungs, values, strict=True) if e is not None and e > FLOOR][-FITTED:]
+        fitted = [(r.factor, e) for r, e in zip(rungs, values, strict=True) if e is not None and e > FLOOR][-FITTED:]
         exponent = None
-        if len(known) >= 2:
-            x, y = np.log(np.array(known)).T
+        if len(fitted) >= 2:
+            x, y = np.log(np.array(fitted)).T
             exponent = float(np.polyfit(x, y, 1)[0])
         yield Convergence(name, values, exponent)
 
@@ -400,9 +411,9 @@ def _voltage_rows(volts: Volts) -> Iterator[Compared]:
 
 def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     """Where the critical point is, and the margin to it, judged by the shift over that margin."""
-    if comparison.critical is None or comparison.own is None:
+    if comparison.critical is None or comparison.unscaled is None:
         return
-    label, at, value = comparison.critical.label, comparison.critical.sweep_value, comparison.own.critical_value
+    label, at, value = comparison.critical.label, comparison.critical.sweep_value, comparison.unscaled.critical_value
     varied, side = comparison.varied, 1 if comparison.design_value > at else -1
     margin = side * (comparison.design_value - at)
     yield Compared(f"{label}, {varied.symbol}", varied, at, value)

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vireport.membranes.compliance import Compared, Compliance, Convergence, Unit
-from vireport.membranes.stiff_solvers import FIXED, RunOutcome, SolverRun
+from vireport.findings.membranes.compliance import Compared, Compliance, Convergence, Unit
+from vireport.findings.membranes.solvers import FIXED, RunOutcome, SolverRun
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import ABSENT, ROUGHLY, capital, factor_text, percent, quantity, shown
 from vireport.text.tables import Table, numbers, texts
@@ -45,7 +45,7 @@ def verdict(comparison: Compliance, templates: Path | None = None) -> str:
 
 def comparison_with_rigid(comparison: Compliance, templates: Path | None = None) -> Iterator[Table]:
     """What moves from the rigid model, and the rate at which it tends to it."""
-    if comparison.own is None:
+    if comparison.unscaled is None:
         return
     say = _words(templates)
     if comparison.quantities:
@@ -69,7 +69,7 @@ def lost(comparison: Compliance, templates: Path | None = None) -> Iterator[tupl
     """Factors of K other than 1 with which the motion or the critical point is lost: factor, which of them, and why."""
     say, label = _words(templates), comparison.critical.label if comparison.critical is not None else ""
     for rung in comparison.rungs:
-        if rung is not comparison.own and rung.reason and (rung.orbit is None or label):
+        if rung is not comparison.unscaled and rung.reason and (rung.orbit is None or label):
             what = say("what_is_lost", "" if rung.orbit is None else label)
             yield rung.factor, what, say("why", rung.reason)
 

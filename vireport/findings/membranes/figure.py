@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vireport.checks.methods import SOLVERS
 from vireport.figures.captions import pictured
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
@@ -20,16 +19,16 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.membranes.compliance import Compliance
-from vireport.membranes.compliance_tables import quantity_label
-from vireport.membranes.stiff_solvers import FIXED, WRONG, RunOutcome, SolverRun
-from vireport.study.plan import Task
+from vireport.findings.membranes.compliance import Compliance
+from vireport.findings.membranes.solvers import ADAPTIVE, FIXED, WRONG, RunOutcome, SolverRun
+from vireport.findings.membranes.tables import quantity_label
+from vireport.study.plan import AnyTask
 from vireport.text.formatting import factor_text
 
 HEIGHTS = 3.4, 2.7
 """Heights of the panels with their ticks and labels [in]."""
 
-MARKERS = dict(zip((FIXED, *SOLVERS), ("x", "o", "s", "^", "D"), strict=True))
+MARKERS = dict(zip((FIXED, *ADAPTIVE), ("x", "o", "s", "^", "D"), strict=True))
 STIFFNESSES = (Color.BLUE, Color.ORANGE, Color.VERMILION)
 SIZES = (3.6, 5.0, 6.8)
 MARK: Look = {"linestyle": "none", "markersize": 5.0, "markeredgewidth": 1.0, "zorder": 3.0}
@@ -44,15 +43,15 @@ SMALLEST_ON_AXIS = 1e-3
 """The axis of errors reaches down at least to here."""
 
 
-def figure_stiffness(study: Compliance) -> Figure:
+def figure_stiffness(comparison: Compliance) -> Figure:
     """Error against run time for each solver at three stiffnesses, and the distance from the rigid motion over K.
 
     Parameters
     ----------
-    study : Compliance
+    comparison : Compliance
         With runs.
     """
-    shown = shown_factors(study)
+    shown = shown_factors(comparison)
     solvers: list[Entry] = [(name, MARK | {"marker": marker, "color": Color.BLACK}) for name, marker in MARKERS.items()]
     colors: list[Entry] = [
         (f"K times {factor_text(f)}", MARK | {"marker": "o", "color": color, "markersize": size})
@@ -68,34 +67,36 @@ def figure_stiffness(study: Compliance) -> Figure:
             axes.set_yscale("log")
             for along in (axes.xaxis, axes.yaxis):
                 along.set_major_formatter(lambda value, _: factor_text(value))
-        _errors(errors, study, shown)
-        names = _rates(rates, study)
+        _errors(errors, comparison, shown)
+        names = _rates(rates, comparison)
         return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)], [errors, rates])
 
 
-def picture(study: Compliance, templates: Path | None = None) -> Picture:
+def picture(comparison: Compliance, name: AnyTask, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    shown = {
+    drawn = {
         "wrong": WRONG,
-        "order": study.order,
-        "failed": list(dict.fromkeys(run.solver for run in study.runs if run.outcome is not RunOutcome.SOLVED)),
+        "order": comparison.order,
+        "failed": list(dict.fromkeys(run.solver for run in comparison.runs if run.outcome is not RunOutcome.SOLVED)),
         "exponents": [
-            (quantity_label(study, measured), measured.exponent) for measured in study.convergence if measured.exponent
+            (quantity_label(comparison, quantity), quantity.exponent)
+            for quantity in comparison.convergence
+            if quantity.exponent
         ],
     }
-    return pictured(Task.FIGURE_STIFFNESS, shown, figure_stiffness(study), templates)
+    return pictured(name, drawn, figure_stiffness(comparison), templates)
 
 
-def shown_factors(study: Compliance) -> list[float]:
+def shown_factors(comparison: Compliance) -> list[float]:
     """The softest, middle and stiffest membrane that solvers were tried on."""
-    factors = sorted({run.factor for run in study.runs})
+    factors = sorted({run.factor for run in comparison.runs})
     return sorted({factors[0], factors[len(factors) // 2], factors[-1]}) if factors else []
 
 
-def _errors(axes: Axes, study: Compliance, shown: list[float]) -> None:
+def _errors(axes: Axes, comparison: Compliance, shown: list[float]) -> None:
     axes.set_xlabel("run time [ms]")
     axes.set_ylabel("error at the end of the period [–]")
-    for run in study.runs:
+    for run in comparison.runs:
         if run.factor in shown:
             k = shown.index(run.factor)
             look = MARK | {"marker": MARKERS[run.solver], "color": STIFFNESSES[k], "markersize": SIZES[k]}
@@ -111,20 +112,20 @@ def _height(run: SolverRun) -> float:
     return LARGEST if run.error is None else min(max(run.error, SMALLEST), LARGEST)
 
 
-def _rates(axes: Axes, study: Compliance) -> list[Label]:
+def _rates(axes: Axes, comparison: Compliance) -> list[Label]:
     """Draw the distances from rigid impacts, and return the names of the lines."""
     axes.set_xlabel("stiffness over the scenario's K [–]")
     axes.set_ylabel("distance from rigid [–], [rad]")
     names = []
-    for quantity in study.convergence:
-        known = [(rung.factor, d) for rung, d in zip(study.rungs, quantity.distances, strict=True) if d]
+    for quantity in comparison.convergence:
+        known = [(rung.factor, d) for rung, d in zip(comparison.rungs, quantity.distances, strict=True) if d]
         if not known:
             continue
         factors, distances = np.array(known).T
         color, marker = QUANTITIES[quantity.quantity]
-        axes.plot(factors, distances[-1] * (factors / factors[-1]) ** -study.order, **THEORY)
+        axes.plot(factors, distances[-1] * (factors / factors[-1]) ** -comparison.order, **THEORY)
         axes.plot(factors, distances, **MARK | {"color": color, "marker": marker})
         later = len(known) // 2
-        names.append(Label(quantity_label(study, quantity), factors[later:], distances[later:]))
+        names.append(Label(quantity_label(comparison, quantity), factors[later:], distances[later:]))
     axes.minorticks_off()
     return names

@@ -1,0 +1,201 @@
+"""What is said of compliant membranes: of the comparison with rigid ones, of its figure, and against a device."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import SimpleNamespace
+
+import pytest
+from branches import branches_taken
+from conftest import solved
+
+from vireport.findings.membranes.compliance import Grade, Unit
+from vireport.findings.membranes.finding import FINDING
+from vireport.findings.membranes.judging import moved_or_lost
+from vireport.gate.alerts import alerts
+from vireport.gate.evidence import Evidence
+from vireport.gate.verdict import verdict_of
+from vireport.motions.events import Event
+from vireport.scenario.loading import load
+from vireport.scenario.parameters import Parameter
+from vireport.study.plan import plan
+from vireport.text.alerts import CATALOGUE, AlertCode
+from vireport.wording.templates import Words
+
+
+def thing(**of: object) -> SimpleNamespace:
+    return SimpleNamespace(**of)
+
+
+B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
+ORBIT = thing(contact_share=0.0209, stable=True)
+RUNG = thing(orbit=ORBIT, critical_value=0.58, reason="")
+
+
+def compared(name: str, shift: float, *, of_margin: bool = False, moved: float | None = -0.1) -> SimpleNamespace:
+    return thing(criterion=thing(name=name, shift=shift), of_margin=of_margin, shift=moved)
+
+
+def comparison(**of: object) -> SimpleNamespace:
+    return thing(**{"unscaled": RUNG, "critical": B1, "grade": Grade.GOOD, "reason": "there is no ball"} | of)
+
+
+STIFF = {"wrong": 0.01, "order": 0.2778, "failed": [], "exponents": []}
+FIGURES = [
+    ("figure_stiffness_caption", STIFF, "exceeds 0.01 and at the top"),
+    ("figure_stiffness_caption", STIFF, "the slope expected, −0.278 (dashed); no exponent could be fitted."),
+    (
+        "figure_stiffness_alt",
+        {**STIFF, "failed": ["RK4", "DOP853"], "exponents": [("velocity", -0.277), ("B1", -0.28)]},
+        "Some runs of RK4, DOP853 failed. Fitted exponents: velocity −0.277, B1 −0.28.",
+    ),
+    ("figure_stiffness_alt", STIFF, "No run failed. No exponent could be fitted."),
+]
+
+SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("not_rigid", ("It runs",), "It runs, by a rigid model that is not good enough."),
+    ("lacks_not_rigid", (), "rigid model not good enough"),
+    ("head", ("critical",), "critical point"),
+    ("head", ("critical", "B1"), "B1"),
+    ("quantity", ("phase", "rad"), "Phase [rad]"),
+    ("quantity", ("restitution", ""), "Restitution"),
+    ("what_is_lost", ("B1",), "B1"),
+    ("what_is_lost", ("",), "the motion"),
+    ("why", ("lost at 5: no root: none",), "lost at 5 (no root, none)"),
+    ("why", ("lost",), "lost"),
+    (
+        "verdict",
+        (comparison(unscaled=None), []),
+        "Rigid and compliant membranes were not compared: there is no ball.",
+    ),
+    (
+        "verdict",
+        (comparison(unscaled=thing(orbit=None, reason="lost: no root")), []),
+        "The rigid model is not good enough here: on the compliant membranes the motion is lost (no root).",
+    ),
+    (
+        "verdict",
+        (comparison(unscaled=thing(orbit=thing(stable=False))), []),
+        "The rigid model is not good enough here: on the compliant membranes the motion is no longer stable.",
+    ),
+    (
+        "verdict",
+        (comparison(unscaled=thing(orbit=ORBIT, critical_value=None, reason="lost")), []),
+        "Contacts last up to 2.1 % of the forcing period. The rigid model is not good enough here: followed from stiff "
+        "membranes to softer ones, B1 is lost.",
+    ),
+    (
+        "verdict",
+        (comparison(), []),
+        "period. The rigid model is good enough here by all criteria.",
+    ),
+    ("verdict", (comparison(critical=None, grade=None), []), "The rigid model is good enough here by all"),
+    (
+        "verdict",
+        (
+            comparison(grade=Grade.INSUFFICIENT),
+            [
+                compared("U_ave", 0.25),
+                compared("B1", -0.6, of_margin=True),
+                compared("B1", 2.46, of_margin=True, moved=0.1),
+            ],
+        ),
+        "The rigid model is not good enough here: U_ave shifts by +25 %; B1 moves by 60 % of the margin to it, towards "
+        "the "
+        "motion; B1 moves by 2.5 times the margin to it, away from the motion.",
+    ),
+]
+
+
+@pytest.mark.parametrize(("macro", "x", "part"), FIGURES)
+def test_the_figure_is_worded(macro: str, x: dict[str, object], part: str) -> None:
+    say = Words("figures/stiffness")
+    assert part in say(macro, x)
+    assert say("figure_stiffness_title")
+
+
+@pytest.mark.parametrize(("macro", "given", "part"), SAID)
+def test_the_comparison_is_worded(macro: str, given: tuple[object, ...], part: str) -> None:
+    assert part in Words("compliant")(macro, *given)
+
+
+def test_every_branch_of_the_words_is_said_above() -> None:
+    with branches_taken() as taken:
+        for macro, x, _ in FIGURES:
+            Words("figures/stiffness")(macro, x)
+        for macro, given, _ in SAID:
+            Words("compliant")(macro, *given)
+        branches, told = taken()
+    assert {branch.partition(":")[0] for branch in branches} == {"words/compliant.j2", "words/figures/stiffness.j2"}
+    assert branches - told == set()
+
+
+def moved(stable: bool, *shifts: tuple[object, float], **changed: object) -> SimpleNamespace:
+    """A rigid model that is not good enough, by some shifts or because something is lost."""
+    rows = [
+        thing(unit=unit, of_margin=isinstance(unit, Parameter), criterion=thing(name=name, shift=x, grade=Grade(2)))
+        for name, unit, x in shifts
+    ]
+    rung = thing(orbit=thing(stable=stable))
+    return thing(**{"grade": Grade.INSUFFICIENT, "quantities": rows, "unscaled": rung, "critical": B1} | changed)
+
+
+@pytest.mark.parametrize("grade", sorted(Grade))
+def test_a_rigid_model_that_is_not_good_enough_is_held_against_a_device(grade: Grade) -> None:
+    evidence = Evidence(solved("inclined", device__ball_mass_kg=1e-5), findings={"membranes": moved(True, grade=grade)})
+    verdict = verdict_of(evidence)
+    assert verdict.added["membranes"].status == ("good", "caution", "bad")[grade]
+    assert (verdict.word == "Stable, by a rigid model that is not good enough") is (grade is Grade.INSUFFICIENT)
+    assert ("VR013" in {alert.code for alert in alerts(evidence)}) is (grade is Grade.INSUFFICIENT)
+
+
+def test_where_nothing_is_compared_nothing_is_answered() -> None:
+    found = thing(grade=None)
+    assert not list(FINDING.answers(found, Evidence(solved("inclined"))))
+    assert not FINDING.contradicts_rigid_impacts(found)
+
+
+@pytest.mark.parametrize(
+    ("comparison", "cause"),
+    [
+        (
+            moved(True, ("velocity", Unit.VELOCITY, 0.06), ("U_ave", Unit.VOLTAGE, -0.25)),
+            "moves velocity by +6 %, U_ave by \u221225 %.",
+        ),
+        (moved(True, ("B1", Parameter.LENGTH, -0.6)), "stiffness moves B1 by 0.6 times the margin to it."),
+        (moved(True), "B1 is lost."),
+        (moved(False), "the stable motion is lost."),
+        (moved(True, critical=None), "the stable motion is lost."),
+    ],
+)
+def test_the_alert_says_what_moves_or_is_lost(comparison: SimpleNamespace, cause: str) -> None:
+    evidence = Evidence(solved("inclined"), findings={"membranes": comparison})
+    assert next(alert.cause for alert in alerts(evidence) if alert.code == "VR013").endswith(cause)
+
+
+def test_no_alert_where_no_motion_is_stable() -> None:
+    evidence = Evidence(solved("inclined", device__length_m=0.6), findings={"membranes": moved(False)})
+    assert not evidence.impacts[0].size
+    assert "VR013" not in {alert.code for alert in alerts(evidence)}
+
+
+def test_short_contacts_may_move_a_motion_as_well() -> None:
+    """Next to its end: the alerts on long contacts and on the rigid model have each its own cause."""
+    solution = solved("inclined", device__membrane__stiffness=1e12)
+    stiff = Evidence(solution, findings={"membranes": moved(True, ("U_ave", Unit.VOLTAGE, 0.25))})
+    assert {"VR011", "VR013"} & {alert.code for alert in alerts(stiff)} == {"VR013"}
+
+
+def test_every_sentence_of_the_alert_is_said_above() -> None:
+    comparisons = (moved(True, ("U_ave", Unit.VOLTAGE, 0.2), ("B1", Parameter.LENGTH, 1.0)), moved(True), moved(False))
+    said = [sentence for comparison in comparisons for sentence in moved_or_lost(comparison)]
+    within = [part for sentence in said for part in sentence.given.get("shifts", ())]
+    (known,) = (row for row in CATALOGUE if row.code is AlertCode.NOT_RIGID)
+    assert {sentence.name for sentence in (*said, *within)} == set(known.cause)
+
+
+def test_the_motion_is_followed_without_the_package_of_40_digits(example, monkeypatch) -> None:
+    monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
+    planned = plan(load(example("inclined"), ["accuracy={}"]).scenario, ("json",))
+    assert planned.runs("compliant")
+    assert not planned.runs("figure-stiffness", "accuracy")

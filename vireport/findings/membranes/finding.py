@@ -1,0 +1,115 @@
+"""What compliant membranes bring to a study: whether rigid impacts are good enough, and how solvers cope with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vireport.base.progress import Progress, portion
+from vireport.study.finding import AddedFinding
+
+if TYPE_CHECKING:
+    from vireport.findings.membranes.compliance import Compliance
+    from vireport.gate.evidence import Evidence
+    from vireport.gate.verdict import AddedAnswer
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+    from vireport.text.alerts import AlertCode, Sentence
+
+FIGURE = "figure-stiffness"
+RESULTS = "compliant"
+"""The step, and the key of results.json."""
+
+
+class MembranesFinding(AddedFinding["Compliance"]):
+    """The ladder of stiffnesses and stiff solvers as an addition to a study."""
+
+    name = "membranes"
+    section = "sections/compliant.typ.j2"
+    within = "appendix"
+
+    def steps(self) -> Iterator[DeclaredStep]:
+        """The motion with compliant membranes, and its figure."""
+        from vireport.study.plan import ACCURACY, BALL, PICTURES, AddedTask, DeclaredStep, Precondition, Task
+
+        compliant = Precondition(
+            lambda scenario, _: scenario.accuracy and scenario.accuracy.compliant_membrane,
+            "accuracy.compliant_membrane is false",
+        )
+        why = "the scenario has an accuracy block"
+        solved = AddedTask(RESULTS, "the motion with compliant membranes, and solvers on stiff ones")
+        yield DeclaredStep(
+            solved,
+            (ACCURACY, compliant, BALL),
+            why,
+            costs=lambda _: f"{solved.what}: some ten seconds",
+            before=Task.OWN_STIFFNESS,
+        )
+        drawn = AddedTask(FIGURE, "solvers on stiff membranes")
+        yield DeclaredStep(drawn, (compliant, PICTURES), why, (ACCURACY, BALL), before=Task.FIGURE_DIAGRAM)
+
+    def find(self, study: Study, say: Progress) -> Compliance:
+        """Follow the motion from rigid membranes to the scenario's own, and try solvers on the way."""
+        from vireport.findings.membranes.compliance import compliance
+        from vireport.study.plan import Task
+        from vireport.study.study import MEASURED_SHARE
+
+        block = study.scenario.accuracy
+        assert block is not None
+        begins = MEASURED_SHARE if study.plan.runs(Task.ACCURACY) else 0.0
+        return compliance(study.solution, block.ladder, block.repeats, portion(say, begins, 1.0))
+
+    def contradicts_rigid_impacts(self, found: Compliance) -> bool:
+        """Whether the rigid model is not good enough."""
+        return found.grade is not None and found.grade.contradicts
+
+    def results(self, found: Compliance | None, study: Study) -> Mapping[str, Any]:
+        """The block `compliant`."""
+        if found is None:
+            return {RESULTS: None}
+        from vireport.findings.membranes.compliance import compliance_data
+
+        return {RESULTS: compliance_data(found)}
+
+    def answers(self, found: Compliance, evidence: Evidence) -> Iterator[AddedAnswer[Compliance]]:
+        """Whether the rigid model is good enough, where that could be compared."""
+        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
+
+        if found.grade is None:
+            return
+        status, concludes = (Status.GOOD, Status.CAUTION, Status.BAD)[found.grade], None
+        if found.grade.contradicts:
+            word = "Stable, by a rigid model that is not good enough"
+            concludes = AddedConclusion("NOT_RIGID", Status.CAUTION, word, Weight.MARGIN, "compliant")
+        yield AddedAnswer("Is the rigid model good enough?", status, found, name=self.name, concludes=concludes)
+
+    def causes(self, found: Compliance, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
+        """What the membranes' own stiffness moves too far, or ends."""
+        from vireport.findings.membranes.judging import moved_or_lost
+        from vireport.text.alerts import AlertCode
+
+        stable = evidence.impacts[0].size
+        return {AlertCode.NOT_RIGID: moved_or_lost(found)} if stable and self.contradicts_rigid_impacts(found) else {}
+
+    def pictures(self, found: Compliance, study: Study, templates: Path | None) -> Iterator[Any]:
+        """Errors of the solvers, and the rates at which the motion tends to the rigid one."""
+        drawn = next((step.task for step in study.plan.steps if step.runs and step.task == FIGURE), None)
+        if drawn is not None and found.runs:
+            from vireport.findings.membranes.figure import picture
+
+            yield picture(found, drawn, templates)
+
+    def parts(self, found: Compliance, templates: Path | None) -> Mapping[str, Any]:
+        """The verdict on the rigid model, what moves from it, where a motion is lost, and how solvers do."""
+        from vireport.findings.membranes.tables import comparison_with_rigid, lost, solvers_on_stiff_membranes, verdict
+
+        return {
+            "verdict": verdict(found, templates),
+            "comparison": list(comparison_with_rigid(found, templates)),
+            "lost": list(lost(found, templates)),
+            "solvers": list(solvers_on_stiff_membranes(found, templates)),
+        }
+
+
+FINDING = MembranesFinding()
