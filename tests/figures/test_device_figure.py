@@ -28,7 +28,7 @@ def test_where_the_1_1_motion_is_unstable_the_stable_motion_of_other_impacts_is_
     assert (word, other) == ("BBT", True)
     assert [np.sum(np.abs(distance - end) < 1e-9) for end in (0, 1)] == [2 * 2, 2]
     assert time[-1] == pytest.approx(1)
-    assert "in one period: the stable motion BBT." in picture(study).caption
+    assert "of one period (the stable motion BBT)." in picture(study).caption
     assert "it meets the top after 0." in picture(study).alt
 
 

@@ -16,7 +16,7 @@ from pypdf import PageObject, PdfReader
 from vireport.cli.app import main
 
 NAMES = (
-    *("horizontal", "inclined-forcing", "simulated"),
+    *("horizontal", "inclined-forcing", "stiff-membrane", "simulated"),
     *("design-point", "best-design", "ci/passing", "ci/failing"),
 )
 COMPARED = ("horizontal", "inclined", "inclined-forcing")
@@ -27,6 +27,15 @@ EMPTY_FROM = 40.0
 MOST_EMPTY, LEAST_OF_THE_LAST = 0.45, 0.2
 """Of the height of a page between its margins: what a figure leaves blank that stands on the next page, as none floats
 into another section, and how far down the last page begins to be worth its paper."""
+
+MOST_WORDS, MOST_NUMBERS = 150, 25
+"""Of a first page, but for the numbers at ticks."""
+
+OF_ANSWERS_ALONE = ("inclined", "horizontal", "inclined-forcing", "stiff-membrane", "design-point")
+"""Examples whose first page says nothing of requirements."""
+
+BEFORE_APPENDIX = {"simulated": 6}
+"""Most pages before the appendix, where a scenario asks for sections of its own."""
 
 MOST_PAGES = {"simulated": 11}
 
@@ -39,6 +48,9 @@ HEADING, AFTER_HEADING = 20.0, 75.0
 
 LETTERING = 6.95
 """Least size of digits [pt]."""
+
+LOWEST_OF_THE_FIRST = 0.3
+"""Height over the foot of the sheet at which the first page ends at the latest, over that of the sheet."""
 
 SECTION = 14.0
 """Size of the title of a section [pt]."""
@@ -107,14 +119,32 @@ def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 def test_no_page_is_nearly_empty(report: Report) -> None:
     width, height = PAPERS[report.paper]
-    *others, last = report.texts
+    first, *others, last = report.texts
     assert height - TOP - last[-1].height > LEAST_OF_THE_LAST * (height - TOP - FOOT)
-    for number, page in enumerate(others, 1):
+    # What a figure fills between its ticks and labels is not empty.
+    assert first[-1].height < LOWEST_OF_THE_FIRST * height or report.name == "comparison"
+    for number, page in enumerate(others, 2):
         ends = [height - TOP, *(text.height for text in page if text.height < height - TOP), FOOT]
         empty = sum(above - below for above, below in pairwise(ends) if above - below > EMPTY_FROM)
         assert empty < MOST_EMPTY * (height - TOP - FOOT), number
     for page in report.reader.pages:
         assert [float(x) for x in page.mediabox] == pytest.approx([0, 0, width, height], abs=0.1)
+
+
+def test_the_first_page_is_the_answer_in_few_words_and_numbers_and_margins_begin_the_second(report: Report) -> None:
+    if report.name == "comparison":
+        return  # which has no margins
+    reader = report.reader
+    # Numbers alone in a line are those of ticks.
+    lines = [line for line in reader.pages[0].extract_text().splitlines() if re.search(r"[^\W\d]", line)]
+    assert re.fullmatch(r"vireport \S+ Page 1 of \d+", lines[-1])
+    printed = " ".join(lines[:-1])
+    if report.name in OF_ANSWERS_ALONE:
+        assert len(re.findall(r"[^\W\d_]{2,}[\w’-]*", printed)) <= MOST_WORDS
+        assert len(re.findall(r"\d+(?:[.:]\d+)*", printed)) <= MOST_NUMBERS
+    begins = {str(item.title): reader.get_destination_page_number(item) for item in flat(reader.outline)}
+    assert begins["Margins"] == 1
+    assert begins["Appendix"] <= BEFORE_APPENDIX.get(report.name, 4)
 
 
 def test_no_heading_is_parted_from_its_content(report: Report) -> None:

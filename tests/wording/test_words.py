@@ -1060,9 +1060,9 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         {"swept": LENGTH, "best": thing(word=Word.of("BBT"), per_second_v=1234.0), "exactness": OF_A_MODEL},
         "the length. BBT generates most, up to 1.23 kV/s.",
     ),
-    ("figure_device_caption", {"motion": "", "other": False}, "between its membranes, not to scale across."),
-    ("figure_device_caption", {"motion": "stable node", "other": False}, "membrane in one period: stable node."),
-    ("figure_device_caption", {"motion": "BBT", "other": True}, "membrane in one period: the stable motion BBT."),
+    ("figure_device_caption", {"motion": "", "other": False}, "The sketch is not to scale across."),
+    ("figure_device_caption", {"motion": "stable node", "other": False}, "the path is that of one period (stable node)."),
+    ("figure_device_caption", {"motion": "BBT", "other": True}, "that of one period (the stable motion BBT)."),
     ("figure_device_alt", {"dimensions": HELD, "motion": ""}, "between two membranes: F = 3 N, r = 0.5."),
     (
         "figure_device_alt",

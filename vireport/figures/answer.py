@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from msgspec.structs import replace
 
 from vireport.figures.captions import pictured
 from vireport.figures.curves import Floats, Stretch, stretches, swept_solution
@@ -20,8 +21,8 @@ from vireport.study.plan import Task
 from vireport.study.study import Study
 from vireport.text.formatting import percent
 
-HEIGHT = 2.9
-"""Height of the panel with its ticks and labels [in]."""
+HEIGHT, ON_PAPER = 2.9, 5.7
+"""Height of the panel with its ticks and labels, and on the first page of a PDF [in]."""
 
 STABLE_AREA: Look = {"color": Color.FILL_C, "alpha": 0.35, "linewidth": 0, "zorder": 0.5}
 DESIGN_LINE: Look = {"color": Color.BLACK, "linewidth": 1.1, "zorder": 2.0}
@@ -61,11 +62,12 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
         "speeds": [_extent(study, side) for side in (0, 1)],
         "exactness": study.evidence.exactness,
     }
-    return pictured(Task.FIGURE_ANSWER, words, figure_answer(study), templates)
+    first = pictured(Task.FIGURE_ANSWER, words, figure_answer(study), templates)
+    return replace(first, on_paper=figure_answer(study, ON_PAPER)) if study.plan.runs(Task.PDF) else first
 
 
-def figure_answer(study: Study) -> Figure:
-    """Impact speeds at either membrane over the sweep, lines labelled where they end."""
+def figure_answer(study: Study, height: float = HEIGHT) -> Figure:
+    """Impact speeds at either membrane over the sweep, lines labelled where they end; `height` is in inches."""
     solution, sweep = swept_solution(study)
     low, high = sorted((float(sweep.start), float(sweep.end)))
     swept = sweep.parameter
@@ -100,7 +102,7 @@ def figure_answer(study: Study) -> Figure:
                 study=study,
             )
         _design(axes, study)
-        return finished(figure, HEIGHT, [], [])
+        return finished(figure, height, [], [])
 
 
 def _speeds(study: Study, part: Stretch) -> tuple[Floats, tuple[Floats, Floats]]:

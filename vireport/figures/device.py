@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 from matplotlib.transforms import Affine2D
+from msgspec.structs import replace
 
 from vireport.figures.captions import friction_of, harmonics_of, held, pictured, restitutions_of
 from vireport.figures.curves import DrawnCurve
@@ -47,8 +48,8 @@ from vireport.study.plan import Task
 from vireport.study.study import Study
 from vireport.text.formatting import exact
 
-HEIGHT = 2.9
-"""Height of the panels with their ticks and labels [in]."""
+HEIGHT, ON_PAPER = 2.9, 5.0
+"""Height of the panels with their ticks and labels, and on the first page of a PDF [in]."""
 
 WIDTH = 2.9
 """Width of the path of the ball, for the choice of ticks [in]."""
@@ -70,11 +71,13 @@ def picture(study: Study, templates: Path | None = None) -> Picture:
         words, other, (time, distance) = motion
         shares = dict.fromkeys(float(f"{at / time[-1]:.3g}") for at in time[distance > 1 - AT_WALL])
         shown |= {"motion": words, "other": other, "at_top": list(shares)}
-    return pictured(Task.FIGURE_DEVICE, shown, figure_device(study), templates)
+    drawn = pictured(Task.FIGURE_DEVICE, shown, figure_device(study), templates)
+    first = study.plan.runs(Task.PDF) and study.solution.sweep is None
+    return replace(drawn, on_paper=figure_device(study, ON_PAPER)) if first else drawn
 
 
-def figure_device(study: Study) -> Figure:
-    """The sketch of the device, and beside it the path of the ball if there is a motion at the design point."""
+def figure_device(study: Study, height: float = HEIGHT) -> Figure:
+    """The sketch of the device, and beside it the path of the ball if there is a motion; `height` is in inches."""
     motion = shown_motion(study)
     parts = 1 if motion is None else 2
     columns = columns_of(parts)
@@ -86,7 +89,7 @@ def figure_device(study: Study) -> Figure:
         if motion is not None:
             _path(panels[-1, -1], study, motion[2])
             legend = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT), ("ball", BALL)]
-        return finished(figure, HEIGHT * rows, [(", ".join(_masses(study)), Color.BLACK)], [legend])
+        return finished(figure, height * rows, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
 def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:

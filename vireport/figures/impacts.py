@@ -21,8 +21,8 @@ from vireport.measurement.records import Record
 from vireport.text.formatting import PREFIXES
 from vireport.wording.templates import Words
 
-HEIGHT = 1.25
-"""Of the panel of a membrane [in]."""
+HEIGHT, ON_PAPER = 1.25, 2.6
+"""Of the panel of a membrane, and on the first page of a PDF [in]."""
 
 NORMAL_95 = 1.96
 """Half of the interval that 95 % of normal errors are in, over their standard deviation."""
@@ -49,7 +49,12 @@ def impacts_picture(answer: Identification, record: Record, templates: Path | No
     words, found = Words("figures/impacts", templates), answer.found
     fitted = isinstance(found, Fitted)
     kind = "errors" if fitted else "phases"
-    figure = figure_errors(found, answer.origin_s) if isinstance(found, Fitted) else figure_phases(answer, record)
+
+    def drawn(height: float) -> Figure:
+        if isinstance(found, Fitted):
+            return figure_errors(found, answer.origin_s, height)
+        return figure_phases(answer, record, height)
+
     shown = {
         "impacts": len(found.kept) if isinstance(found, Fitted) else len(record.times),
         "every": _every(len(record.times)),
@@ -57,10 +62,10 @@ def impacts_picture(answer: Identification, record: Record, templates: Path | No
         "name": Path(record.name).name,
     }
     title, caption, alt = (words(f"figure_impacts_{kind}_{part}", shown) for part in ("title", "caption", "alt"))
-    return Picture(NAME, title, caption, alt, figure)
+    return Picture(NAME, title, caption, alt, drawn(HEIGHT), on_paper=drawn(ON_PAPER))
 
 
-def figure_errors(fitted: Fitted, origin_s: float) -> Figure:
+def figure_errors(fitted: Fitted, origin_s: float, height: float = HEIGHT) -> Figure:
     """What each time has over the fitted one, a panel for each membrane, with the band of the timing error.
 
     Times with standard errors of their own are compared in units of these, counted in that of the median impact.
@@ -77,10 +82,10 @@ def figure_errors(fitted: Fitted, origin_s: float) -> Figure:
             axes.set_ylabel(f"error [{PREFIXES[power]}s]")
             _label(axes, reach, "95 %", Color.GREY)
         fit_vertically(panels, 4)
-        return finished(figure, HEIGHT * len(SIDES), [], [], aligned=panels)
+        return finished(figure, height * len(SIDES), [], [], aligned=panels)
 
 
-def figure_phases(answer: Identification, record: Record) -> Figure:
+def figure_phases(answer: Identification, record: Record, height: float = HEIGHT) -> Figure:
     """The place of each impact within the period of the force, a panel for each membrane."""
     times = record.times - answer.origin_s
     phases = times * float(answer.inquiry.model.device.frequency_hz) % 1
@@ -88,7 +93,7 @@ def figure_phases(answer: Identification, record: Record) -> Figure:
         figure, panels = _panels(record.times, record.walls, phases)
         for axes in panels:
             axes.set(ylim=(0, 1), ylabel="phase [periods]")
-        return finished(figure, HEIGHT * len(SIDES), [], [], aligned=panels)
+        return finished(figure, height * len(SIDES), [], [], aligned=panels)
 
 
 def _panels(times: Floats, walls: Floats, y: Floats) -> tuple[Figure, list[Any]]:

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.image import imsave
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
 from vireport.base.files import WRITTEN_BY
@@ -321,6 +322,8 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     figure : Figure
     sheet : Sheet
         What it is drawn for.
+    on_paper : Figure or None
+        The same, as high as the first page of a PDF has room for; None where a PDF has it as it is.
     """
 
     name: str
@@ -329,6 +332,7 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     alt: str
     figure: Figure
     sheet: Sheet = field(default_factory=sheet)
+    on_paper: Figure | None = None
 
     def __repr__(self) -> str:
         return f"<Picture {self.name}: {self.title}>"
@@ -374,6 +378,11 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         fonts = SVG_FONTS if self.sheet.fonts == STYLE["font.family"] else ", ".join(self.sheet.fonts)
         head = f'width="{width}pt" height="{height}pt" font-family="{escape(fonts)}" role="img"'
         return f"{_opened(head, drawn.box, self.alt)}{_LINK.sub('', drawn.elements)}</svg>\n".encode()
+
+    @cached_property
+    def printed(self) -> bytes:
+        """The figure as a PDF has it, as an SVG file."""
+        return self.svg if self.on_paper is None else replace(self, figure=self.on_paper, on_paper=None).svg
 
     @property
     def inline(self) -> str:

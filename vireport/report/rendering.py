@@ -71,7 +71,7 @@ def render_files(
         drawings = {f"{name}.svg": picture.svg for name, picture in vectors.items()}
         source = _filled(report, templates) if formats & {"html", "pdf"} else ""
         pdf = (
-            beside.submit(_compiled, report, source, templates, "pdf", paper=PAPERS[paper])
+            beside.submit(_compiled, report, source, templates, "pdf", _of_paper(report), paper=PAPERS[paper])
             if "pdf" in formats
             else None
         )
@@ -116,13 +116,13 @@ def _filled(report: AnyReport, templates: Path | None) -> str:
 
 
 def _page(report: AnyReport, source: str, templates: Path | None) -> bytes:
-    page = _compiled(report, source, templates, "html").decode("utf-8")
+    page = _compiled(report, source, templates, "html", _of_page(report)).decode("utf-8")
     return _MATHS.sub(lambda match: match[0].translate(_ACCENTS), page).encode("utf-8")
 
 
 def _of_paper(report: AnyReport) -> dict[str, str]:
     """The drawings that the template of a PDF sets, by their names."""
-    return {f"{name}.svg": picture.svg.decode("utf-8") for name, picture in report.pictures.items()}
+    return {f"{name}.svg": picture.printed.decode("utf-8") for name, picture in report.pictures.items()}
 
 
 def _of_page(report: AnyReport) -> dict[str, str]:
@@ -165,7 +165,8 @@ def render_pdf(
     RenderError
         Where a template fails, with the line.
     """
-    return _compiled(report, _filled(report, templates), templates, "pdf", standards, PAPERS[paper])
+    source, drawn = _filled(report, templates), _of_paper(report)
+    return _compiled(report, source, templates, "pdf", drawn, standards, PAPERS[paper])
 
 
 def _compiled(
@@ -173,18 +174,18 @@ def _compiled(
     source: str,
     templates: Path | None,
     output: Literal["html", "pdf"],
+    drawn: dict[str, str],
     standards: Iterable[str] = (),
     paper: str = "",
 ) -> bytes:
-    """What Typst makes of a filled template; in a PDF, characters that its fonts lack are given by their numbers."""
+    """What Typst makes of a filled template with what is `drawn`; characters that a PDF's fonts lack are numbers."""
     import typst
 
     unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
     lacking = "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))
     # What a template reads is passed to Typst as it is: no file has to be written that a full disk refuses, or that a
     # process which is killed leaves behind.
-    inputs = _of_page(report) if output == "html" else _of_paper(report)
-    inputs |= {"output": output, "lacking": lacking, "paper": paper}
+    inputs = drawn | {"output": output, "lacking": lacking, "paper": paper}
     compiler = typst.Compiler(root=TEMPLATES, ignore_system_fonts=True, sys_inputs=inputs)
     try:
         file = compiler.compile(
