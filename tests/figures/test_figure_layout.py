@@ -8,7 +8,7 @@ from figure_cases import boxes_of
 from matplotlib.figure import Figure
 
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.layout import blank, finished, round_ticks, tick_labels, widened
+from vireport.figures.layout import Entry, blank, finished, folded, round_ticks, tick_labels, widened
 from vireport.figures.style import style
 
 
@@ -76,3 +76,28 @@ def assert_clear(figure: Figure) -> None:
     for line in axes.lines:
         pixels = line.get_transform().transform(line.get_xydata())
         assert not any(boxes[name].count_contains(pixels) for name in ("A1", "A2"))
+
+
+def test_a_line_parts_no_number_from_its_unit_nor_an_equation_from_its_sign() -> None:
+    text = "impact on the bottom: area 8.16 mJ, d = 0.281, reached at 4.3 % of all cells"
+    for letters in range(12, 40):
+        lines = folded(text, letters).splitlines()
+        assert " ".join(lines) == text
+        assert max(map(len, lines)) <= letters
+        assert not any(line.endswith(("8.16", "4.3", " d", "=")) for line in lines), lines
+
+
+@pytest.mark.parametrize(("names", "lines"), [([10, 10, 10], [3]), ([16, 16, 16, 16, 16, 4, 4, 4, 12], [4, 5])])
+def test_a_legend_takes_as_few_lines_as_its_entries_fill(names: list[int], lines: list[int]) -> None:
+    """Long entries make no columns for short ones, which would then take a line more."""
+    entries: list[Entry] = [("n" * count, {"color": "black"}) for count in names]
+    with style():
+        figure = finished(blank(1)[0], 2.0, [], [entries])
+    figure.canvas.draw()
+    texts = [text for legend in figure.legends for text in legend.get_texts()]
+    assert sorted(text.get_text() for text in texts) == sorted(name for name, _ in entries)
+    places = sorted((-text.get_window_extent().y0, text.get_window_extent().x0, text.get_text()) for text in texts)
+    assert [name for _, _, name in places] == [name for name, _ in entries]
+    rows = [round(y) for y, _, _ in places]
+    assert [rows.count(y) for y in dict.fromkeys(rows)] == lines
+    assert max(text.get_window_extent().x1 for text in texts) <= 1.01 * figure.bbox.x1  # pixels round each letter

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from vireport.base.errors import UsageError
 from vireport.changes.messages import Message, listed
 from vireport.comparison.comparison import (
-    BESIDE_ONE_ANOTHER,
     COMPARED_FIGURES,
     OVERLAY,
     Comparison,
@@ -32,7 +31,10 @@ from vireport.text.formatting import capital
 
 PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
-NARROWEST = 1.2
+MOST_BESIDE = 5
+"""Scenarios beside one another in a figure."""
+
+NARROWEST = 1.1
 """Width of a scenario's panels that its ticks and labels take at least [in]."""
 
 Columns = dict[str, Drawing]
@@ -40,7 +42,7 @@ Columns = dict[str, Drawing]
 
 
 def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
-    """Draw all scenarios on one axis, and figures 2, 4 and 7 with at most four of them beside one another.
+    """Draw all scenarios on one axis, and figures 2, 4 and 7 with at most five of them beside one another.
 
     Parameters
     ----------
@@ -123,7 +125,7 @@ def compare_figure(
     Returns
     -------
     tuple of Figure
-        One for each four scenarios, of a narrower one for as many as there is room for; none where no scenario has it.
+        One for each five scenarios, of a narrower one for as many as there is room for; none where no scenario has it.
 
     Raises
     ------
@@ -145,7 +147,7 @@ def _pages(comparison: Comparison, figure: Task) -> Iterator[Columns]:
     """Part the scenarios of one kind of figure into groups of as many as fit beside one another."""
     skipped = {name for name, _ in left_out(comparison, figure)}
     drawn = [(name, study) for name, study in comparison.by_name.items() if name not in skipped]
-    fitting = max(1, min(BESIDE_ONE_ANOTHER, int(sheet().across / NARROWEST)))
+    fitting = max(1, min(MOST_BESIDE, int(sheet().across / NARROWEST)))
     for part in columns(len(drawn), fitting):
         yield {name: _ranked(drawing_of(study, simulated_points(study))) for name, study in drawn[part]}
 

@@ -67,6 +67,8 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
     The layout of the figure must be final.
     """
+    if not labels:
+        return
     panel = _Panel(axes)
     shown: list[tuple[Label, Floats]] = []
     for label in labels:
@@ -165,13 +167,16 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     order = np.repeat(np.arange(len(anchors)), len(offsets))
     far = np.tile(np.repeat(REACH, len(DIRECTIONS)), len(anchors))
     own = np.hypot(*(centres - anchors[order]).T)
-    to_own = np.hypot(*(centres.T[:, :, None] - anchors.T[:, None])).min(axis=1)
     to_others = np.hypot(*(centres.T[:, :, None] - others.T[:, None])).min(axis=1, initial=np.inf)
     cost = panel.covered(centres - half, centres + half) + FAR * far + LATER * order
     # A label that stands nearer to another point is read as the name of that one.
     cost += NEARER_TO_OTHER * (to_others < own + CLEARANCE)
-    past_own = ON_LABEL * (own > to_own + CLEARANCE)  # a leader that goes past another of its points
-    cost += (far >= LEADER_FROM) * (panel.crossed(anchors[order], centres) + past_own)
+    # A leader only adds to the cost: it is looked at where that is less than at every place without one.
+    led = far >= LEADER_FROM
+    rows = np.flatnonzero(led & (cost < cost[~led].min()))
+    to_own = np.hypot(*(centres[rows].T[:, :, None] - anchors.T[:, None])).min(axis=1)
+    past_own = ON_LABEL * (own[rows] > to_own + CLEARANCE)  # a leader that goes past another of its points
+    cost[rows] += panel.crossed(anchors[order[rows]], centres[rows]) + past_own
     best = int(np.argmin(cost))
     anchor, centre = anchors[order[best]], centres[best]
     panel.take(centre - half, centre + half)

@@ -1,31 +1,34 @@
 """What all figures are built from: panels in rows and columns, a heading with legends, ticks, the axis of a sweep.
 
-Matplotlib's tight layout places the panels; the heading is put over them, and labels are written once that is final.
+The panels are placed first; the heading is put over them, and labels are written once that is final.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from string import ascii_lowercase
 from textwrap import fill
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
-from matplotlib.transforms import Bbox, ScaledTranslation
+from matplotlib.transforms import ScaledTranslation
 from msgspec import Struct
 
 from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
+from vireport.figures.placing import place_panels
 from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
-from vireport.figures.vector import PER_INCH, LayoutCanvas
+from vireport.figures.vector import PER_INCH, LayoutCanvas, text_size
 from vireport.motions.sweep import Sweep
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import MINUS, PREFIXES, TIMES, exact
@@ -35,9 +38,6 @@ Entry = tuple[str, Look]
 
 EDGE, LINE_GAP = 0.07, 0.06
 """Room at the edges of a figure, and between the lines of its heading [in]."""
-
-PADS = {"pad": 0.05, "h_pad": 0.06, "w_pad": 0.1}
-"""Room around all panels, and between them [in]."""
 
 AXES_HEIGHT = 0.95
 """Height of the ticks and labels along the top and the bottom of a sweep's panels [in]."""
@@ -54,6 +54,9 @@ SEVERAL_DECADES = 5.0
 TOP_LABEL, LETTER_RISE = 13.0, 4.0
 """Height of the label of the axis along the top over the ticks there, and of a panel's letter over its frame [pt]."""
 
+BESIDE_LABEL = 8
+"""Letters that fit beside the label of the axis along the top where a panel's letter stands."""
+
 MARGIN_X, MARGIN_Y = 0.015, 0.07
 """Room between what is drawn and the frame, as a share of the range; vertically for labels too."""
 
@@ -61,8 +64,9 @@ LEAST_RANGE = 1e-6
 """Range over size up to which values are the same but for rounding errors."""
 
 
-AT_LABEL = {"bottom": (0.5, 0.0), "top": (0.5, 1.0), "left": (0.0, 0.5), "right": (1.0, 0.5)}
-"""Where the label of an axis is on the frame of its panel, by its side, as shares of width and height."""
+_GLUE = "\0"
+_TOGETHER = re.compile(r"(?<=\d) (?=\S{1,3}(?:[\s,;:.)]|$))| (?== )|(?<==) ")
+"""Spaces after numbers before what may be units, and those of equations."""
 
 HANDLE = 0.4
 """Width of the line before a name in a legend [in]."""
@@ -102,7 +106,7 @@ def finished(
     lines : sequence of (str, str)
         Lines of text and their colours; those in black say what is held, which a sheet may leave to the caption.
     legends : iterable of sequence of Entry
-        Each begins a line.
+        Each begins a line, and has as many as it takes.
     labels : sequence of (Axes, sequence of Label)
     aligned : sequence of Axes
         Panels above one another, the labels of whose vertical axes are in one line.
@@ -113,16 +117,12 @@ def finished(
         for text, color in lines
         if page.headed or color != Color.BLACK
     ]
-    heading += [_legend(figure, entries) for entries in legends if entries]
+    heading += [legend for entries in legends if entries for legend in _legends(figure, entries)]
     heights = [item.get_window_extent().height / figure.dpi for item in heading]
     total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
-    # The panels alone are laid out, as high as they shall be; the heading then makes the figure higher, and their share
-    # of it smaller. In one step, tight layout would give the heading's room to the panels.
-    figure.set_figheight(height)
-    # Not of those that find their place as they are drawn, as the bar of a heat map does.
-    before = {panel: panel.bbox.frozen() for panel in figure.axes if panel.get_axes_locator() is None}
-    _lay_out(figure, height)
-    _fix_labels(before, aligned)
+    # The panels alone are placed, as high as they shall be; the heading then makes the figure higher, and their share
+    # of it smaller.
+    place_panels(figure, height, aligned)
     under, share = figure.subplotpars, height / total
     figure.set_figheight(total)
     figure.subplots_adjust(top=share * under.top, bottom=share * under.bottom)
@@ -142,62 +142,76 @@ def finished(
     return figure
 
 
-def _fix_labels(before: Mapping[Axes, Bbox], aligned: Collection[Axes]) -> None:
-    """Leave the labels of all axes where the layout has put them; else every drawing measures all ticks for them again.
-
-    `before` has the panels with their places as they were measured.
-    """
-    apart: dict[Axis, tuple[Axes, float, float]] = {}
-    for panel, box in before.items():
-        axes_of_panel: list[Axis] = [x for axes in (panel, *panel.child_axes) for x in (axes.xaxis, axes.yaxis)]
-        for axis in axes_of_panel:
-            if axis.get_label_text():
-                (x, y), side = axis.label.get_position(), str(axis.get_label_position())
-                frame = {"bottom": box.y0, "top": box.y1, "left": box.x0, "right": box.x1}[side]
-                apart[axis] = (panel, x - frame, 0.0) if side in ("left", "right") else (panel, 0.0, y - frame)
-    farthest = min((apart[axes.yaxis][1] for axes in aligned if axes.yaxis in apart), default=0.0)
-    for axis, (panel, dx, dy) in apart.items():
-        if panel in aligned and axis is panel.yaxis:
-            dx = farthest
-        shift = ScaledTranslation(dx / PER_INCH, dy / PER_INCH, panel.figure.dpi_scale_trans)
-        at = AT_LABEL[axis.get_label_position()]
-        axis.set_label_coords(*at, transform=panel.transAxes + shift)
-
-
 def panel_size(axes: Axes, height: float) -> tuple[float, float]:
     """Width and height [in] that a panel will have in a figure whose everything under the heading is `height` high."""
     figure: Any = axes.figure
-    _lay_out(figure, height)
+    place_panels(figure, height)
     place = axes.get_position()
     return float(place.width * sheet().width), float(place.height * height)
 
 
-def _lay_out(figure: Figure, height: float) -> None:
-    """Place the panels of a figure without a heading."""
-    figure.set_figheight(height)
-    pads: dict[str, Any] = {side: pad * PER_INCH / sheet().text for side, pad in PADS.items()}
-    figure.tight_layout(**pads)
+def folded(text: str, letters: int) -> str:
+    """A text in lines of so many letters, where no number is parted from its unit, nor an equation from its sign."""
+    return fill(_TOGETHER.sub(_GLUE, text), letters).replace(_GLUE, " ")
 
 
 def _filled(text: str) -> str:
     """A line of text in as many lines as it takes."""
-    return fill(text, sheet().letters(sheet().width - 2 * EDGE), break_long_words=False)
+    return folded(text, sheet().letters(sheet().width - 2 * EDGE))
 
 
-def _legend(figure: Figure, entries: Sequence[Entry]) -> Legend:
-    """A legend in as many columns as fit, to be read line by line; what is too long for one has several lines."""
+def _legends(figure: Figure, entries: Sequence[Entry]) -> list[Legend]:
+    """Legends to be read line by line: one in as many columns as fit, or one for each line where that takes fewer.
+
+    What is too long for a line has several.
+    """
     room = sheet().width - 2 * EDGE
+    columns, lines = _columns(entries, room * PER_INCH), _lines(entries, room * PER_INCH)
+    if not columns:
+        letters = sheet().letters(room - HANDLE)
+        return [_in_columns(figure, [(folded(name, letters), look) for name, look in entries], 1)]
+    if len(entries) > columns * len(lines):
+        return [_in_columns(figure, line, len(line)) for line in lines]
+    return [_in_columns(figure, entries, columns)]
+
+
+def _columns(entries: Sequence[Entry], room: float) -> int:
+    """The most columns of a legend that are not wider than some room [pt]; 0 where one is."""
+    widths, gap = _widths(entries)
     for columns in range(len(entries), 0, -1):
-        legend = _in_columns(figure, entries, columns)
-        if legend.get_window_extent().width <= room * figure.dpi:
-            return legend
-        legend.remove()
-    letters = sheet().letters(room - HANDLE)
-    return _in_columns(figure, [(fill(name, letters), look) for name, look in entries], 1)
+        if sum(max(widths[k::columns]) for k in range(columns)) + gap * (columns - 1) <= room:
+            return columns
+    return 0
+
+
+def _lines(entries: Sequence[Entry], room: float) -> list[list[Entry]]:
+    """As many entries of a legend in a line as fit some room [pt]."""
+    lines, left = list[list[Entry]](), 0.0
+    widths, gap = _widths(entries)
+    for entry, width in zip(entries, widths, strict=True):
+        if not lines or width > left:
+            lines.append([])
+            left = room
+        lines[-1].append(entry)
+        left -= width + gap
+    return lines
+
+
+def _widths(entries: Sequence[Entry]) -> tuple[list[float], float]:
+    """Width of each entry of a legend, and the gap between two [pt]."""
+    size, font = sheet().small, FontProperties(size=sheet().small)
+    handle = (_handle(entries) + matplotlib.rcParams["legend.handletextpad"]) * size
+    widths = [handle + max(text_size(line, font)[0] for line in name.splitlines()) for name, _ in entries]
+    return widths, matplotlib.rcParams["legend.columnspacing"] * size
+
+
+def _handle(entries: Sequence[Entry]) -> float:
+    """Width of the line or the marker before a name, over the size of type."""
+    only_marks = all(look.get("linestyle") == "none" for _, look in entries)
+    return 1.0 if only_marks else float(matplotlib.rcParams["legend.handlelength"])
 
 
 def _in_columns(figure: Figure, entries: Sequence[Entry], columns: int) -> Legend:
-    only_marks = all(look.get("linestyle") == "none" for _, look in entries)
     # Matplotlib fills a legend column by column.
     ordered = [entry for k in range(columns) for entry in entries[k::columns]]
     return figure.legend(
@@ -206,7 +220,7 @@ def _in_columns(figure: Figure, entries: Sequence[Entry], columns: int) -> Legen
         ncols=columns,
         loc="upper left",
         bbox_to_anchor=(0, 1),
-        handlelength=1.0 if only_marks else None,
+        handlelength=_handle(entries),
     )
 
 
@@ -217,7 +231,7 @@ def letter_of(number: int) -> str:
 
 def title(axes: Axes, text: str, columns: int = 1) -> None:
     """Write a line over a panel, one of some columns, in as many lines as it takes."""
-    axes.set_title(fill(text, sheet().letters(sheet().across / columns)), loc="left")
+    axes.set_title(folded(text, sheet().letters(sheet().across / columns)), loc="left")
 
 
 def letter_panels(panels: Sequence[Axes], first: int, below_axis: bool = True) -> None:
@@ -231,7 +245,7 @@ def letter_panels(panels: Sequence[Axes], first: int, below_axis: bool = True) -
 def say(axes: Axes, text: str) -> None:
     """Write a sentence in the middle of a panel that shows nothing else."""
     box = {"facecolor": "white", "edgecolor": "none"}
-    said = fill(text, sheet().letters(0.8 * sheet().across))
+    said = folded(text, sheet().letters(0.8 * sheet().across))
     axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", va="center", size=sheet().text + 1, bbox=box)
 
 
@@ -361,6 +375,8 @@ class SweepAxis(Struct, frozen=True):
             group = f"{group} = {formula}"
         else:
             label = label.replace(swept.quantity, swept.quantity.partition(" ")[0])
+            if len(label) + BESIDE_LABEL > sheet().letters(width):
+                label = label.partition(" ")[2]
         names = f"{group} [–]", label
         below, over = reversed(names) if self.by_value else names
         margin = MARGIN_X * (self.high - self.low)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from textwrap import fill
 
 from matplotlib.figure import Figure
 
 from vireport.design.margins import Margin
 from vireport.figures.captions import pictured
-from vireport.figures.layout import blank, finished
+from vireport.figures.layout import blank, finished, folded
 from vireport.figures.style import (
     GUIDE,
     Color,
@@ -39,7 +38,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)
         shift = f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]"
-        axes.set_xlabel(fill(shift, sheet().letters(BESIDE_NAMES * sheet().across)))
+        axes.set_xlabel(folded(shift, sheet().letters(BESIDE_NAMES * sheet().across)))
         return finished(figure, height, [], [])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,6 +18,7 @@ from vireport.figures.layout import (
     blank,
     finished,
     fit_vertically,
+    folded,
     prefix,
     round_ticks,
     widened,
@@ -98,9 +98,9 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
             fit_vertically([axes])
         _dress(panels[-1, 0], shown, along)
         letters = sheet().letters(sheet().across)
-        names = (fill(f"{k} {literal(name)}", letters) for k, name in enumerate(drawings, 1))
+        names = (folded(f"{k} {literal(name)}", letters) for k, name in enumerate(drawings, 1))
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
-        legends = [scenarios, [*stability_legend(shown), *point_legend(shown)]]
+        legends = [[*scenarios, *stability_legend(shown), *point_legend(shown)]]
         return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels, panels[:, 0])
 
 

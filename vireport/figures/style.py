@@ -206,6 +206,7 @@ STYLE: dict[Any, Any] = {
     "axes.linewidth": 0.7,
     "axes.titlesize": SMALL,
     "axes.titlepad": 4.0,
+    "axes.titley": 1.0,
     "axes.formatter.useoffset": False,
     "xtick.direction": "in",
     "ytick.direction": "in",

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,6 +39,7 @@ from vireport.figures.layout import (
     blank,
     finished,
     fit_vertically,
+    folded,
     letter_panels,
     prefix,
     say,
@@ -297,17 +297,16 @@ def sweep_figure(
         letters = sheet().letters(sheet().across / len(drawings))
         for k, drawing in enumerate(drawings):
             if titles:
-                panels[0, k].set_title(fill(titles[k], int(letters / BOLD)), weight="bold")
+                panels[0, k].set_title(folded(titles[k], int(letters / BOLD)), weight="bold")
             if panels.size > 1:
                 letter_panels(panels[: len(rows), k], k * len(rows), drawing.axis.scales_on_top)
-            drawing.axis.dress(panels[:, k], len(drawings), fill(remarks[k], letters) if remarks else "")
+            drawing.axis.dress(panels[:, k], len(drawings), folded(remarks[k], letters) if remarks else "")
         crowded = max(len(drawing.events) for drawing in drawings) / ROOM_FOR
         height = HEIGHTS[figure] * sum(heights) * max(1.0, crowded) + AXES_HEIGHT
         # Of one study the caption says what the letters of critical points mean.
-        points = point_legend(drawings) if titles else []
-        if not titles and any(drawing.design_at is not None for drawing in drawings):
-            legends[0].append(DESIGN_ENTRY)
-        return finished(page, height, lines, [*legends, points], labels, panels[: len(rows), 0])
+        points = point_legend(drawings)
+        legends[0] += points if titles else [entry for entry in points if entry is DESIGN_ENTRY]
+        return finished(page, height, lines, legends, labels, panels[: len(rows), 0])
 
 
 class _Row(Struct, frozen=True):

@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator
 from itertools import pairwise
 from math import isfinite, prod
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -398,7 +397,7 @@ def picture_front(result: SearchResult, templates: Path | None = None) -> Pictur
 
 
 def _front(result: SearchResult, say: Words) -> Figure:
-    from vireport.figures.layout import blank, finished, fit_vertically, round_ticks
+    from vireport.figures.layout import blank, finished, fit_vertically, folded, round_ticks
     from vireport.figures.style import Color, sheet, style
 
     objective, share = result.problem.objective, result.problem.share
@@ -410,7 +409,7 @@ def _front(result: SearchResult, say: Words) -> Figure:
         axes.set_xticks(*round_ticks(0.0, margins[-1], min(WIDTH, sheet().across)))
         if share:
             axes.axvline(100 * share, color=Color.VERMILION, linestyle="--", zorder=1.5)
-        axes.set_xlabel(fill(say("front_along"), sheet().letters(sheet().across)))
+        axes.set_xlabel(folded(say("front_along"), sheet().letters(sheet().across)))
         axes.set_ylabel(f"{objective.words} [{objective.unit}]")
         fit_vertically([axes])
         costs = span(min(_costs(result)), max(_costs(result)))
